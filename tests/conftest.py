@@ -54,7 +54,7 @@ def turbine_design() -> TurbineDesign:
     """
     from takagi.certificates import DesignSettings, design_turbine
     from takagi.models import nrel5mw
-    from takagi.models.turbine.loader import model_files
+    from takagi.models.turbine import model_files
 
     asked = DesignSettings(synthesis="two-step")
     return design_turbine(nrel5mw(), asked, files=model_files("nrel5mw"))

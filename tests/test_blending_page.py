@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant import certify_plant
 from takagi.models import ModelError, Plant, load_model
-from takagi.models.blending.blending import blending_of
-from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.blending import blending_of
+from takagi.models.plant import PlantSettings
 from takagi.models.plant.entries import ActuatorEntry, EffortEntry
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "blending.md").read_text(encoding="utf-8")

@@ -3,3 +3,19 @@
 trusted_lines    the files and lines of the checker that a verdict used
 two_checkers     both checkers on one certificate, and whether they agree
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.certificates.audit.two_checkers import cross_checked, cross_checked_document
+
+__all__ = [
+    "cross_checked",
+    "cross_checked_document",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -7,3 +7,26 @@ express, typeset      the same terms in cvxpy, in LaTeX or Markdown
 region, uncertainty   regions for eigenvalues; norm-bounded uncertainty, as values
 item_labels, selected_items    names of items; some of the items
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.condition.evaluate import lmi_value, margin, smallest_eigenvalues
+    from takagi.lmi.condition.exact import fractions
+    from takagi.lmi.condition.term import Array
+    from takagi.lmi.condition.typeset import lmi_latex
+
+__all__ = [
+    "Array",
+    "fractions",
+    "lmi_latex",
+    "lmi_value",
+    "margin",
+    "smallest_eigenvalues",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

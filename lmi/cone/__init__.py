@@ -5,3 +5,23 @@ assemble     from a condition to cone data, without a loop over items
 balance      coordinates in which the numbers are of order one
 duality      bounds on the optimum that multipliers give
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.cone.duality import least_objective_bound
+    from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
+
+__all__ = [
+    "ConeProgram",
+    "Raw",
+    "SolverRow",
+    "cone_program",
+    "least_objective_bound",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -7,3 +7,19 @@ adjoint, alternative    a condition as one integer matrix; multipliers that rule
 objective_limit      ... that bound an objective
 indefinite, definiteness    a function that decays but is not positive; the test of a matrix
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite
+
+__all__ = [
+    "is_definite",
+    "is_semidefinite",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

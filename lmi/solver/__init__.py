@@ -7,3 +7,20 @@ solver_choice, incidence, elimination_order    which is first, and explicit zero
 rescaled          the same program in units of its own solution
 time_limit        a limit on all calls of one question
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.solver.solve import Session, again, attempts
+
+__all__ = [
+    "Session",
+    "again",
+    "attempts",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.blending.blending import Actuator, Blending
+    from takagi.models.blending.blending import Actuator, Blending, blending_of
     from takagi.models.blending.modelling import blended_model
     from takagi.models.blending.run_time import RunningBlend, RunTimeBlending
     from takagi.models.blending.substitution import blended_plant
@@ -27,6 +27,7 @@ __all__ = [
     "RunningBlend",
     "blended_model",
     "blended_plant",
+    "blending_of",
     "ramp",
     "ramp_slope",
     "share_range",

@@ -5,3 +5,21 @@ units, turbine_units     units as text: of any plant, of a turbine file
 csv_table, coefficient_table    tables from CSV
 library              the models that come with the package, by name
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.files.library import built_in_kinds, data_folder
+    from takagi.models.files.units import parse_unit
+
+__all__ = [
+    "built_in_kinds",
+    "data_folder",
+    "parse_unit",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

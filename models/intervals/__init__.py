@@ -4,3 +4,18 @@ interval      closed intervals of rational numbers, exact
 dual, jet     ranges with slopes, in floats; second-order Taylor arithmetic in one variable
 box_search    best-first bisection of boxes, however they are enclosed
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.intervals.interval import exact
+
+__all__ = [
+    "exact",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -9,3 +9,18 @@ design_settings   what is asked of a design
 
 Plant files are read in ``plant_files``; text, units and tables in ``expressions`` and ``files``.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.plant.design_settings import PlantSettings
+
+__all__ = [
+    "PlantSettings",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

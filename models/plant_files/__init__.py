@@ -5,3 +5,19 @@ table_entry        a table that it names
 blending_section, design_section    its sections ``[blending]`` and ``[design]``
 entry_problem      what is wrong with a field, in words
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.plant_files.loader import load_plant, plant_files
+
+__all__ = [
+    "load_plant",
+    "plant_files",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -4,3 +4,21 @@ effort_ramp           how torque and pitch share one effort, in floats
 exact_effort_ramp     the ramp in exact numbers, with the slopes of its secants
 membership_ramp       the membership pair w_1 + w_2 = 1
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.ramps.effort_ramp import effort_ramp_slope
+    from takagi.models.ramps.membership_ramp import Ramp, Shape
+
+__all__ = [
+    "Ramp",
+    "Shape",
+    "effort_ramp_slope",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

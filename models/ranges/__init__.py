@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from takagi.models.ranges.cell import Cell
     from takagi.models.ranges.domain import Domain
     from takagi.models.ranges.evidence import Evidence, replay
+    from takagi.models.ranges.expression_range import expression_value
     from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
     from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_value
 
@@ -42,6 +43,7 @@ __all__ = [
     "exact",
     "exact_bounds",
     "exact_value",
+    "expression_value",
     "replay",
     "sampled_bounds",
 ]

@@ -6,3 +6,20 @@ exact_spline, bernstein_coefficients    exact values and rigorous ranges; the ma
 patch_ranges, approximate_ranges    ranges in floats, for searching
 table_function      a table as a function in sympy expressions
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.splines.surface import interpolate
+    from takagi.models.splines.table_function import TableFunction
+
+__all__ = [
+    "TableFunction",
+    "interpolate",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

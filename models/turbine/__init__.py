@@ -24,7 +24,9 @@ if TYPE_CHECKING:
         tip_speed_ratio,
     )
     from takagi.models.turbine.data import Baseline, BaselineController, Figure, FrozenWake, Turbine
-    from takagi.models.turbine.loader import load_turbine, nrel5mw
+    from takagi.models.turbine.derating import derated
+    from takagi.models.turbine.loader import load_turbine, model_files, nrel5mw
+    from takagi.models.turbine.operating_band import OperatingBand
     from takagi.models.turbine.trim import (
         TrimPoint,
         optimal_tip_speed_ratio,
@@ -38,9 +40,12 @@ __all__ = [
     "BaselineController",
     "Figure",
     "FrozenWake",
+    "OperatingBand",
     "TrimPoint",
     "Turbine",
+    "derated",
     "load_turbine",
+    "model_files",
     "nrel5mw",
     "optimal_tip_speed_ratio",
     "optimal_torque_constant",

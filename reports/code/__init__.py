@@ -11,3 +11,26 @@ tables              CSV
 c                   C99
 discon              the Bladed-style library around it
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.reports.code.baseline import baseline_program
+    from takagi.reports.code.controller_program import ControllerProgram, read_controller
+    from takagi.reports.code.run import ProgramRun
+    from takagi.reports.code.targets import ExportSettings, Precision
+
+__all__ = [
+    "ControllerProgram",
+    "ExportSettings",
+    "Precision",
+    "ProgramRun",
+    "baseline_program",
+    "read_controller",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -4,3 +4,22 @@ envelope   what every gain file has, its text, and its JSON Schema
 turbine    the body of a turbine's file
 plant      the body of a plant's file
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file
+    from takagi.reports.gains_file.turbine import gain_file
+
+__all__ = [
+    "dump_gains",
+    "gain_file",
+    "plant_gain_file",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -8,3 +8,19 @@ overlap_claims       what is proved of a published law, overlap by overlap
 proved_kinds         which claims of a certificate are proved, and of which kinds
 synthesis_summary    how the effort-sharing law's gains were found
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.reports.loops.plant_motion import motions, plant_rate
+
+__all__ = [
+    "motions",
+    "plant_rate",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

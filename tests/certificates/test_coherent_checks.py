@@ -24,8 +24,7 @@ from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.loops.effort_sharing import CellLoop, loop_vertices
 from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import rotor_torque
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from takagi.certificates import DesignSettings
+from takagi.certificates.design.turbine import default_settings
 from takagi.certificates.design.turbine.limits import check_limits
-from takagi.certificates.design.turbine.scale import default_settings
 from takagi.lmi.turbine import EffortSettings
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.turbine import load_turbine

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay, H2Norm, L2Gain, Peak, Poles
 from takagi.lmi import (
     EigenvalueRegion,

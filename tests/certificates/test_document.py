@@ -9,7 +9,7 @@ import pytest
 
 from takagi.certificates.checker.kernel.reader import digest, read_text
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document import certificate_document, dumps
 
 TEXTS = ["},{", '"},{"', "a\\", '\\"},{', "plain"]
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.models import Interval
-from takagi.models.loops.effort_sharing.loop_cell import LoopCell
+from takagi.models.loops.effort_sharing import LoopCell
 
 
 def cell(

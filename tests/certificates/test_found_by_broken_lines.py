@@ -18,7 +18,7 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant import ranges
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.words.ellipsoid_size import _determinant
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from tests.certificates.pinned.texts import same, within
 
 Exact = tuple[Fraction, tuple[Fraction, ...]]

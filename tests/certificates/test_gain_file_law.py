@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, TurbineDesign, law_from_gains
-from takagi.certificates.claims.turbine.published import published_law_data
-from takagi.certificates.design.turbine.published_law import designed_law
-from takagi.certificates.document.certificate_file import effort_sharing_law_data
+from takagi.certificates.claims.turbine import published_law_data
+from takagi.certificates.design.turbine import designed_law
+from takagi.certificates.document import effort_sharing_law_data
 from takagi.models import ModelError
 from takagi.models.laws import (
     EffortGains,
@@ -25,10 +25,8 @@ from takagi.models.laws import (
     effort_schedule,
     no_feedforward,
 )
-from takagi.models.turbine import Turbine, nrel5mw
-from takagi.models.turbine.derating import derated
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.models.turbine import Turbine, derated, nrel5mw
+from takagi.reports.gains_file import dump_gains, gain_file
 
 TURBINE = nrel5mw()
 

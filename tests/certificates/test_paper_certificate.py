@@ -14,22 +14,24 @@ from scipy.integrate import solve_ivp
 
 from takagi.certificates import CertificateError, Claim, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.turbine.published import (
-    PublishedCandidate,
-    merged,
-    overlap_candidates,
+from takagi.certificates.claims.turbine import (
     published_candidate,
     published_claim,
     published_law_data,
     with_overlaps,
 )
-from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.claims.turbine.published import (
+    PublishedCandidate,
+    merged,
+    overlap_candidates,
+)
+from takagi.certificates.document import certificate_document, turbine_data
 from takagi.models import nrel5mw
 from takagi.models.laws import Measurement, PublishedLaw, published_law
+from takagi.models.laws.published import PublishedLawName, RegionalSchedule
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLawName
-from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
+from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine import rotor_torque
 from tests.paper_models import regional_models
 

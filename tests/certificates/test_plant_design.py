@@ -10,11 +10,11 @@ import sympy as sp
 
 from takagi.certificates import Verdict
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant.design import certify_plant, design_plant, rounded_gains
-from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
+from takagi.certificates.design.plant.design import rounded_gains
 from takagi.models import Interval, ModelError, Plant, Variable, load_model
-from takagi.models.files.library import built_in_kinds
-from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.files import built_in_kinds
+from takagi.models.plant import PlantSettings
 
 X, V, U = sp.symbols("x v u", real=True)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates.checker import CertificateError, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 
 Rows = list[list[float]]
 # 3 + sqrt(8) and its reciprocal 3 - sqrt(8), to 1e-15.

@@ -9,27 +9,16 @@ import pytest
 
 from takagi.certificates import DesignSettings
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.turbine.effort_sharing import (
-    DEFAULT_BOX,
-    effort_sharing_candidate,
-    effort_sharing_claim,
-)
-from takagi.certificates.design.turbine.scale import (
-    default_settings,
-    region_requirements,
-    scaled_box,
-)
-from takagi.certificates.document.certificate_file import (
-    certificate_document,
-    effort_sharing_law_data,
-    turbine_data,
-)
+from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
+from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX
+from takagi.certificates.design.turbine import default_settings
+from takagi.certificates.design.turbine.scale import region_requirements, scaled_box
+from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine import FULL_LOAD, PARTIAL_LOAD, EffortSettings, effort_gains
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws import EffortSharingLaw, effort_schedule
-from takagi.models.turbine import load_turbine, reference_speed
-from takagi.models.turbine.loader import model_files
+from takagi.models.turbine import load_turbine, model_files, reference_speed
 from takagi.models.turbine.trim import TABLE_SHARE
 
 

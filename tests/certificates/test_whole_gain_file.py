@@ -15,9 +15,8 @@ from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller.content import bound, gain_file_of
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.document.certificate_file import (
+from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.document import (
     certificate_document,
     dumps,
     effort_sharing_law_data,
@@ -25,10 +24,9 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.cli.main import main
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.plant_files.loader import load_plant, plant_files
+from takagi.models.plant_files import load_plant, plant_files
 from takagi.models.turbine import nrel5mw
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file import dump_gains, plant_gain_file
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]

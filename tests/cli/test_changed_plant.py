@@ -12,13 +12,12 @@ import pytest
 from takagi.certificates.checker import CertificateError, check
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.design.plant.design import certify_filed, design_plant
-from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import certify_filed
 from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
-from takagi.models.plant_files.loader import load_plant, plant_files
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.models.plant_files import load_plant, plant_files
+from takagi.reports.gains_file import dump_gains, plant_gain_file
 
 Capture = pytest.CaptureFixture[str]
 PENDULUM = """

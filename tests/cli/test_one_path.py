@@ -16,8 +16,7 @@ import pytest
 from takagi.certificates import Verdict
 from takagi.cli.main import main
 from takagi.cli.runs.makers import MAKERS
-from takagi.models.files import toml_document
-from takagi.models.files.library import built_in_kinds, data_folder
+from takagi.models.files import built_in_kinds, data_folder, toml_document
 
 ROOT = Path(__file__).parents[2]
 # The one choice of a maker, and the table of what makes each kind's pages.
@@ -144,9 +143,8 @@ def test_help_and_check_load_nothing_of_designs() -> None:
 def test_both_designs_are_read_alike(plain: None, finished: Any, cubic: Path) -> None:
     """What verbs and reports ask of a design, both have."""
     from takagi.certificates.design.design import Design
-    from takagi.certificates.design.plant.design import design_plant
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant_files.loader import load_plant
+    from takagi.certificates.design.plant import PlantDesign, design_plant
+    from takagi.models.plant_files import load_plant
 
     plant = design_plant(load_plant(cubic))
     assert isinstance(plant, PlantDesign)

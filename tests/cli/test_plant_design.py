@@ -11,7 +11,7 @@ import pytest
 
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
-from takagi.models.files.library import data_folder
+from takagi.models.files import data_folder
 
 Capture = pytest.CaptureFixture[str]
 

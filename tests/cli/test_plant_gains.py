@@ -20,11 +20,9 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture
 def gains(cubic: Path, tmp_path: Path) -> Path:
     """The gain file of a design, without its drawings."""
-    from takagi.certificates.design.plant.design import design_plant
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.plant_files.loader import load_plant, plant_files
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
+    from takagi.certificates.design.plant import PlantDesign, design_plant
+    from takagi.models.plant_files import load_plant, plant_files
+    from takagi.reports.gains_file import dump_gains, plant_gain_file
 
     found = design_plant(load_plant(cubic), files=plant_files(cubic))
     assert isinstance(found, PlantDesign)

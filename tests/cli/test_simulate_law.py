@@ -8,11 +8,10 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.document.certificate_file import effort_sharing_law_data
+from takagi.certificates.document import effort_sharing_law_data
 from takagi.cli.main import main
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.turbine import Turbine, nrel5mw
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine import Turbine, derated, nrel5mw
 
 Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--scenario", "step", "--duration", "4", "--json")

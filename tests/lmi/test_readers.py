@@ -22,8 +22,7 @@ from takagi.lmi import (
     expressed,
     pdc_condition,
 )
-from takagi.lmi.condition.evaluate import lmi_value, smallest_eigenvalues
-from takagi.lmi.condition.exact import fractions
+from takagi.lmi.condition import fractions, lmi_value, smallest_eigenvalues
 from takagi.lmi.condition.item_labels import Labels
 from takagi.lmi.cone.assemble import assemble, pack, unpack
 from takagi.models import ModelError, TSModel

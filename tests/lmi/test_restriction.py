@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.lmi import LMI, Constant, Term, Unknown, common_lyapunov_condition
-from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition import lmi_value
 from takagi.lmi.condition.selected_items import selected_items
 from takagi.models import ModelError
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi import LMI, Condition, Constant, Term, Unknown, latex, markdown, pdc_condition
-from takagi.lmi.condition.typeset import lmi_latex
+from takagi.lmi.condition import lmi_latex
 from takagi.models import Premise, TSModel
 
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from takagi.models.laws import PublishedLaw, published_law
+from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.equilibrium_point import Equilibrium
-from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
 
 
 @dataclass(frozen=True, slots=True)

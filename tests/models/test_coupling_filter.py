@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws import CouplingFilter
-from takagi.models.laws.published.coupling_filter import Variant, coupling_filter
-from takagi.models.ramps.membership_ramp import Ramp, Shape
+from takagi.models.laws.published import Variant
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.ramps import Ramp, Shape
 
 TURBINE = nrel5mw()
 RATED, TOP = TURBINE.rated_torque, TURBINE.maximum_torque

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.models import load_model
-from takagi.models.errors import ModelError
+from takagi.models import ModelError, load_model
 
 
 @pytest.mark.parametrize(

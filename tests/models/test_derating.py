@@ -11,12 +11,12 @@ from takagi.models import ModelError
 from takagi.models.laws import effort_schedule
 from takagi.models.turbine import (
     Turbine,
+    derated,
     nrel5mw,
     optimal_torque_constant,
     rated_wind,
     rotor_torque,
 )
-from takagi.models.turbine.derating import derated
 from takagi.models.turbine.trim import trim
 
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortSchedule, effort_schedule
-from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.laws.effort_sharing import frozen_wake_effectiveness
+from takagi.models.ramps import effort_ramp_slope
+from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import reference_speed, rotor_torque
 from takagi.models.turbine.trim import trim
 

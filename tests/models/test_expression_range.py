@@ -17,7 +17,7 @@ from takagi.models import ModelError, interpolate_curve, table_function
 from takagi.models.ranges import Cell, Domain, Evidence, Interval, replay, sampled_bounds
 from takagi.models.ranges.table_balls import TableBalls, ball_of
 from takagi.models.sector import expression_range
-from takagi.models.splines.surface import interpolate
+from takagi.models.splines import interpolate
 
 X, Y, Z = sp.symbols("x y z", real=True)
 BOX = {X: Interval.of(-1, "1.4"), Y: Interval.of("0.3", 2)}

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, full_load_model, nrel5mw
-from takagi.models.turbine import rated_wind, rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.operating_band import OperatingBand, operating_band
+from takagi.models.turbine import OperatingBand, rated_wind, rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.torque_secants import torque_symbols
 
 UNIT = st.floats(-1, 1)

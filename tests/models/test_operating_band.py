@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, nrel5mw
-from takagi.models.turbine import rotor_torque_gradient
-from takagi.models.turbine.operating_band import OperatingBand, operating_band
+from takagi.models.turbine import OperatingBand, rotor_torque_gradient
+from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.torque_slope import Slope, slope_enclosure, slope_gradient
 from takagi.models.turbine.trim import trim
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from takagi.models import Interval, ModelError, nrel5mw
 from takagi.models.intervals.dual import Dual, larger
 from takagi.models.laws import Measurement, PublishedLaw, published_law
+from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.loops.published.cells import (
     PublishedCell,

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, nrel5mw, partial_load_model
-from takagi.models.turbine import rated_wind, rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.operating_band import OperatingBand, operating_band
+from takagi.models.turbine import OperatingBand, rated_wind, rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.partial_load import lowest_wind
 
 UNIT = st.floats(-1, 1)

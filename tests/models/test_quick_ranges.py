@@ -10,8 +10,7 @@ import pytest
 
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.loops.effort_sharing import CellLoop, LoopBox, LoopUncertainty
 from takagi.models.splines.approximate_ranges import quick_ranges
 
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))

@@ -10,7 +10,7 @@ from scipy.signal import step
 
 from takagi.models import ModelError
 from takagi.models.laws import FilteredReferenceLaw, Law, Measurement, ReferenceFilter
-from takagi.models.laws.published.law import PublishedLawName
+from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.sampled import sampled
 from takagi.models.simulation import design_plant, simulate, step_wind
 from tests.models.test_paper_law import TURBINE, make_law

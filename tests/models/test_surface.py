@@ -12,7 +12,7 @@ from scipy.interpolate import RectBivariateSpline
 
 from takagi.models import ModelError, Surface
 from takagi.models.ranges import Interval, exact
-from takagi.models.splines.surface import interpolate
+from takagi.models.splines import interpolate
 from takagi.models.turbine import nrel5mw
 
 ORDERS = [(dx, dy) for dx in range(3) for dy in range(3)]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, WindObserver, nrel5mw
-from takagi.models.simulation.closed_loop import Observer
+from takagi.models.simulation import Observer
 from takagi.models.turbine import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.trim import trim
 from takagi.models.turbine.wind_estimators import ImmersionInvarianceEstimator, KalmanWindFilter

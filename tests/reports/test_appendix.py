@@ -145,7 +145,7 @@ def test_the_inequalities_are_those_of_the_solved_conditions(
     design: TurbineDesign, body: str
 ) -> None:
     """Every inequality of both regions' conditions stands there as ``lmi.typeset`` writes it."""
-    from takagi.lmi.condition.typeset import lmi_latex
+    from takagi.lmi.condition import lmi_latex
 
     for region in (design.regional.partial, design.regional.full):
         assert all(lmi_latex(lmi) in body for lmi in region.condition.lmis)

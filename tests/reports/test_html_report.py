@@ -17,7 +17,7 @@ import pytest
 from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.claim_summary import claim_summary
-from takagi.certificates.document.certificate_file import dumps
+from takagi.certificates.document import dumps
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models import nrel5mw
 from takagi.models.laws import Measurement, published_law
@@ -29,8 +29,8 @@ from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles
 from takagi.reports.page.assembly import render
 from takagi.reports.page.text import Section, at_least, at_most, powers, significant, with_decimals
+from takagi.reports.sections.turbine import gains_section
 from takagi.reports.sections.turbine.cells import cells_section
-from takagi.reports.sections.turbine.gains import gains_section
 from takagi.reports.sections.turbine.loops import poles_section
 from takagi.reports.sections.turbine.verdict import verdict_section
 

@@ -11,7 +11,7 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant import PlantDesign
 from takagi.reports.appendix import plant_appendix
 from takagi.reports.output import write_folder
 from tests.reports.plant_designs import design_of

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant import PlantDesign
 from takagi.models import ModelError
 from takagi.reports.figures.plant.phase_plane import ellipse, planes
 from takagi.reports.figures.plant.weights import premise_curves
+from takagi.reports.loops import plant_rate
 from takagi.reports.loops.plant_local import local_loops, pair_poles
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.plant_motion import plant_rate
-from takagi.reports.sections.plant.gains import gain_columns, largest_commands
+from takagi.reports.sections.plant import largest_commands
+from takagi.reports.sections.plant.gains import gain_columns
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"

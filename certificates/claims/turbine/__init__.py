@@ -11,3 +11,34 @@ actuator_rates         how fast pitch and torque move
 published              the loop with a published law, over a grid of overlaps
 published_search       its cells: a centre, a box and a P for each
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.certificates.claims.turbine.effort_sharing import (
+        effort_sharing_candidate,
+        effort_sharing_claim,
+    )
+    from takagi.certificates.claims.turbine.published import (
+        published_candidate,
+        published_claim,
+        published_law_data,
+        with_overlaps,
+    )
+    from takagi.certificates.claims.turbine.wind_rate_claim import rate_range
+
+__all__ = [
+    "effort_sharing_candidate",
+    "effort_sharing_claim",
+    "published_candidate",
+    "published_claim",
+    "published_law_data",
+    "rate_range",
+    "with_overlaps",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

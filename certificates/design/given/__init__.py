@@ -5,3 +5,19 @@ plant_gains     a plant's gains, for the plant that they were made for
 kept_model      a plant's gains after the plant has changed
 runnable_law    the law to run: the same commands, bit for bit
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
+
+__all__ = [
+    "effort_sharing_law_from_data",
+    "read_law",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

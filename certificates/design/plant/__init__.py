@@ -6,3 +6,21 @@ gains           what is asked, as a question to the solver layer
 secant_model    a model of slopes, for gains that need no measured premise
 blend_regions   gains of a plant behind a blend, region by region
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import certify_plant, design_plant
+    from takagi.certificates.design.plant.result import PlantDesign
+
+__all__ = [
+    "PlantDesign",
+    "certify_plant",
+    "design_plant",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -9,3 +9,22 @@ published_law           a design with a published law
 scale                   settings for a turbine of another size
 limits                  what is refused before the long work begins
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
+    from takagi.certificates.design.turbine.published_law import designed_law
+    from takagi.certificates.design.turbine.scale import default_settings
+
+__all__ = [
+    "EffortSharingGainDesign",
+    "default_settings",
+    "designed_law",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

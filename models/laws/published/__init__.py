@@ -7,3 +7,22 @@ equilibrium, equilibrium_point    its equilibrium; that point as a value
 one_integrator, two_integrators   the balances that give the point
 linearisation     the law and its loop, linearised there
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.laws.published.coupling_filter import Variant
+    from takagi.models.laws.published.law import PublishedLawName
+    from takagi.models.laws.published.regional_schedule import RegionalSchedule
+
+__all__ = [
+    "PublishedLawName",
+    "RegionalSchedule",
+    "Variant",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

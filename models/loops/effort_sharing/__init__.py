@@ -6,3 +6,25 @@ law_interval         the law's tables between two wind nodes, exactly
 moving_schedule      what a schedule wind that moves does to the loop
 vertices             the matrices whose hull contains every loop of a cell
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.models.loops.effort_sharing.cells import CellLoop, effort_sharing_cells
+    from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
+    from takagi.models.loops.effort_sharing.vertices import loop_vertices
+
+__all__ = [
+    "CellLoop",
+    "LoopBox",
+    "LoopCell",
+    "LoopUncertainty",
+    "effort_sharing_cells",
+    "loop_vertices",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

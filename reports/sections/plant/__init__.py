@@ -15,8 +15,14 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.reports.sections.plant.gains import largest_commands
     from takagi.reports.sections.plant.page import plant_figures, plant_report, plant_report_files
 
-__all__ = ["plant_figures", "plant_report", "plant_report_files"]
+__all__ = [
+    "largest_commands",
+    "plant_figures",
+    "plant_report",
+    "plant_report_files",
+]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)

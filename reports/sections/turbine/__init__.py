@@ -19,8 +19,13 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.page.assembly import ReportFiles
+    from takagi.reports.sections.turbine.gains import gains_section
     from takagi.reports.sections.turbine.page import report_html
 
-__all__ = ["ReportFiles", "report_html"]
+__all__ = [
+    "ReportFiles",
+    "gains_section",
+    "report_html",
+]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -15,9 +15,8 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.design.plant.design import certify_plant
-from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models.plant.design_settings import PlantSettings
+from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.models.plant import PlantSettings
 from tests.certificates.kinds.test_damage import resealed
 from tests.models.blending.plants import plant_of
 
@@ -217,7 +216,7 @@ def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) 
 
 
 def design_of_file(path: Path) -> PlantDesign:
-    from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.models.plant_files import load_plant, plant_files
 
     def one(model: Any) -> Any:
         return np.array([GAIN] * len(model.A))
@@ -226,7 +225,7 @@ def design_of_file(path: Path) -> PlantDesign:
 
 
 def dumped(document: Data) -> str:
-    from takagi.certificates.document.certificate_file import dumps
+    from takagi.certificates.document import dumps
 
     return dumps(document)
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates.campaign import certified_loop
-from takagi.certificates.claims.turbine.published import published_law_data
-from takagi.certificates.document.certificate_file import turbine_data
+from takagi.certificates.claims.turbine import published_law_data
+from takagi.certificates.document import turbine_data
 from takagi.models import Turbine, full_load_model, nrel5mw, partial_load_model
 from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter

@@ -17,7 +17,7 @@ from takagi.certificates.coq import coq_file
 from takagi.certificates.coq.numerals import shorter, text_of
 from takagi.certificates.cross_check import Refusal
 from takagi.certificates.cross_check.kernel.reading import loads
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document import certificate_document, dumps
 from takagi.cli.verbs.export import run as export_verb
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.kinds.test_damage import resealed

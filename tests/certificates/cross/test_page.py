@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
-from takagi.certificates.audit.two_checkers import cross_checked
+from takagi.certificates.audit import cross_checked
 from takagi.certificates.cross_check import judge
 from takagi.certificates.cross_check.kernel.reading import load
 from takagi.certificates.cross_check.opinion import claims_of

@@ -13,8 +13,8 @@ import pytest
 from flint import fmpq
 from scipy.interpolate import BSpline
 
-from takagi.certificates.audit.two_checkers import cross_checked_document
-from takagi.certificates.claims.turbine.published import published_law_data
+from takagi.certificates.audit import cross_checked_document
+from takagi.certificates.claims.turbine import published_law_data
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.turbine import equilibrium as rests
@@ -22,7 +22,7 @@ from takagi.certificates.cross_check.turbine import torque_balance as rest_balan
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.surface import NumberRange
 from takagi.certificates.cross_check.turbine.torque_balance import Balance, BalanceSign, Looks
-from takagi.certificates.document.certificate_file import (
+from takagi.certificates.document import (
     certificate_document,
     dumps,
     effort_sharing_law_data,

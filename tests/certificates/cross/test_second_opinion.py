@@ -20,9 +20,9 @@ from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.expression import minus, parsed, plus, value_of
 from takagi.certificates.cross_check.plant.interval import Undefined, range_of
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from takagi.models import sector_model
-from takagi.models.plant_files.loader import load_plant
+from takagi.models.plant_files import load_plant
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.kinds.test_damage import resealed
 

@@ -18,7 +18,7 @@ from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange, Outside
-from takagi.certificates.document.certificate_file import dumps
+from takagi.certificates.document import dumps
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]

@@ -14,7 +14,7 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from takagi.models import ModelError, Plant, load_model, sector_model
 
 Data = dict[str, Any]

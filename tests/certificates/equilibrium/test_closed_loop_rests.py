@@ -12,8 +12,8 @@ from takagi.certificates import Verdict
 from takagi.certificates.equilibrium import ClosedLoopEquilibria, closed_loop_equilibria
 from takagi.models import ModelError
 from takagi.models.laws import EffortSharingLaw, Measurement
+from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLawName
 from takagi.models.turbine import rotor_torque
 from tests.certificates.conftest import Built, resealed
 from tests.certificates.test_paper_certificate import TURBINE, make_law

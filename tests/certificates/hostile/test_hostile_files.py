@@ -18,7 +18,7 @@ import pytest
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.files.given_files import compare_model
 from takagi.certificates.checker.kernel.reader import canonical, digest, read_text
-from takagi.certificates.document.certificate_file import certificate_document, dumps
+from takagi.certificates.document import certificate_document, dumps
 from tests.certificates.pinned.turbine.recorded_files import certificate, texts_of
 
 Document = dict[str, Any]

@@ -9,7 +9,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay
 from takagi.models import Premise, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of

@@ -18,7 +18,7 @@ from takagi.certificates.checker.loop.polytopic_loop import Family
 from takagi.certificates.coq import coq_file
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.cross_check.loop.pieces import leaves
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from takagi.certificates.requests import (
     Decay,
     FuzzyDecay,

@@ -10,7 +10,8 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
+from takagi.certificates.claims.turbine import rate_range
+from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
 from takagi.certificates.cross_check import Refusal, judge_document
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"

@@ -14,17 +14,15 @@ from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel, model_content
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.design.given.kept_model import law_for
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.document.certificate_file import content_of, dumps
+from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.document import content_of, dumps
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.cli.main import main
 from takagi.models import sector_model
-from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant_files.loader import load_plant, plant_files
+from takagi.models.plant import PlantSettings
+from takagi.models.plant_files import load_plant, plant_files
 from takagi.reports.baseline.changes import changes
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.gains_file import dump_gains, plant_gain_file
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
 
 Capture = pytest.CaptureFixture[str]

@@ -13,9 +13,8 @@ import pytest
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.document.certificate_file import content_of
-from takagi.models.turbine import load_turbine
-from takagi.models.turbine.loader import model_files
+from takagi.certificates.document import content_of
+from takagi.models.turbine import load_turbine, model_files
 from tests.certificates.model_file.rewrites import Rewrite, all_of, replaced, reversed_sections
 
 Document = dict[str, Any]

@@ -9,7 +9,7 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import bounded
 from takagi.certificates.checker.replay.certificate import MOST_CLAIMS, check_document
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

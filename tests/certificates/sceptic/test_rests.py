@@ -24,9 +24,9 @@ from takagi.certificates.checker.turbine.equilibria.published import bends, pape
 from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
 from takagi.certificates.checker.turbine.equilibria.zero_count import Piece, Span, count_zeros
 from takagi.certificates.checker.turbine.published.inputs import PaperLaw
-from takagi.certificates.claims.turbine.published import published_law_data
-from takagi.certificates.document.certificate_file import turbine_data
-from takagi.models.laws.published.law import PublishedLawName
+from takagi.certificates.claims.turbine import published_law_data
+from takagi.certificates.document import turbine_data
+from takagi.models.laws.published import PublishedLawName
 from takagi.models.turbine import rotor_torque
 from tests.certificates.conftest import Built
 from tests.certificates.test_paper_certificate import TURBINE, make_law
@@ -153,7 +153,7 @@ def test_a_sign_of_other_winds_is_no_change_of_sign() -> None:
 
 def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(built: Built) -> None:
     """x at its upper limit needs e <= 0; over a cell the largest R omega*/v is not every wind's."""
-    from takagi.certificates.document.certificate_file import effort_sharing_law_data
+    from takagi.certificates.document import effort_sharing_law_data
 
     data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
     read = read_text(json.dumps(data), "loop")
@@ -175,7 +175,7 @@ def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(bui
 def test_pitch_held_at_the_very_end_of_the_table_is_looked_at(built: Built) -> None:
     """A largest pitch that is the table's end: the balance there is bracketed, not left out."""
     from takagi.certificates.checker.turbine.equilibria.effort_sharing import _Rest
-    from takagi.certificates.document.certificate_file import effort_sharing_law_data
+    from takagi.certificates.document import effort_sharing_law_data
 
     data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
     read = read_text(json.dumps(data), "loop")
@@ -208,7 +208,7 @@ def test_a_paper_law_whose_pitch_ends_with_the_table_is_not_answered() -> None:
 
 def test_a_wake_may_move_all_between_the_rest_and_the_trim(built: Built) -> None:
     """A wake lowers f where x < 0: f > 0 there is no answer, only its slope, up to x = 0."""
-    from takagi.certificates.document.certificate_file import effort_sharing_law_data
+    from takagi.certificates.document import effort_sharing_law_data
 
     data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
     read = read_text(json.dumps(data), "loop")

@@ -13,7 +13,7 @@ from takagi.certificates import Verdict, certify, check
 from takagi.certificates.checker.plant.sector_embedding import plant_family
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak, Request
 from takagi.models import Plant, TSModel, load_model, sector_model
 from tests.certificates.embedding.plants import as_read

@@ -12,16 +12,9 @@ import pytest
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.turbine.effort_sharing import (
-    effort_sharing_candidate,
-    effort_sharing_claim,
-)
-from takagi.certificates.design.turbine.scale import default_settings
-from takagi.certificates.document.certificate_file import (
-    certificate_document,
-    effort_sharing_law_data,
-    turbine_data,
-)
+from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
+from takagi.certificates.design.turbine import default_settings
+from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.certificates.sweep import Axis, Task, parse_axes
 from takagi.certificates.sweep.effort_sharing_map import build, point
 from takagi.certificates.sweep.grid import canonical

@@ -9,21 +9,21 @@ import pytest
 
 from takagi.certificates import Checked, TurbineDesign, Verdict
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.turbine.published import (
+from takagi.certificates.claims.turbine import (
     published_candidate,
     published_claim,
     published_law_data,
     with_overlaps,
 )
-from takagi.certificates.document.certificate_file import certificate_document, turbine_data
+from takagi.certificates.document import certificate_document, turbine_data
 from takagi.certificates.sweep import Axis, Task, parse_axes
 from takagi.certificates.sweep import published_point as paper_point
 from takagi.certificates.sweep.effort_sharing_row import effort_sharing_row
 from takagi.certificates.sweep.published_map import AXES, build, default_winds, point, windows
 from takagi.certificates.sweep.published_point import LADDER, certified_windows, overlap_point
 from takagi.models import ModelError, nrel5mw
+from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.law import PublishedLawName
 from tests.certificates.test_paper_certificate import LAWS, make_law
 
 TURBINE = nrel5mw()

@@ -12,9 +12,13 @@ from takagi.certificates import CertificateError
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.certificate_file import certificate_document
-from takagi.certificates.document.model_data import pdc_law_data
-from takagi.certificates.document.plant_embedding import embedding_claim, law_members, plant_data
+from takagi.certificates.document import (
+    certificate_document,
+    embedding_claim,
+    law_members,
+    pdc_law_data,
+    plant_data,
+)
 from takagi.models import (
     Interval,
     Output,

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker.replay.claim_kinds import KINDS, OWN_READING, RESTING
-from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document import certificate_document
 from tests.certificates.weights.cells import EVIDENCE, LAWLESS, column, verdicts
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"

@@ -24,8 +24,8 @@ from takagi.lmi import (
     polynomial_lyapunov,
 )
 from takagi.lmi.analysis.slow_modes import decays_exactly, slow_vertex
-from takagi.lmi.condition.exact import fractions
-from takagi.lmi.refutation.definiteness import is_definite
+from takagi.lmi.condition import fractions
+from takagi.lmi.refutation import is_definite
 from takagi.models import TSModel
 
 pytestmark = pytest.mark.numeric

@@ -19,7 +19,7 @@ from takagi.lmi import (
     exact_matrices,
     expressed,
 )
-from takagi.lmi.condition.term import Array
+from takagi.lmi.condition import Array
 from takagi.models import ModelError
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import LMI, Condition, DoubleSum, Unknown, latex, relaxation_named
-from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition import lmi_value
 from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums
 from takagi.models import ModelError
 

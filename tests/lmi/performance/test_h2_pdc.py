@@ -18,7 +18,7 @@ from takagi.lmi import (
     latex,
     lqr_pdc,
 )
-from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition import margin
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import gramian_norm, sampled_gramian_norm

@@ -11,7 +11,7 @@ from scipy.linalg import solve_continuous_are
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Design, expressed, hinf_norm, hinf_pdc, hinf_pdc_condition, latex
-from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition import margin
 from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS, System, ac15, mfp, tg1

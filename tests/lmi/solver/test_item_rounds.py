@@ -18,7 +18,7 @@ from takagi.lmi import (
     optimise,
     optimise_by_rounds,
 )
-from takagi.lmi.condition.evaluate import margin
+from takagi.lmi.condition import margin
 from takagi.lmi.decision import item_rounds
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE
 

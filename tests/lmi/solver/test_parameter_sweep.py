@@ -22,7 +22,7 @@ from takagi.lmi import (
 )
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.parameter_search import parameter_sweep
-from takagi.lmi.solver.solve import Session
+from takagi.lmi.solver import Session
 from takagi.models import ModelError
 
 SLOW = np.array([[-1.0, 2.0], [-3.0, -4.0]])

@@ -16,14 +16,12 @@ from takagi.lmi import (
     hinf_norm_condition,
     pdc_condition,
 )
+from takagi.lmi.cone import ConeProgram, Raw, SolverRow, cone_program, least_objective_bound
 from takagi.lmi.cone.assemble import assemble
-from takagi.lmi.cone.duality import least_objective_bound
-from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision import decide as stages
-from takagi.lmi.solver import sdpa_solver, solve
+from takagi.lmi.solver import Session, again, attempts, sdpa_solver, solve
 from takagi.lmi.solver.elimination_order import guide
 from takagi.lmi.solver.incidence import incidence
-from takagi.lmi.solver.solve import Session, again, attempts
 from takagi.lmi.solver.solver_choice import prefers_sdpa
 from takagi.models import TSModel
 from tests.lmi.solver.control import OPTIMUM, control1

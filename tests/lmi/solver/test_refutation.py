@@ -29,7 +29,7 @@ from takagi.lmi import (
     rigorous_no,
 )
 from takagi.lmi.gains.requirements.limits import Limits, limits_of
-from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite
+from takagi.lmi.refutation import is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

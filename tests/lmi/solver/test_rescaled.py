@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from takagi.lmi.cone import ConeProgram, cone_program, least_objective_bound
 from takagi.lmi.cone.assemble import assemble
-from takagi.lmi.cone.duality import least_objective_bound
-from takagi.lmi.cone.program import ConeProgram, cone_program
+from takagi.lmi.solver import Session
 from takagi.lmi.solver.rescaled import scaling_of
-from takagi.lmi.solver.solve import Session, rescaled
+from takagi.lmi.solver.solve import rescaled
 from tests.lmi.solver.control import OPTIMUM, control1
 
 

@@ -23,11 +23,11 @@ from takagi.lmi import (
     max_box_enlargement,
 )
 from takagi.lmi.analysis import box_enlargement
-from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.cone.program import ConeProgram, Raw
+from takagi.lmi.condition import margin
+from takagi.lmi.cone import ConeProgram, Raw
 from takagi.lmi.decision import decide as stages
 from takagi.lmi.decision.outcome import NEAR, measured
-from takagi.lmi.solver.solve import Session, again, attempts
+from takagi.lmi.solver import Session, again, attempts
 from takagi.models import TSModel
 
 pytestmark = pytest.mark.numeric

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Unknown, decide, structured_pdc_condition
-from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition import lmi_value
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.slack_matrix import slack_gains
 from takagi.lmi.gains.structured.structure import structure_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.lmi import pdc, pdc_condition, rigorous_no
-from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition import lmi_value
 from takagi.lmi.gains.decay.design import decided
 from takagi.lmi.gains.decay.request import decay_request
 from takagi.lmi.gains.requirements.given_limits import GivenLimits

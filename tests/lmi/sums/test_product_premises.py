@@ -23,7 +23,7 @@ from takagi.lmi import (
     relaxation_named,
     relaxation_size,
 )
-from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition import lmi_value
 from takagi.lmi.gains.requirements.closed_loop import closed_loop
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.sums.known import (

@@ -22,8 +22,7 @@ from takagi.lmi import (
     pdc_condition,
     relaxation_named,
 )
-from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.exact import fractions
+from takagi.lmi.condition import fractions, lmi_value
 from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
 from takagi.models import ModelError
 from tests.lmi.sums.known import (

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
 from takagi.lmi import Design, expressed, latex, lqr_pdc, lqr_pdc_condition
-from takagi.lmi.condition.evaluate import smallest_eigenvalues
+from takagi.lmi.condition import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import Unknown
-from takagi.lmi.condition.evaluate import lmi_value
+from takagi.lmi.condition import lmi_value
 from takagi.lmi.turbine import (
     LoopOfGains,
     Objective,
@@ -24,7 +24,7 @@ from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
 from takagi.lmi.turbine.one_step.motion import motion
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw, effort_schedule
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.loops.effort_sharing import LoopBox, LoopUncertainty
 from takagi.models.turbine import rotor_thrust, rotor_torque_gradient
 
 Floats = NDArray[np.float64]

@@ -22,7 +22,7 @@ from takagi.lmi import (
     max_decay_rate,
     polynomial_lyapunov,
 )
-from takagi.lmi.refutation.definiteness import is_definite
+from takagi.lmi.refutation import is_definite
 from takagi.models import ModelError, Premise, TSModel
 
 Floats = NDArray[np.float64]

@@ -22,8 +22,8 @@ from takagi.lmi import (
     polynomial_lyapunov,
     polynomial_lyapunov_condition,
 )
-from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.refutation.definiteness import is_definite
+from takagi.lmi.condition import margin
+from takagi.lmi.refutation import is_definite
 from takagi.models import ModelError, Premise, TSModel
 
 pytestmark = pytest.mark.numeric

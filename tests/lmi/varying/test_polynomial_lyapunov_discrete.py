@@ -17,8 +17,8 @@ from takagi.lmi import (
     polynomial_lyapunov,
     polynomial_lyapunov_condition,
 )
-from takagi.lmi.condition.evaluate import margin
-from takagi.lmi.refutation.definiteness import is_definite
+from takagi.lmi.condition import margin
+from takagi.lmi.refutation import is_definite
 
 Floats = NDArray[np.float64]
 

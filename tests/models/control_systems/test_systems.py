@@ -20,14 +20,12 @@ from takagi.models import (
     statespace,
 )
 from takagi.models.laws import Measurement, PdcLaw, SampledLaw
-from takagi.models.plant_files.loader import load_plant
-from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.plant_files import load_plant
+from takagi.models.simulation import BaselineLaw, validation_plant
 from takagi.models.simulation.dynamics import plant_derivative
-from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.models.turbine import rotor_torque_gradient
-from takagi.models.turbine.loader import load_turbine
+from takagi.models.turbine import load_turbine, rotor_torque_gradient
 from takagi.models.turbine.trim import trim
-from takagi.reports.loops.plant_motion import plant_rate
+from takagi.reports.loops import plant_rate
 
 PAGE = Path(__file__).parents[3] / "docs" / "python-control.md"
 EXACT: Any = {"rtol": 1e-11, "atol": 1e-13}

@@ -6,8 +6,7 @@ import pytest
 
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
-from takagi.models.loops.effort_sharing.loop_cell import LoopCell
+from takagi.models.loops.effort_sharing import LoopCell, effort_sharing_cells
 from tests.models.loop.loop_points import (
     BOX,
     WIDE,

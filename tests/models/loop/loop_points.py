@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from takagi.models import Interval, Turbine
 from takagi.models.laws import Command, EffortSchedule, EffortSharingLaw, Measurement
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.loops.effort_sharing import LoopBox, LoopCell, LoopUncertainty
+from takagi.models.ramps import effort_ramp_slope
+from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import rotor_torque, rotor_torque_gradient
 
 Floats = NDArray[np.float64]

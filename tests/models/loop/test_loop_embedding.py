@@ -12,9 +12,13 @@ import pytest
 from takagi.models import Interval, ModelError, Turbine
 from takagi.models.intervals.jet import Jet
 from takagi.models.laws import EffortSharingLaw
-from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
-from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.loops.effort_sharing import (
+    LoopBox,
+    LoopCell,
+    LoopUncertainty,
+    effort_sharing_cells,
+    loop_vertices,
+)
 from tests.models.loop.loop_points import (
     BOX,
     FAST,

@@ -9,8 +9,7 @@ import pytest
 
 from takagi.models import Turbine
 from takagi.models.laws import EffortSharingLaw
-from takagi.models.loops.effort_sharing.cells import effort_sharing_cells
-from takagi.models.loops.effort_sharing.loop_cell import LoopCell
+from takagi.models.loops.effort_sharing import LoopCell, effort_sharing_cells
 from takagi.models.turbine import rotor_torque
 from tests.models.loop.loop_points import (
     BOX,

@@ -22,8 +22,8 @@ from takagi.models import (
     plant_file_schema,
     table_function,
 )
-from takagi.models.plant_files.loader import load_plant, plant_files
-from takagi.models.splines.table_function import TableFunction
+from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.splines import TableFunction
 from takagi.models.turbine import load_turbine
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from takagi.models import Curve, Interval, ModelError, Surface, interpolate_curve, table_function
-from takagi.models.splines.surface import interpolate
-from takagi.models.splines.table_function import TableFunction
+from takagi.models.splines import TableFunction, interpolate
 
 X, Y = sp.symbols("x y", real=True)
 POINTS = np.array([-2.0, -1.0, 0.5, 1.0, 2.0, 3.5])

@@ -25,7 +25,7 @@ from takagi.models import (
     reduce_rules,
     sector_model,
 )
-from takagi.models.intervals.interval import exact
+from takagi.models.intervals import exact
 from takagi.models.reduction.reduced_model import bounded_reduction
 from takagi.models.reduction.rule_tensor import rule_tensor
 

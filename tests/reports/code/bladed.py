@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws import Measurement, SampledLaw
-from takagi.models.laws.protocol import Command
-from takagi.reports.code.controller_program import ControllerProgram
+from takagi.models.laws import Command, Measurement, SampledLaw
+from takagi.reports.code import ControllerProgram, ExportSettings
 from takagi.reports.code.discon.library import export
-from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.compiled import STRICT, compiler, run
 
 GEAR_RATIO = 97.0

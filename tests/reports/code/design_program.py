@@ -6,9 +6,9 @@ import json
 from decimal import Decimal
 
 from takagi.certificates import TurbineDesign
-from takagi.reports.code.controller_program import ControllerProgram, controller_program
-from takagi.reports.gains_file.envelope import dump_gains
-from takagi.reports.gains_file.turbine import gain_file
+from takagi.reports.code import ControllerProgram
+from takagi.reports.code.controller_program import controller_program
+from takagi.reports.gains_file import dump_gains, gain_file
 
 
 def program_of(design: TurbineDesign) -> ControllerProgram:

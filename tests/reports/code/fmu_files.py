@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from takagi.reports.code import ControllerProgram, ExportSettings, read_controller
 from takagi.reports.code.certified_model import certified_model
-from takagi.reports.code.controller_program import ControllerProgram, read_controller
 from takagi.reports.code.fmu.target import export
-from takagi.reports.code.targets import Exported, ExportSettings
+from takagi.reports.code.targets import Exported
 
 
 def fmpy() -> Any:

@@ -9,18 +9,19 @@ from typing import Any
 
 import pytest
 
-from takagi.models.errors import ModelError
-from takagi.models.turbine.loader import load_turbine
-from takagi.reports.code.baseline import baseline_program
-from takagi.reports.code.c.expressions import literal
-from takagi.reports.code.c.source import c_source
-from takagi.reports.code.controller_program import (
+from takagi.models import ModelError
+from takagi.models.turbine import load_turbine
+from takagi.reports.code import (
     ControllerProgram,
-    controller_program,
+    ExportSettings,
+    Precision,
+    ProgramRun,
+    baseline_program,
     read_controller,
 )
-from takagi.reports.code.run import ProgramRun
-from takagi.reports.code.targets import ExportSettings, Precision
+from takagi.reports.code.c.expressions import literal
+from takagi.reports.code.c.source import c_source
+from takagi.reports.code.controller_program import controller_program
 from tests.reports.code.compiled import (
     C99,
     NO_DIVISION_BY_ZERO,

@@ -12,11 +12,9 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
-from takagi.models import nrel5mw
-from takagi.models.errors import ModelError
-from takagi.reports.code.baseline import baseline_program
+from takagi.models import ModelError, nrel5mw
+from takagi.reports.code import baseline_program, read_controller
 from takagi.reports.code.certified_model import certified_model
-from takagi.reports.code.controller_program import read_controller
 from takagi.reports.code.fmu import archive
 from takagi.reports.code.fmu.base_units import base_units
 from tests.reports.code.fmu_files import exported

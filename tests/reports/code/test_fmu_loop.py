@@ -12,12 +12,10 @@ from takagi.certificates import TurbineDesign
 from takagi.models import Plant
 from takagi.models.arrays import Floats
 from takagi.models.laws import SampledLaw
-from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation import SimulatedTurbine, WindSeries, simulate
 from takagi.models.simulation.dynamics import dynamics
-from takagi.models.simulation.turbine_plant import SimulatedTurbine
-from takagi.models.simulation.wind import WindSeries
+from takagi.reports.code import ProgramRun
 from takagi.reports.code.fmu.model_source import INNER_STEPS
-from takagi.reports.code.run import ProgramRun
 from tests.reports.code.fmu_files import exported, simulated
 from tests.reports.test_gain_file_alone import plant_file, plant_law, turbine_file
 
