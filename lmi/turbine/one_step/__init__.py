@@ -1,9 +1,9 @@
 """Gains of the effort-sharing law and the loop's quadratic functions, found together.
 
 design                    gains at all winds and the functions, by small convex steps
-condition, joint_step     one convex step; steps that lose nothing
-iteration                 from gains to better ones; each step is enclosed again
+condition, joint_step     the LMIs of one convex step; the solution of one step
+iteration                 a sequence of steps; the loop is enclosed again after each step
 loop_of_gains             the loop as a function of its gains, corner by corner
-loop_functions, value     the wind error tolerated, the states reached
-objective, motion         what is made better; pitch and tower in turbulence, estimated
+loop_functions, value     the wind error tolerated; the values that given gains achieve
+objective, motion         weights of the objective; estimates of pitch and tower motion
 """

@@ -1,23 +1,24 @@
-r"""Gains of the coherent law at all winds and the quadratic functions of the loop, found together.
+r"""Gains of the effort-sharing law at all winds and the loop's quadratic functions, found together.
 
-The two-step design finds gains wind by wind and looks for one function afterwards.  Here the
-gains gamma (nodes) and nu (cells), the function P with its invariant set {x' P x <= 1} under the
-wind class, its multipliers and the function R of the common decay rate move at once, from the
-two-step gains on:
+The two-step design finds the gains at each wind separately and searches for one Lyapunov function
+afterwards.  The one-step design starts from the two-step gains and changes all unknowns together:
+the gains gamma (one for each node) and nu (one for each cell), the function P with its invariant
+set {x' P x <= 1} under the wind class, the multipliers of P, and the function R of the common decay
+rate.  Each step has three parts:
 
-1. the loop is enclosed at the present gains and beside them (``loop_of_gains``);
-2. one convex step moves functions and gains (``condition``), within a trust region;
-3. the loop is enclosed anew at the new gains, the functions are improved there with gains fixed,
-   and the step is taken if the objective, at these true enclosures, became smaller; if not, the
+1. the loop is enclosed at the present gains and at neighbouring gains (``loop_of_gains``);
+2. one convex step changes functions and gains (``condition``) within a trust region;
+3. the loop is enclosed again at the new gains, and the functions are improved there with gains
+   fixed.  The step is accepted if the objective at these enclosures became smaller; otherwise the
    trust region shrinks.
 
-So nothing is lost on the way, whatever the straight lines of step 2 miss.  The law's structure is
-kept by construction: torque sees speed and integral alone, one effort is shared by the ramp.
-Actuator limits are part of the enclosure: gains whose set could ask for negative torque, pitch
-beyond its limit, or a lead beyond the pitch rate, are refused there, and the pitch rate limit
-enters as a sector.
+The objective therefore never becomes worse, even where the linearisation of step 2 is inaccurate.
+The parameters keep the law's structure: the torque law depends on speed and integral alone, and
+the ramp shares one effort between torque and pitch.  Actuator limits are part of the enclosure.  It
+refuses gains for which a state in the set would command negative torque, pitch beyond its limit, or
+a pitch lead faster than the pitch rate limit.  The pitch rate limit itself enters as a sector.
 
-What is found is floating point: a design, not a proof.  The certificate proves it or not.
+The result is a design in floating point and no proof; the certificate decides about it.
 """
 
 from __future__ import annotations
@@ -43,15 +44,15 @@ STEPS = 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OneStepDesign:
-    """Gains and functions found together, and what that gained.
+    """Gains and functions of the one-step design, and a comparison with the two-step gains.
 
     Attributes
     ----------
-    law : with the gains, rounded to the decimals that are emitted.
-    functions : P with its multipliers and R, at these gains.
-    before, after : what the two-step gains reach, and these; by the same analysis.
-    history : what each accepted step reached, the start first.
-    refused : number of steps that were not taken.
+    law : law with the gains, rounded to the decimals that are emitted.
+    functions : P with its multipliers, and R, at these gains.
+    before, after : values of the two-step gains and of the new gains, by the same analysis.
+    history : values after each accepted step; the first entry is the start.
+    refused : number of steps that were not accepted.
     """
 
     law: EffortSharingLaw
@@ -73,18 +74,18 @@ def one_step_gains(
     steps: int = STEPS,
     tell: Tell | None = None,
 ) -> OneStepDesign:
-    """Return gains and functions found together, from the gains of ``family.law`` on.
+    """Return gains and functions found together, starting from the gains of ``family.law``.
 
     Parameters
     ----------
-    family : loop, box, uncertainty and wind class; the law's gains are the two-step ones.
-    objective : what is made better; None takes the wind class alone.
-    steps : most joint steps, accepted or not; 0 only analyses the gains that are given.
-    tell : called with a word before each step.
+    family : loop, box, uncertainty and wind class; the gains of its law are the two-step gains.
+    objective : weights of the objective; None maximises the wind class alone.
+    steps : largest number of joint steps, accepted or not; 0 only analyses the given gains.
+    tell : called with a line of text before each step.
 
     Raises
     ------
-    ModelError : no function at the gains that are given, or a count below 0.
+    ModelError : no function was found at the given gains, or ``steps`` is below 0.
     """
     if steps < 0:
         raise ModelError(f"steps = {steps} was given; 0 or more are needed")
@@ -100,7 +101,8 @@ def one_step_gains(
     theta = climb.spot.theta
     nodes = family.cells + 1
     rounded = np.concatenate([np.round(theta[:nodes], 5), np.round(theta[nodes:], 6)])
-    # Rounding moves the loop by less than a step does; where it loses more, the start remains.
+    # The rounded gains are the ones that are emitted, so they are assessed again.  If rounding
+    # makes the objective worse than at the start, the starting gains are returned.
     last = climb.assessed(rounded, climb.spot.functions)
     best = with_largest_decay_rate(
         family, spot if last is None or last.value >= spot.value else last
@@ -112,7 +114,7 @@ def one_step_gains(
 
 
 def effort_loop_reach(family: LoopOfGains, objective: Objective | None = None) -> ReachedValues:
-    """Return what the gains of ``family.law`` reach, by the analysis of ``one_step_gains``.
+    """Return the values of the gains of ``family.law``, by the analysis of ``one_step_gains``.
 
     Raises
     ------
@@ -126,4 +128,4 @@ def _theta(law: EffortSharingLaw) -> Floats:
 
 
 def _silent(_: str) -> None:
-    """Say nothing."""
+    """Ignore the line of text."""

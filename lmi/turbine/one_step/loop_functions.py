@@ -1,4 +1,4 @@
-"""The quadratic functions of the loop at some gains, and the wind error tolerated there."""
+"""The quadratic functions of the loop at given gains, and the wind error that they tolerate."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from takagi.models.arrays import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopFunctions:
-    """The quadratic functions found at some gains.
+    """The quadratic functions found at given gains.
 
     Attributes
     ----------
-    P : (3, 3), {x' P x <= 1} is invariant, and inside the box;  multipliers : (K - 1,) its alpha.
-    scales : (K - 1,) multiple of the wind error asked for that it tolerates in each cell.
-    R : (3, 3), x' R x decays at ``decay_rate`` [1/s] while the wind is constant.
+    P : (3, 3); the set {x' P x <= 1} is invariant and inside the box.
+    multipliers : (K - 1,) alpha of the invariance inequality, one for each cell.
+    scales : (K - 1,) multiple of the requested wind error for which P is invariant in each cell.
+    R : (3, 3); x' R x decays at ``decay_rate`` [1/s] while the wind is constant.
     """
 
     P: Floats
@@ -30,24 +31,25 @@ class LoopFunctions:
 
 
 def reached_by_function(P: Floats, directions: Floats) -> Floats:
-    """Return (D,): max of (h_i' x)^2 over x' P x <= 1."""
+    """Return (D,): the maximum of (h_i' x)^2 over x' P x <= 1, which is h_i' P^-1 h_i."""
     return np.asarray(np.einsum("di,ij,dj->d", directions, np.linalg.inv(P), directions))
 
 
 def functions_at(
     corners: WindCellCorners, rest: WindCellCorners, functions: LoopFunctions, limit: Floats
 ) -> LoopFunctions | None:
-    """Return the functions with the largest multiples and the decay rate that P and R really show.
+    """Return the functions with multiples and decay rate recomputed at these corners.
 
     Parameters
     ----------
     functions : P with its set inside the box, and R.  Its multiples and multipliers are kept where
-        they hold and are better than what the search over multipliers finds; zero for none.
-    limit : (K - 1,) of the multiples.
+        they hold at the corners and are better than the result of the search over multipliers;
+        zeros if there are none.
+    limit : (K - 1,) largest multiple for which the corners are valid.
 
     Returns
     -------
-    None where a cell tolerates no wind error.
+    None if a cell tolerates no wind error.
     """
     found = []
     for k, most in enumerate(limit):
@@ -55,6 +57,8 @@ def functions_at(
         A, fixed, error = corners.A[mine], corners.fixed[mine], corners.error[mine]
         best = largest_scale(functions.P, A, fixed, error, limit=most)
         scale, alpha = min(functions.scales[k], most), functions.multipliers[k]
+        # The search over alpha is one-dimensional and approximate; the step's own alpha may be
+        # better.  It counts only if its inequalities hold at the true corners.
         if scale > best[0] and alpha > 0:
             held = slacks(functions.P, A, fixed + scale * error, np.full(len(A), alpha))
             best = (scale, alpha) if held.max() < 0 else best

@@ -1,17 +1,18 @@
-r"""How much pitch and tower move in turbulence, for a choice among gains; an estimate, no bound.
+r"""Standard deviations of pitch rate and tower speed in turbulence: a linear estimate, no bound.
 
-At the middle of each wind cell the law and the turbine are linearised about the trim (central
-differences), with the tower's fore-aft mode,
+The one-step design compares gains by these numbers; no certificate uses them.  At the middle of
+each wind cell the law and the turbine are linearised about the trim by central differences.  The
+model includes the tower's fore-aft mode,
 
     m y'' = F(omega, beta, v - y') - F_0 - c y' - k y ,
 
-and a wind v' = -(v - v_0) / T + sqrt(2 / T) n of standard deviation 1 m/s, T = L / v_0, n white
-noise of unit intensity; the law's estimate is the wind itself.  Standard deviations follow from
-A X + X A' + B B' = 0.  One number for all winds is their mean over the wind range.
+and a wind v' = -(v - v_0) / T + sqrt(2 / T) n of standard deviation 1 m/s, where T = L / v_0 and n
+is white noise of unit intensity.  The law's wind estimate is the wind itself.  The covariance X of
+the state solves A X + X A' + B B' = 0.  The objective uses the mean over the wind range.
 
 Source: Brogan (1991), Modern Control Theory, section 11.5 (covariance of a linear system);
-L = 8.1 * 42 m, the Kaimal model's length for the longitudinal component of IEC 61400-1 ed. 3, Annex
-B (recalled); a first-order wind with the same spectrum at low frequencies.
+L = 8.1 * 42 m is the Kaimal length of the longitudinal component in IEC 61400-1 ed. 3, Annex B
+(recalled); the first-order wind has the same spectrum at low frequencies.
 """
 
 from __future__ import annotations
@@ -29,19 +30,22 @@ from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
 
 TURBULENCE_LENGTH = 8.1 * 42.0  # m
-# Steps of the central differences: rotor speed, pitch, integral, schedule wind, tower, its speed,
-# wind.
+# Steps of the central differences for rotor speed, pitch, integral, schedule wind, tower position,
+# tower speed and wind.  They are small beside the overlap of the ramp and the cells of the tables,
+# and large beside the rounding errors of the rates.
 STEPS = np.array([1e-4, 1e-5, 1e-4, 1e-3, 1e-3, 1e-3, 1e-3])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PitchAndTowerMotion:
-    """Standard deviations for a wind of standard deviation 1 m/s, by wind cell.
+    """Standard deviations in each wind cell, for a wind of standard deviation 1 m/s.
+
+    All three are inf in a cell where the linear loop is not stable.
 
     Attributes
     ----------
     speed : (K - 1,) of omega - omega* [rad/s];  pitch_rate : (K - 1,) [rad/s];  tower_speed :
-        (K - 1,) of y' [m/s]; inf where the linear loop is not stable.
+        (K - 1,) of y' [m/s].
     """
 
     speed: Floats
@@ -52,7 +56,7 @@ class PitchAndTowerMotion:
 def motion(
     turbine: Turbine, law: EffortSharingLaw, cells: range | None = None
 ) -> PitchAndTowerMotion:
-    """Return the standard deviations in each wind cell, or in some of them."""
+    """Return the standard deviations in the given wind cells; in all cells for ``None``."""
     nodes = law.schedule.wind
     chosen = range(len(nodes) - 1) if cells is None else cells
     rows = [_deviations(turbine, law, (nodes[k] + nodes[k + 1]) / 2) for k in chosen]
@@ -70,9 +74,12 @@ def _deviations(turbine: Turbine, law: EffortSharingLaw, wind: float) -> tuple[f
         beside = np.zeros(7)
         beside[column] = step
         jacobian[:, column] = (rates(at + beside) - rates(at - beside)) / (2 * step)
+    # 1 / T of the first-order wind: turbulence passes the rotor with the mean wind speed.
     pace = wind / TURBULENCE_LENGTH
+    # The wind filters white noise; the loop does not act on it.
     jacobian[6] = 0.0
     jacobian[6, 6] = -pace
+    # The Lyapunov equation of an unstable loop has a solution too, but it is no covariance.
     if np.linalg.eigvals(jacobian).real.max() >= 0:
         return np.inf, np.inf, np.inf
     noise = np.zeros((7, 7))
@@ -80,15 +87,21 @@ def _deviations(turbine: Turbine, law: EffortSharingLaw, wind: float) -> tuple[f
     X = solve_continuous_lyapunov(jacobian, -noise)
     node = min(int(np.searchsorted(law.schedule.wind, wind)) - 1, len(law.schedule.wind) - 2)
     slope = np.diff(law.schedule.rotor_speed)[node] / np.diff(law.schedule.wind)[node]
+    # omega* moves with the schedule wind: the error is omega - (d omega* / d v_s) v_s.
     error = np.eye(7)[0] - slope * np.eye(7)[3]
     return tuple(float(np.sqrt(max(h @ X @ h, 0.0))) for h in (error, jacobian[1], np.eye(7)[5]))  # type: ignore[return-value]
 
 
 def _loop(turbine: Turbine, law: EffortSharingLaw, thrust: float) -> Callable[[Floats], Floats]:
-    """Return the rates of (omega, beta, x, v_s, y, y', v); the wind's own are not filled in."""
+    """Return the function z -> dz/dt of z = (omega, beta, x, v_s, y, y', v).
+
+    The rate of the wind is 0 here; the caller adds the first-order wind.
+    """
 
     def rates(z: Floats) -> Floats:
         omega, beta, x, scheduled, y, moving, wind = z
+        # The rotor meets the wind relative to the tower top, which is the tower's aerodynamic
+        # damping.
         seen = wind - moving
         measured = Measurement(omega, beta, wind)
         state = np.array([x, scheduled])

@@ -1,4 +1,4 @@
-"""What gains and their functions reach, and the objective made of it."""
+"""The values that given gains and Lyapunov functions achieve, and the objective of these values."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from takagi.models.arrays import Floats
 
 @dataclass(frozen=True, slots=True)
 class ReachedValues:
-    """What gains reach, all by the same analysis.
+    """Values that given gains achieve; the same analysis computes them for all gains.
 
     Attributes
     ----------
-    wind_error : geometric mean over wind of the |v - v_s| that {x' P x <= 1} tolerates [m/s], with
-        schedule winds that move at the rates asked for.
+    wind_error : geometric mean over wind of the largest |v - v_s| for which {x' P x <= 1} is
+        invariant [m/s], while the schedule wind moves at the requested rates.
     overspeed : largest |omega - omega*| on that set [rad/s].
-    decay_rate : common decay rate at constant wind that R shows [1/s]; nan on the way where the
-        objective does not look at it.
+    decay_rate : common decay rate at constant wind that R proves in floats [1/s]; nan during the
+        search when the objective gives it no weight.
     pitch_rate, tower_speed : means over wind of the standard deviations per m/s of turbulence
-        [rad/s, m/s]; nan where the objective does not look at them.
+        [rad/s, m/s]; nan when the objective gives them no weight.
     """
 
     wind_error: float
@@ -38,9 +38,10 @@ class ReachedValues:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DesignPoint:
-    """Gains, their functions, what they reach, and the objective (smaller is better).
+    """Gains, their Lyapunov functions, the values they achieve, and the objective.
 
-    ``floor`` is the multiple of the wind error asked for that no cell shall fall below.
+    A smaller objective ``value`` is better.  ``floor`` is the multiple of the requested wind error
+    that every cell must tolerate.
     """
 
     theta: Floats
@@ -56,7 +57,7 @@ def mean_error(family: LoopOfGains, functions: LoopFunctions) -> float:
 
 
 def function_value(family: LoopOfGains, functions: LoopFunctions, aim: Objective) -> float:
-    """Return the part of the objective that does not look at motion in turbulence."""
+    """Return the objective without its terms for pitch and tower motion in turbulence."""
     peak = float(reached_by_function(functions.P, family.box.directions[:1])[0]) ** 0.5
     value = -aim.wind_class * float(shares_of(family) @ np.log(functions.scales))
     if aim.decay > 0:
@@ -67,7 +68,7 @@ def function_value(family: LoopOfGains, functions: LoopFunctions, aim: Objective
 def design_point(
     family: LoopOfGains, theta: Floats, functions: LoopFunctions, aim: Objective
 ) -> DesignPoint | None:
-    """Return what is reached; None where the linear loop about a trim is not stable."""
+    """Return the point with its values; None if the linear loop about a trim is not stable."""
     peak = float(reached_by_function(functions.P, family.box.directions[:1])[0]) ** 0.5
     share = shares_of(family)
     pitch = tower = np.nan
@@ -83,11 +84,12 @@ def design_point(
         pitch,
         tower,
     )
+    # An unstable linear loop has infinite standard deviations, so its objective is not finite.
     return DesignPoint(theta, functions, reached, float(value)) if np.isfinite(value) else None
 
 
 def weights_at(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Weights:
-    """Return what a step from a spot minimises: the objective's first-order change."""
+    """Return the weights of one convex step: the gradient of the objective at the point."""
     gains = np.zeros(len(spot.theta))
     if aim.watches_motion:
         gains = _motion_slopes(family, spot, aim)
@@ -96,7 +98,12 @@ def weights_at(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Weight
 
 
 def _motion_slopes(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Floats:
-    """Return d (weighed logarithms of pitch rate and tower speed) / d (logarithms of the gains)."""
+    """Return d (weighted logarithms of pitch rate and tower speed) / d (logarithms of the gains).
+
+    Two evaluations serve all gains: the motion in a cell depends on that cell's gains alone, so
+    all gamma are raised together, then all nu.  A cell's change by gamma is shared equally by the
+    nodes at its two ends.
+    """
     nodes, step = family.cells + 1, 1e-2
     share = shares_of(family)
     slopes = np.zeros(len(spot.theta))
@@ -119,12 +126,16 @@ def _motion_slopes(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Fl
 
 
 def shares_of(family: LoopOfGains) -> Floats:
-    """Return (K - 1,): each cell's share of the winds, which sum to 1."""
+    """Return (K - 1,): the width of each wind cell divided by the whole wind range."""
     widths = np.diff(family.law.schedule.wind)
     return np.asarray(widths / widths.sum(), dtype=np.float64)
 
 
 def widest_multiples(family: LoopOfGains) -> Floats:
-    """Return (K - 1,): the multiple of the wind error up to which the cells are enclosed."""
+    """Return (K - 1,): the largest multiple of the wind error for which the enclosures hold.
+
+    A cell's ranges are enclosed for wind errors up to a share of its lowest wind; beyond, the
+    corners say nothing.
+    """
     wind = family.law.schedule.wind[:-1]
     return np.asarray(float(family.box.wind_share) * wind / family.error, dtype=np.float64)
