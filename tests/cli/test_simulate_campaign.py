@@ -101,7 +101,7 @@ def test_a_violated_bound_is_status_1(certificate: Path, tmp_path: Path, capsys:
     ("more", "words"),
     [
         (["--law", "paper"], "--law is about a scenario"),
-        (["--wake", "dynamic"], "--wake is about a scenario"),
+        (["--wake", "equilibrium"], "--wake is about a scenario"),
         (["--beyond", "torque=2"], "'torque' is not one of"),
         (["--beyond", "start=1"], "starts up to V = 1 are within the certificate"),
         (["--runs", "0"], "0 runs were asked for"),
