@@ -37,7 +37,6 @@ from takagi.models.errors import ModelError
 from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.turbine.data import Turbine
 
-
 # Of the finite differences that linearise the rotor's torque [rad/s, m/s].
 SPEED_STEP, WIND_STEP = 1e-3, 1e-2
 # The covariance takes at least this dT_r/dv / J [1/s/m]: it stays finite where the rotor stalls.
