@@ -4,15 +4,15 @@ expression_range      an expression: Bernstein form or ball arithmetic, branch a
 bernstein_form        polynomials and rational functions, exact
 tape, ball_form       expressions compiled to ball operations; derivative and Taylor forms of them
 box_side, ball_operations, table_balls    boxes as balls; splines as operations on balls
-symbolic_derivatives, linear_combination  what the forms need: derivatives; t = x + 2 y in one
-cell, domain          a box with places; boxes, bands around a curve, unions of cells
+symbolic_derivatives, linear_combination  derivatives; a new variable t for a sum x + 2 y
+cell, domain          a box with dependent variables; boxes, bands around a curve, unions of cells
 cell_enclosures, cell_search    one cell in a search; the search over cells
 branch_and_bound      the range of any interval enclosure over boxes
 evidence, replayed_leaves    trees of boxes that prove a range, and their replay
 sampled               bounds from samples, which prove nothing
 
-A bound from this room, sampled ones apart, holds for every point of the domain, not for the
-points somebody looked at.
+Every bound from this package holds for all points of the domain.  The only exception is
+``sampled``.
 """
 
 from __future__ import annotations

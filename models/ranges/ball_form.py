@@ -1,8 +1,8 @@
 r"""Enclosures of a differentiable expression over a box, in ball arithmetic.
 
-These make them tight:
+Three methods make the enclosures tight:
 
-- a variable in which f is monotone over the box is put to its ends;
+- a variable in which f is monotone over the box is replaced by its two ends;
 - for the others the mean-value form, f(X) in f(m) + sum_i df/dx_i(X) (X_i - m_i), next to the
   plain evaluation; for a single one also the Taylor form of second order;
 - a removable singularity N(x)/x_j^k at x_j = 0 is taken in Taylor form there:
@@ -38,7 +38,7 @@ from takagi.models.ranges.tape import Tape, tape_of
 if TYPE_CHECKING:
     import sympy as sp
 
-SHORT = 60  # operations of an expression whose second derivatives are worth their making
+SHORT = 60  # operations; second derivatives of longer expressions cost more than they gain
 PRECISION = 128  # bits; Taylor forms near a removable singularity cancel leading digits
 
 
@@ -88,7 +88,7 @@ class BallForm:
         return Bounded(found, attained, axis, "s", (rough, "p"))
 
     def by_letter(self, letter: str, box: Sides) -> Ends | None:
-        """Return the enclosure that a leaf's letter stands for: p(lain), or with s(lopes)."""
+        """Return the enclosure that a leaf's letter names: p for plain, s for slopes."""
         if letter == "p":
             return ends_of(self.plain(box))
         return self.refined(box).outer
@@ -156,7 +156,7 @@ class BallForm:
         """Return the common part of ``mean`` and f(m) + f_i(m) d + f_ii(box) d^2/2, |d| <= r.
 
         The face has one free side, of radius r and middle m; ``value`` is f(m).  Unlike the
-        mean-value form it knows how far f can rise while f_i falls.
+        mean-value form it uses the curvature, which limits the rise of f while f_i falls.
         """
         if self.is_held or any(self.poles()) or self.length > SHORT:
             return mean
@@ -247,7 +247,7 @@ class BallForm:
         try:
             return BallForm(expression, self.symbols, self.covered)
         except ModelError:
-            return None  # a derivative without ball arithmetic: that slope is not known
+            return None  # this derivative has no ball arithmetic, so its slope is unknown
 
     def poles(self) -> tuple[int, ...]:
         """Return, per symbol, the order of the factor 1/x^k that the expression is written with."""
@@ -261,8 +261,8 @@ class BallForm:
     def _removed(self, index: int, order: int, needed: bool) -> BallForm | None:
         """Return the form of d^k N/dx^k / k! for N = f x^k, after proving N^(i)(0) = 0, i < k.
 
-        None where 0 is a pole indeed (ModelError if the form is ``needed``), and where a table in
-        N has no k-th derivative: then nothing is known of f at 0.
+        The result is None if 0 is a true pole (ModelError if the form is ``needed``).  It is also
+        None if a table in N has no k-th derivative, because f then has no known bound at 0.
         """
         if index not in self._taylor:
             import sympy as sp

@@ -9,7 +9,7 @@ from takagi.models.ranges.box_side import BoxSide, halves_of
 
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
 Sides: TypeAlias = tuple[BoxSide, ...]
-FINEST = 2**60  # a side that much narrower than its number is not halved any more
+FINEST = 2**60  # a side is not halved if its magnitude is at least this many widths
 
 
 def halved(box: Sides, axis: int) -> tuple[Sides, Sides]:

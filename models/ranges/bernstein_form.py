@@ -1,8 +1,8 @@
 r"""Ranges of polynomials and rational functions of several variables in Bernstein form, exactly.
 
 On a box, p(x) = \sum_i b_i B_i(x) with B_i >= 0 and \sum_i B_i = 1, so that
-min b_i <= p <= max b_i, and the corner coefficients are values.  For N/D of equal degree with all
-d_i of one sign,
+min b_i <= p <= max b_i.  The coefficients at the corners are values of p.  For
+N/D of equal degree with all d_i of one sign,
 
     N/D = \sum_i (n_i / d_i) w_i,    w_i = d_i B_i / D >= 0,  \sum_i w_i = 1,
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     import sympy as sp
 
 Integers: TypeAlias = NDArray[Any]  # of Python integers: dtype object
-MOST_COEFFICIENTS = 400  # more are dearer than ball arithmetic
-MOST_OPERATIONS = 300  # of an expression that sympy is asked to write as one fraction
+MOST_COEFFICIENTS = 400  # with more coefficients ball arithmetic is faster
+MOST_OPERATIONS = 300  # sympy rewrites no longer expression as one fraction; that would be slow
 
 
 class PolynomialBox(NamedTuple):
@@ -128,7 +128,7 @@ def halved_polynomial(box: PolynomialBox, axis: int) -> tuple[PolynomialBox, Pol
 
 
 def _fraction(expression: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-    """Return N and D without common factor, which also takes removable singularities away."""
+    """Return N and D without common factor; this also removes removable singularities."""
     import sympy as sp
 
     if expression.is_polynomial():

@@ -22,7 +22,7 @@ Changes: TypeAlias = Callable[[Box], Sequence[float]]
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """What is known of {f(x) : x in the boxes}.
+    """Outer and inner bounds of the set {f(x) : x in the boxes}.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A cell: a box, in which some variables may have a place that the others give."""
+"""A cell: a box, and variables that are functions of the coordinates of the box."""
 
 from __future__ import annotations
 

@@ -53,14 +53,14 @@ class Domain:
     ) -> Domain:
         """Return {x : lower_i(v) <= x_i <= upper_i(v), v in box}, e.g. a band around a trim curve.
 
-        x_i = lower_i + s_i (upper_i - lower_i) with a share s_i in [0, 1], so that an enclosure
-        knows that v and x_i move together.
+        x_i = lower_i + s_i (upper_i - lower_i) with a share s_i in [0, 1].  An enclosure in
+        v and s_i keeps the dependence of x_i on v.
 
         Parameters
         ----------
         box : ranges of v (and of all else).
         between : variable -> (lower, upper), expressions in the symbols of the box.
-        check : prove lower_i <= upper_i over the box; False takes the caller's word.
+        check : prove lower_i <= upper_i over the box; with False the caller must ensure it.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class Domain:
         sides, places = dict(box), {}
         for symbol, (lower, upper) in between.items():
             low, high = sp.sympify(lower), sp.sympify(upper)
-            # No symbol of an expression may be taken for it, whatever its name.
+            # A dummy symbol differs from every symbol of an expression, even with the same name.
             share = sp.Dummy(f"share_{symbol}", real=True)
             sides[share] = Interval.of(0, 1)
             places[symbol] = low + share * (high - low)

@@ -28,7 +28,7 @@ LONGEST = 100_000  # characters of all trees together that a reader accepts
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """That the values of an expression over a domain lie in ``bounds``.
+    """Evidence that the values of an expression over a domain lie in ``bounds``.
 
     Attributes
     ----------

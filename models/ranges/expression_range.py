@@ -1,8 +1,8 @@
 """Rigorous range of a symbolic expression: Bernstein form or ball arithmetic, branch and bound.
 
-Quotients of polynomials with rational coefficients are enclosed exactly in Bernstein form, all
-else in ball arithmetic with derivative forms.  See ``bernstein_form`` and
-``ball_form``; what is said here is which of them is taken.
+Quotients of polynomials with rational coefficients are enclosed exactly in Bernstein form
+(``bernstein_form``).  All other expressions are enclosed in ball arithmetic with derivative forms
+(``ball_form``).  This module chooses between the two.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def expression_range(
 
 
 def expression_value(expression: sp.Expr, point: Mapping[sp.Symbol, float]) -> float:
-    """Return the expression at a point, also where a removable singularity sits.
+    """Return the expression at a point, also at a removable singularity.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """One variable in the place of a sum: sin(x + 2 y)/(x + 2 y) is a function of t = x + 2 y.
 
-Taylor forms know removable singularities at a variable's zero; a sum that the expression depends on
-by itself, and on its variables not besides, is such a variable.  A variable that is divided by on
-its own stays.
+The Taylor forms treat removable singularities only where one variable is zero.  A sum is therefore
+replaced by one variable t if the expression depends on the variables of the sum only through the
+sum.  A variable that is itself a divisor is not replaced.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Bounds from samples: what a function does at some points, which proves nothing about the rest."""
+"""Bounds from samples of a function: values between the samples may lie outside the bounds."""
 
 from __future__ import annotations
 

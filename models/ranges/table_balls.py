@@ -11,13 +11,13 @@ from typing import Any, TypeAlias
 from takagi.models.intervals.interval import Interval
 
 Ball: TypeAlias = Any  # flint.arb carries no type annotations
-# What rounding may put an argument outside its table by, as a share of the table's width.
+# Rounding may move an argument outside its table by this share of the table's width.
 EDGE = Fraction(1, 2**90)
 WIDE = 30  # bits that a ball's width may be smaller than its number to be called wide
 
 
 def tables_class() -> type[Any] | None:
-    """Return ``TableFunction`` if anybody has loaded it: else no expression can hold one."""
+    """Return ``TableFunction`` if it is loaded; otherwise no expression can contain one."""
     module = sys.modules.get("takagi.models.splines.table_function")
     return None if module is None else module.TableFunction
 

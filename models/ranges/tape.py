@@ -244,7 +244,7 @@ def _root(ball: Ball) -> Ball:
 
 @dataclass(frozen=True, slots=True)
 class _Power:
-    """x^n by its ends: a product of balls would forget that both factors are the same."""
+    """x^n from the ends of x; a product of balls ignores that the factors are equal."""
 
     exponent: int
 

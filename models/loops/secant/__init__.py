@@ -1,8 +1,8 @@
-"""The closed loop of any plant under a given law, as secant matrices that contain its motion.
+"""The closed loop of a plant under a given law, enclosed by families of secant matrices.
 
-embedding      the front door: plant and law in, a family of matrices a cell out
+embedding      computes a family of matrices for each cell from plant and law
 feedback       a law u = v(x, w) in symbols, with amplitude limits
-closed_loop    plant and law put together, with saturations as sectors
-entries        entries of a secant matrix, and what they share
-matrices       the families as values: factors, vertices, export
+closed_loop    substitutes the law into the plant; saturations become sectors
+entries        enclosures of the matrix entries; common factors of several entries
+matrices       data types of the families: factors, vertices, export
 """

@@ -1,4 +1,4 @@
-"""Plant and law put together in symbols on one cell, with saturations as sectors."""
+"""The symbolic closed loop of plant and law on one cell, with saturations as sectors."""
 
 from __future__ import annotations
 
@@ -41,15 +41,17 @@ def close_loop(
     reference: Mapping[sp.Symbol, sp.Expr],
     box: Mapping[sp.Symbol, Interval],
 ) -> ClosedLoop:
-    """Return the rows with u = u* + s (v(x, w) - v(x*, w*)) put in, s in [s_min, 1].
+    """Return the rows with u = u* + s (v(x, w) - v(x*, w*)) substituted, s in [s_min, 1].
 
-    sat(v) - sat(v*) = s (v - v*) holds with one s in [0, 1] for each x; with v* inside the limits
-    s >= min(1, (upper - v*)/(v_max - v*)), likewise below.  For that x, s is a constant, and the
-    loop is differentiable: the share is one more variable of the box.
+    sat(v) - sat(v*) = s (v - v*) holds with one s in [0, 1] for each x.  If v* is inside the
+    limits, s >= min(1, (upper - v*)/(v_max - v*)); the lower limit gives a similar bound.  For each
+    x, s is treated as a constant, so that the loop is differentiable.  The share s is one more
+    variable of the box.
 
     Raises
     ------
-    ModelError : a command cannot be bounded, or it cannot be told on which side of a limit v* is.
+    ModelError : a command cannot be bounded, or the range of v* contains an end of the limits
+        in its interior.
     """
     import sympy as sp
 
@@ -68,6 +70,8 @@ def close_loop(
         wanted = at_rest[symbol]
         held, least = _at_reference(symbol, wanted, _range(wanted, box), reached, limit)
         share = sp.Symbol(f"share_{symbol.name}", real=True)
+        # Rounding outward lowers the least share, which only enlarges the enclosure.  The sector
+        # itself gives 0 <= s <= 1, so the intersection loses nothing.
         sides[share] = Interval(least, Fraction(1)).outward(9).intersect(_UNIT)
         at_rest[symbol] = held
         inputs[symbol] = held + share * (command - wanted)
@@ -85,7 +89,7 @@ _UNIT = Interval(Fraction(0), Fraction(1))
 def _at_reference(
     symbol: sp.Symbol, wanted: sp.Expr, at: Interval, reached: Interval, limit: Interval
 ) -> tuple[sp.Expr, Fraction]:
-    """Return (u* = sat(v*), the least share)."""
+    """Return (u* = sat(v*), the least share); all bounds use the worst v* in its range."""
     import sympy as sp
 
     if limit.contains(at):

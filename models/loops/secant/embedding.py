@@ -1,4 +1,4 @@
-"""The front door of the secant embedding: plant and law in, a family of matrices a cell out."""
+"""The secant embedding: a family of matrices for each cell, computed from plant and law."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SecantRegion:
-    """A cell: a box and the point x* in it that differences are taken from.
+    """A cell: a box, and the reference point x* in it for the differences x - x*.
 
     Attributes
     ----------
     name : e.g. ``"12-13 m/s"``.
-    box : variable -> (lower, upper) or ``Interval``; the plant's range for those left out.
+    box : variable -> (lower, upper) or ``Interval``; the default is the plant's range.
     reference : variable -> x*, a number, or an expression in exogenous variables (a trim curve);
-        the plant's rest for those left out.
+        the default is the plant's rest.
     """
 
     name: str = "whole"
@@ -58,26 +58,26 @@ def secant_embedding(
     form: Form = "slope",
     tolerance: Number = "1e-3",
 ) -> SecantEmbedding:
-    """Return, a cell, [A, E] = constant + sum_m theta_m D_m, theta_m in proved bounds, such that
+    """Return, for each cell, [A, E] = constant + sum_m theta_m D_m with bounded theta_m, such that
     f(x, u(x, w), w) - f(x*, u(x*, w*), w*) = A (x - x*) + E (w - w*) for all x, w of the cell.
 
     Parameters
     ----------
-    law : u = v(x, w), limited or not; None for a plant without inputs.  A law with states of its
-        own is written with them into the plant.
-    cells : boxes within the plant's ranges; none takes the plant's ranges as one cell.
-    exogenous : disturbances that are the same at x and at x* and get no column of E; references
-        may depend on them.
+    law : u = v(x, w), limited or not; None for a plant without inputs.  The states of a dynamic
+        law must be added to the plant.
+    cells : boxes within the plant's ranges; the default is one cell with the plant's ranges.
+    exogenous : disturbances with the same value at x and at x*.  They have no column in E, and
+        references may depend on them.
     form : "slope", "derivative" (both coordinate by coordinate, states in their order, then
         disturbances: valid on the box) or "jacobian" (valid on every convex set inside the box).
-        The slopes are the tightest and take the longest; where ball arithmetic does not get
-        through their 0/0 the derivative stands in, and the factor's evidence says so.
-    tolerance : excess of a bound at each end, as a share of its range.
+        Slopes give the tightest bounds and take the longest time.  If ball arithmetic cannot
+        evaluate a slope at 0/0, the derivative is used; the factor's evidence names it.
+    tolerance : allowed overestimation at each end, as a share of the range's width.
 
-    f(x, u(x, w), w) is continuous; where Abs, Max or Min have a kink the bounds hold both sides.
-    A plant in discrete time has x(t + T) in the place of f.  Not promised: that the cells cover
-    anything, or that a solution stays in its cell; the theta_m vary freely in time, so what holds
-    for all of them holds for the loop as long as it is in the cell.
+    f(x, u(x, w), w) must be continuous.  Abs, Max and Min may have kinks: the bounds contain the
+    slopes on both sides.  In discrete time f is x(t + T).  The embedding does not show that the
+    cells cover a given set, or that a solution stays in its cell.  The theta_m may vary arbitrarily
+    in time.  A property of all these matrices therefore holds for the loop while it is in the cell.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def secant_embedding(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Loop:
-    """The plant's explicit rows, the law with parameters put in, and which variable is what."""
+    """The plant's explicit equations and the law, with parameter values, and their variables."""
 
     plant: Plant
     rows: tuple[sp.Expr, ...]
@@ -239,7 +239,7 @@ def _sides(loop: _Loop, cell: SecantRegion) -> dict[sp.Symbol, Interval]:
 def _reference(
     loop: _Loop, cell: SecantRegion, box: dict[sp.Symbol, Interval]
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Return x*, w*; a side of the box is widened by the excess of a reference's own enclosure."""
+    """Return x*, w*; widen the box by the overestimation of their enclosures."""
     unknown = set(cell.reference) - {v.symbol for v in loop.moving}
     if unknown:
         raise ModelError(
@@ -272,7 +272,7 @@ def _reference(
 
 
 def _check_continuous(plant: Plant, closed: ClosedLoop, cell: SecantRegion) -> None:
-    """Raise ModelError unless each row is continuous and finite: derivatives see no jump."""
+    """Raise ModelError unless each row is continuous and finite; derivatives ignore jumps."""
     import sympy as sp
 
     for variable, row in zip(plant.states, closed.rows, strict=True):
@@ -302,7 +302,8 @@ def _collected(
         fixed, coefficient, core = split(entry.expression)
         constant[entry.row][entry.column] += fixed
         if core != 0:
-            # A slope and a derivative are averaged differently, and so are two columns.
+            # Slopes and derivatives are different means, and each column has its own segment.  Only
+            # entries with the same kind of mean over the same segment may share one number.
             key = (core, entry.how, None if shared else entry.column)
             groups.setdefault(key, []).append((entry, coefficient, core))
     factors = []
@@ -332,7 +333,7 @@ def _collected(
 def _bounds(
     expression: sp.Expr, box: Mapping[sp.Symbol, Interval], tolerance: Fraction
 ) -> Interval:
-    """Return an enclosure of the range, rounded outward; [0, 0] for what simplifies to 0."""
+    """Return an enclosure of the range, rounded outward; a point if it is a constant."""
     import sympy as sp
 
     plain = sp.simplify(expression)

@@ -1,21 +1,23 @@
-r"""Entries of a secant matrix: expressions whose ranges contain them, and what they share.
+r"""Entries of a secant matrix: expressions whose ranges contain the entries.
 
-Let f be continuous and piecewise C^1 on a box Y_1 x ... x Y_N that holds y and y*, and change one
-coordinate at a time, the first one first:
+Let f be continuous and piecewise C^1 on a box Y_1 x ... x Y_N that holds y and y*.  The path
+from y* to y changes one coordinate at a time, in the order 1, 2, ..., N:
 
     f(y) - f(y*) = \sum_k [f(y_1..y_k, y*_k+1..y*_N) - f(y_1..y_k-1, y*_k..y*_N)]
 
-"slope" takes bracket k as s_k (y_k - y*_k) with the difference quotient s_k over Y_1 x ... x Y_k
-and the later coordinates at y*; "derivative" encloses the same s_k by the range of df/dy_k there
-(s_k is its mean over the segment).  Every corner of the staircase from y* to y must lie in the
-domain: a box does it, a convex set in general does not.
+"slope" writes bracket k as s_k (y_k - y*_k).  The difference quotient s_k is enclosed over
+Y_1 x ... x Y_k with the later coordinates at y*.  "derivative" encloses the same s_k by the range
+of df/dy_k there, because s_k is the mean of df/dy_k over the segment.  Both need every corner of
+the path from y* to y in the domain.  A box contains these corners; a general convex set does not.
 
-"jacobian" goes straight: f(y) - f(y*) = (\int_0^1 J(y* + s (y - y*)) ds) (y - y*), entries in the
-ranges of df_i/dy_k over the whole box.  It holds on every convex set inside the box.
+"jacobian" uses the straight segment: f(y) - f(y*) = (\int_0^1 J(y* + s (y - y*)) ds) (y - y*).  The
+entries lie in the ranges of df_i/dy_k over the whole box.  It holds on every convex set
+inside the box.
 
-Entries of different orders of the coordinates must not be intersected: each order has a matrix of
-its own.  Entries c + d phi with one phi share one number: in one column the same segment is
-averaged for all rows, in "jacobian" for the whole matrix.
+Entries from different orders of the coordinates must not be intersected, because each order has its
+own matrix.  Entries c + d phi with the same phi share one number theta.  They may share it because
+the mean is taken over the same segment: for all rows of one column in "slope" and "derivative",
+and for the whole matrix in "jacobian".
 
 Source: Krawczyk and Neumaier (1985), "Interval slopes for rational functions and associated
 centered forms", SIAM J. Numer. Anal. 22(3); Hansen (1968), coordinate by coordinate.
@@ -71,11 +73,11 @@ def entries_of(
 
 
 def at_point(expression: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """Return the expression at the point, its limit where it is written with 0/0 there.
+    """Return the value of the expression at the point, or its limit if the value is 0/0.
 
     Raises
     ------
-    ModelError : it has no finite value.
+    ModelError : the expression has no finite value at the point.
     """
     import sympy as sp
 
@@ -117,7 +119,8 @@ def _one(
     form: Form,
 ) -> Entry:
     derivative = Entry(row, column, whole.diff(symbol), box, "derivative")
-    # A reference that moves has no fixed shift; a derivative without symbols is a slope already.
+    # The slope form needs a rational, constant reference.  A derivative without symbols is constant
+    # and therefore equals the slope.
     if form == "derivative" or not rest.is_Rational or not derivative.expression.free_symbols:
         return derivative
     import sympy as sp
@@ -127,7 +130,8 @@ def _one(
     shifted[shift] = box[symbol] - _fraction(rest)
     slope = _slope(whole, symbol, rest, shift)
     try:
-        # Any finite range shows that ball arithmetic can take the quotient through 0/0.
+        # The coarse tolerance is enough: any finite range shows that ball arithmetic can evaluate
+        # the quotient at 0/0.  The bounds themselves are computed later.
         expression_range(slope, shifted, tolerance=Fraction(10**6))
     except ModelError:
         return derivative
@@ -135,7 +139,7 @@ def _one(
 
 
 def _slope(whole: sp.Expr, symbol: sp.Symbol, rest: sp.Expr, shift: sp.Symbol) -> sp.Expr:
-    """Return (f(rest + shift) - f(rest)) / shift, divided out where f is a polynomial in symbol."""
+    """Return (f(rest + shift) - f(rest)) / shift, with polynomial terms divided exactly."""
     import sympy as sp
 
     total = sp.S.Zero

@@ -21,11 +21,11 @@ class Feedback:
     Attributes
     ----------
     commands : input -> v_j, an expression in states, disturbances and parameters of the plant.
-    limits : input -> (lower, upper) for those that saturate.
+    limits : input -> (lower, upper) for each input that saturates.
 
     Raises
     ------
-    ModelError : limits of an input without command, or in the wrong order.
+    ModelError : limits are given for an input without command, or in the wrong order.
     """
 
     commands: Mapping[sp.Symbol, sp.Expr]
@@ -51,8 +51,9 @@ def product_memberships(premises: Sequence[tuple[sp.Expr, Number, Number]]) -> t
 
     Parameters
     ----------
-    premises : (z_k, lower, upper) with z_k in symbols.  The last changes first, as in a
-        ``TSModel``, where a premise with lower == upper makes no rule: leave such a one out.
+    premises : (z_k, lower, upper) with z_k in symbols.  The rules are ordered as in a ``TSModel``:
+        the index of the last premise changes fastest.  A premise with lower == upper makes no rule
+        there and must be left out here.
 
     Raises
     ------
@@ -86,13 +87,13 @@ def blended_feedback(
 
     Parameters
     ----------
-    memberships : h_j in symbols, e.g. from ``product_memberships``; they are taken as given, also
-        where they do not sum to 1.
-    gains : K_j, (m, n) each; a float stands for the decimal that it prints as.
+    memberships : h_j in symbols, e.g. from ``product_memberships``.  They are not normalised, even
+        if they do not sum to 1.
+    gains : K_j, (m, n) each; a float is read as the decimal number that it prints as.
 
     Raises
     ------
-    ModelError : a gain of another shape, or another number of gains than of memberships.
+    ModelError : a gain has the wrong shape, or the numbers of gains and memberships differ.
 
     Source: Wang, Tanaka, Griffin (1996), IEEE Trans. Fuzzy Systems 4(1).
     """

@@ -1,4 +1,4 @@
-"""Families of matrices that contain a closed loop, as values: factors, vertices, export."""
+"""Data types of the matrix families that contain a closed loop: factors, vertices, export."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ MOST_VERTICES = 1024
 
 @dataclass(frozen=True, slots=True)
 class SecantFactor:
-    """One number theta in bounds that appears in entries [A, E]_ij = constant + d_ij theta.
+    """A bounded number theta in one or more entries [A, E]_ij = constant + d_ij theta.
 
     Attributes
     ----------
     expression : the function whose values theta averages, as text.
-    bounds : proved, rounded outward.
+    bounds : proved bounds of theta, rounded outward.
     entries : (row, column) of [A, E] -> d_ij.
     evidence : how the bounds were proved.
     """
@@ -41,16 +41,16 @@ class SecantCell:
     """x' - x*' = A (x - x*) + E (w - w*) + residual - reference_rate p' on one cell.
 
     For every x, w and p of the cell there are theta_m in their bounds with
-    [A, E] = constant + sum_m theta_m D_m, the same theta_m wherever the factor stands.
+    [A, E] = constant + sum_m theta_m D_m.  All entries of a factor use the same theta_m.
 
     Attributes
     ----------
-    name : of the cell.
+    name : name of the cell.
     box : variable -> range.
-    reference : variable -> x*, w* as text; in the exogenous variables where it follows them.
+    reference : variable -> x*, w* as text; it may depend on the exogenous variables.
     constant : (n, n + q) rational part of [A, E].
-    factors : the numbers that vary.
-    residual : (n,) enclosure of f(x*, w*), of f(x*, w*) - x* in discrete time.
+    factors : the theta_m with their bounds and matrices D_m.
+    residual : (n,) enclosure of f(x*, w*), or of f(x*, w*) - x* in discrete time.
     reference_rate : (n, exogenous) enclosure of dx*/dp, in continuous time.
     """
 
@@ -69,7 +69,7 @@ class SecantCell:
 
     @property
     def entries(self) -> tuple[tuple[Interval, ...], ...]:
-        """Return the interval matrix [A, E], (n, n + q); the factors' ties between entries drop."""
+        """Return the interval matrix [A, E], (n, n + q), without common factors."""
         found = [[Interval(entry, entry) for entry in row] for row in self.constant]
         for factor in self.factors:
             for (row, column), coefficient in factor.entries.items():
@@ -77,13 +77,14 @@ class SecantCell:
         return tuple(tuple(row) for row in found)
 
     def exact_vertices(self, *, most: int = MOST_VERTICES) -> tuple[Exact, ...]:
-        """Return [A, E] at every corner of the factors, in rationals; the last changes first.
+        """Return [A, E] at every corner of the factors, in rationals; the last factor
+        changes fastest.
 
-        [A, E] is affine in the factors, so the cell's family is the hull of these.
+        [A, E] is affine in the factors, so the cell's family is the convex hull of the vertices.
 
         Raises
         ------
-        ModelError : more than ``most``; the factors are listed, the narrowest first.
+        ModelError : there are more than ``most``; the message lists the narrowest factor first.
         """
         if self.vertex_count > most:
             ranked = "; ".join(
@@ -108,12 +109,12 @@ class SecantCell:
 
 @dataclass(frozen=True, slots=True)
 class SecantEmbedding:
-    """A closed loop as one family of matrices a cell; see ``secant_embedding``.
+    """A closed loop as one family of matrices for each cell; see ``secant_embedding``.
 
     Attributes
     ----------
-    states, disturbances, exogenous : labels with units; A has a column a state, E one a
-        disturbance that is not exogenous.
+    states, disturbances, exogenous : labels with units; A has a column for each state, E one for
+        each disturbance that is not exogenous.
     cells : the families.
     sample_time : in s; None in continuous time.
     form : "slope", "derivative" or "jacobian".
@@ -127,9 +128,10 @@ class SecantEmbedding:
     form: str
 
     def vertex_arrays(self, *, most: int = MOST_VERTICES) -> tuple[Floats, Floats]:
-        """Return (A, E), (N, n, n) and (N, n, q): the vertices of all cells, to nearest floats.
+        """Return (A, E), (N, n, n) and (N, n, q): the vertices of all cells in floats.
 
-        What is proved is said of ``exact_vertices``; floats are for a solver.
+        The entries are rounded to nearest, so they are for a solver only.  Proofs use
+        ``exact_vertices``.
 
         Raises
         ------
@@ -149,8 +151,8 @@ class SecantEmbedding:
         "form", "cells": [{"name", "box": {variable: [lower, upper]}, "reference": {variable:
         text}, "constant": [[n + q columns]], "factors": [{"expression", "bounds": [lower, upper],
         "entries": [[row, column, d]], "evidence"}], "residual": [[lower, upper]],
-        "reference_rate": [[[lower, upper]]]}]}``; rows and columns count from 0, the columns of
-        A first.
+        "reference_rate": [[[lower, upper]]]}]}``; rows and columns count from 0, and the
+        columns of A precede those of E.
         """
         step = None if self.sample_time is None else str(Fraction(repr(self.sample_time)))
         return {
