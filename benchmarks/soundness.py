@@ -32,7 +32,7 @@ from modes import Known, TooLong, as_read  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
 from takagi.certificates.checker.replay.claim_kinds import replay  # noqa: E402
-from takagi.certificates.checker.replay.model_loop import read_family  # noqa: E402
+from takagi.certificates.checker.replay.model_loop import read_model_loop  # noqa: E402
 from takagi.models import TSModel  # noqa: E402
 
 Counts = Counter[str]
@@ -115,7 +115,7 @@ def said_of(known: Known) -> Verdict | None:
         model, gains, claim = as_read(known.model), as_read(known.gains), as_read(known.claim)
     except TooLong:
         return None
-    family = read_family(model, gains)
+    family = read_model_loop(model, gains)
     try:
         return replay(claim, None, family, [], "claim").verdict
     except CertificateError:

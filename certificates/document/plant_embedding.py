@@ -16,7 +16,7 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.plant.sector_embedding import plant_family
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.document.plant_blend import blend_claim, blend_data, blend_of
 from takagi.certificates.document.plant_tables import tables_data
 from takagi.certificates.document.plant_text import number_data, rational_symbol, text_data
@@ -243,7 +243,7 @@ def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
     """Refuse what the checker cannot read, and a model whose vertices are not those of the data."""
     read = read_text(json.dumps({"model": data}), "model")["model"]
     try:
-        family = plant_family(read)
+        family = plant_loop(read)
     except CertificateError as error:
         raise ModelError(
             f"model {model.name!r}: its plant cannot be written into a certificate: {error}"

@@ -9,7 +9,10 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import RestReader, rest_reader
+from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import (
+    RestReader,
+    equilibrium_reader,
+)
 from takagi.certificates.claims.turbine.published import published_law_data
 from takagi.certificates.document.certificate_file import effort_sharing_law_data, turbine_data
 from takagi.certificates.equilibrium.answers import ClosedLoopEquilibria, EquilibriumCell
@@ -50,7 +53,7 @@ def closed_loop_equilibria(
     """
     model, gains = _emitted(turbine, law)
     read = read_text(json.dumps({"model": model, "gains": gains}), "loop")
-    name, known, answer = rest_reader(read["model"], read["gains"])
+    name, known, answer = equilibrium_reader(read["model"], read["gains"])
     low, high = winds or (float(known[0]), float(known[1]))
     if not float(known[0]) <= low < high <= float(known[1]):
         raise ModelError(

@@ -18,7 +18,7 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.fuzzy_decay import inequalities
 from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.requests.loop.weight_points import (
     Corners,
     Point,
@@ -38,7 +38,7 @@ class Cut:
         self.failed: list[Point] = []
 
 
-def cut(claim: dict[str, Any], family: Family) -> Cut:
+def cut(claim: dict[str, Any], family: PolytopicLoop) -> Cut:
     """Return the pieces on which a claim ``fuzzy-decay`` is shown, the longest edges cut first."""
     found = Cut()
     try:
@@ -67,7 +67,7 @@ def cut(claim: dict[str, Any], family: Family) -> Cut:
     return found
 
 
-def _failing_rules(conditions: list[Polynomial], family: Family) -> Iterator[int]:
+def _failing_rules(conditions: list[Polynomial], family: PolytopicLoop) -> Iterator[int]:
     """Yield the corners of a piece, as rules, at which an inequality fails by itself."""
     corners = family.corners or tuple((i,) for i in range(family.rules))
     for rule, corner in enumerate(corners):

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.loop.polytopic_loop import Family
-from takagi.certificates.checker.replay.model_loop import read_family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.replay.model_loop import read_model_loop
 
 Rows = list[list[Fraction]]
 ENTRY = st.integers(-9, 9).map(Fraction)
@@ -26,7 +26,7 @@ def rows(draw: Any, height: int, width: int) -> Matrix:
 
 
 @st.composite
-def families(draw: st.DrawFn) -> tuple[Family, list[Fraction], list[Fraction]]:
+def families(draw: st.DrawFn) -> tuple[PolytopicLoop, list[Fraction], list[Fraction]]:
     """Return a loop with weights of the vertices and of the gains that its pairing allows."""
     corners = tuple(product((0, 1), repeat=draw(st.integers(1, 2))))
     r, one_input = len(corners), draw(st.booleans())
@@ -42,7 +42,7 @@ def families(draw: st.DrawFn) -> tuple[Family, list[Fraction], list[Fraction]]:
     s = draw(st.sampled_from([1, r])) if shared else draw(st.integers(1, 3))
     raw = [draw(SHARE) + Fraction(1, 9) for _ in range(s)]
     g = h if shared and s == r else [share / sum(raw) for share in raw]
-    family = Family(
+    family = PolytopicLoop(
         A=tuple(rows(draw, 2, 2) for _ in range(r)),
         B=tuple(rows(draw, 2, 1) for _ in range(1 if one_input else r)),
         C=tuple(rows(draw, 1, 2) for _ in range(r)),
@@ -61,7 +61,7 @@ def at(stack: tuple[Matrix, ...], i: int) -> Matrix:
 
 @given(families())
 def test_blends_make_up_the_double_sum(
-    drawn: tuple[Family, list[Fraction], list[Fraction]],
+    drawn: tuple[PolytopicLoop, list[Fraction], list[Fraction]],
 ) -> None:
     """sum_ij h_i g_j X_ij = sum of blends with weights >= 0 that sum to one, for A, C, E and K."""
     family, h, g = drawn
@@ -104,10 +104,10 @@ def test_products_of_weights_need_fewer_inequalities(
     rules = list(product((0, 1), repeat=premises))
     one = Matrix.identity(1)
     B = tuple(Fraction(i + 1) * one for i in range(len(rules)))
-    family = Family(A=B, B=B, K=B)
+    family = PolytopicLoop(A=B, B=B, K=B)
 
     assert len(family.blends()) == pairs
-    assert len(Family(A=B, B=B, K=B, corners=tuple(rules)).blends()) == products
+    assert len(PolytopicLoop(A=B, B=B, K=B, corners=tuple(rules)).blends()) == products
 
 
 def test_equal_inputs_or_one_gain_make_the_loop_affine() -> None:
@@ -121,22 +121,22 @@ def test_equal_inputs_or_one_gain_make_the_loop_affine() -> None:
     }
     gains = {"sample_time": None, "state_names": ["x"], "K": [[["1"]], [["2"]], [["3"]]]}
 
-    read = read_family(numbered(model), numbered(gains))
+    read = read_model_loop(numbered(model), numbered(gains))
     assert len(read.blends()) == 3
     model["B"] = [[["1"]], [["2"]], [["3"]]]
-    assert len(read_family(numbered(model), numbered(gains)).blends()) == 6
+    assert len(read_model_loop(numbered(model), numbered(gains)).blends()) == 6
     gains["K"] = [[["1"]]] * 3
-    assert len(read_family(numbered(model), numbered(gains)).blends()) == 3
+    assert len(read_model_loop(numbered(model), numbered(gains)).blends()) == 3
 
 
 def test_what_would_take_hours_is_refused() -> None:
     """More than two million pairs, or too many inequalities of a large order: at once."""
     many = tuple(Matrix([[k]]) for k in range(1, 2049))
     with pytest.raises(CertificateError, match="pairs"):
-        Family(A=many, B=many, K=many).blends()
+        PolytopicLoop(A=many, B=many, K=many).blends()
     large = Matrix.identity(80)
     with pytest.raises(CertificateError, match="too many"):
-        Family(A=(large,) * 200).blends()
+        PolytopicLoop(A=(large,) * 200).blends()
 
 
 def test_rules_in_another_order_are_weights_of_their_own() -> None:
@@ -153,8 +153,8 @@ def test_rules_in_another_order_are_weights_of_their_own() -> None:
 
     for rules, shared in (([["0"], ["1"]], True), ([["1"], ["0"]], False)):
         law = numbered(gains | {"rules": rules})
-        assert read_family(numbered(model), law).shared_weights is shared
-    assert read_family(numbered(model), numbered(gains)).shared_weights
+        assert read_model_loop(numbered(model), law).shared_weights is shared
+    assert read_model_loop(numbered(model), numbered(gains)).shared_weights
 
 
 def numbered(data: Any) -> Any:

@@ -35,7 +35,7 @@ UNITS = {
 }
 
 
-def coherent_program(law: Any) -> Part:
+def effort_sharing_program(law: Any) -> Part:
     """Return the program of a coherent law, with or without a filter on the wind estimate."""
     filtered = float(law["wind_filter"]) > 0
     used = [name for name in UNITS if filtered or name != "wind_filter"]

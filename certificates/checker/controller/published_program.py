@@ -44,7 +44,7 @@ ROTOR = {
 }
 
 
-def paper_program(law: Any) -> Part:
+def published_program(law: Any) -> Part:
     """Return the program of law ``paper`` or ``paper-two-integrators``.
 
     Raises

@@ -18,13 +18,15 @@ def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, A
     coherent = law["name"] == "coherent"
     # Imported here: only one of the two is needed.
     if coherent:
-        from takagi.certificates.checker.controller.effort_sharing_program import coherent_program
+        from takagi.certificates.checker.controller.effort_sharing_program import (
+            effort_sharing_program,
+        )
 
-        written = coherent_program(law)
+        written = effort_sharing_program(law)
     else:
-        from takagi.certificates.checker.controller.published_program import paper_program
+        from takagi.certificates.checker.controller.published_program import published_program
 
-        written = paper_program(law)
+        written = published_program(law)
     return {
         "programs": [observer_program(), written, rate_limit_program()],
         "ramp": {"overlap": law["overlap"], "formula": RAMP} if coherent else None,

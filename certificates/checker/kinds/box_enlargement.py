@@ -31,12 +31,12 @@ from takagi.certificates.checker.kernel.matrices import Matrix, mean
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import check_decay
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 Stack = tuple[Matrix, ...]
 
 
-def check_box_enlargement(claim: Any, family: Family, where: str) -> Outcome:
+def check_box_enlargement(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when ``decay`` is for the enlarged vertices, else UNDECIDED."""
     name = text(claim, "name", where)
     theta = number(claim, "enlargement", where)
@@ -59,7 +59,7 @@ def check_box_enlargement(claim: Any, family: Family, where: str) -> Outcome:
     return Found(found.verdict, "box_enlargement", said)
 
 
-def enlarged(stack: Stack, family: Family, theta: Fraction) -> Stack:
+def enlarged(stack: Stack, family: PolytopicLoop, theta: Fraction) -> Stack:
     """Return the vertices of the module's formula."""
     if len(stack) <= 1:
         return stack

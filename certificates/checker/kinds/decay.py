@@ -24,10 +24,10 @@ from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_decay(claim: Any, family: Family, where: str) -> Outcome:
+def check_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
@@ -45,7 +45,7 @@ def check_decay(claim: Any, family: Family, where: str) -> Outcome:
     return Found(Verdict.PROVED, "decay", said)
 
 
-def decrease_factor(family: Family, alpha: Fraction) -> Fraction:
+def decrease_factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
     """Return 2 alpha in continuous time, rho^2 <= e^(-2 alpha T) in discrete time."""
     if family.sample_time is None:
         return 2 * alpha
@@ -59,7 +59,7 @@ def decrease_factor(family: Family, alpha: Fraction) -> Fraction:
     return exp_below(2 * alpha * family.sample_time)
 
 
-def decrease(family: Family, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:
+def decrease(family: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:
     """Return the module's left side, to be positive definite."""
     PG = P @ G
     if family.is_discrete:

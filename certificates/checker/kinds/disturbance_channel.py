@@ -12,7 +12,7 @@ with A and C of the closed loop. The claim selects the channel:
                                     because its weights cannot be evaluated
 
 Means over the pairs of a ``Blend`` are taken of every matrix alike, so the loop is a blend of these
-paths, and what is convex in (A, B, C, D) holds for the loop when it holds for each of them.
+channels, and what is convex in (A, B, C, D) holds for the loop when it holds for each of them.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Stack = tuple[Matrix, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Path:
+class DisturbanceChannel:
     """The channel of one blend; ``D`` is None if there is no direct feedthrough from w to y."""
 
     label: str
@@ -53,7 +53,9 @@ def zero(rows: int, columns: int) -> Matrix:
     return Matrix([[0] * columns for _ in range(rows)])
 
 
-def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
+def disturbance_channels(
+    claim: Any, family: PolytopicLoop, where: str
+) -> Iterator[DisturbanceChannel]:
     """Yield the path of every blend.
 
     Raises
@@ -72,10 +74,10 @@ def paths(claim: Any, family: Family, where: str) -> Iterator[Path]:
     for blend in blends:
         B, *through = map(blend.of, blend.family.more)
         D = sum(through[1:], through[0]) if through else None
-        yield Path(blend.label, blend.A, B, blend.C, D)
+        yield DisturbanceChannel(blend.label, blend.A, B, blend.C, D)
 
 
-def entrance(claim: Any, family: Family, where: str) -> tuple[str, Stack]:
+def entrance(claim: Any, family: PolytopicLoop, where: str) -> tuple[str, Stack]:
     """Return how w enters the loop, and its matrices: E, or B.
 
     Raises
@@ -91,7 +93,9 @@ def entrance(claim: Any, family: Family, where: str) -> tuple[str, Stack]:
     return way, stack
 
 
-def _with_output(claim: Any, family: Family, width: int, where: str) -> tuple[Family, Stack]:
+def _with_output(
+    claim: Any, family: PolytopicLoop, width: int, where: str
+) -> tuple[PolytopicLoop, Stack]:
     """Return the family with the claim's output in place of its own, and F."""
     if "output" not in claim:
         return family, ()

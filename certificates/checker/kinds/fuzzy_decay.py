@@ -41,14 +41,14 @@ from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.halvings import leaves
-from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, Family
+from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, PolytopicLoop
 
 Speeds = tuple[tuple[Fraction, ...], ...]
 Rates = list[list[Fraction] | None]
 HIGHEST, MOST_CORNERS = 8, 4096
 
 
-def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Outcome:
+def check_fuzzy_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every monomial has its sign, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
@@ -65,7 +65,7 @@ def check_fuzzy_decay(claim: Any, family: Family, where: str) -> Outcome:
 
 
 def inequalities(
-    claim: Any, family: Family, where: str
+    claim: Any, family: PolytopicLoop, where: str
 ) -> tuple[list[tuple[Polynomial, str]], Rates | None]:
     """Return the matrices to be positive definite, each with a message, and the weights' rates.
 
@@ -117,7 +117,7 @@ def _flat(sizes: tuple[int, ...]) -> Exponent:
     return tuple((0,) * size for size in sizes)
 
 
-def _sizes(family: Family) -> tuple[int, ...]:
+def _sizes(family: PolytopicLoop) -> tuple[int, ...]:
     """Return the corners of each simplex: of every premise, or of the rules alone."""
     if family.corners is None:
         return (family.rules,)
@@ -127,7 +127,7 @@ def _sizes(family: Family) -> tuple[int, ...]:
     return sizes
 
 
-def _loop(family: Family, where: str) -> Polynomial:
+def _loop(family: PolytopicLoop, where: str) -> Polynomial:
     """Return G(w) = A(w) - B(w) K(w)."""
     A = _stack(family, family.A)
     if not family.K:
@@ -137,7 +137,7 @@ def _loop(family: Family, where: str) -> Polynomial:
     return A + -(_stack(family, family.B) @ _stack(family, family.K))
 
 
-def _stack(family: Family, stack: tuple[Matrix, ...]) -> Polynomial:
+def _stack(family: PolytopicLoop, stack: tuple[Matrix, ...]) -> Polynomial:
     """Return sum_i h_i X_i as a polynomial; of degree 0 where all rules share one."""
     sizes = _sizes(family)
     if len(stack) == 1:
@@ -154,7 +154,7 @@ def _unit(size: int, corner: int) -> tuple[int, ...]:
     return tuple(int(c == corner) for c in range(size))
 
 
-def _scheduled(claim: Any, family: Family, where: str) -> tuple[Polynomial, list[Matrix]]:
+def _scheduled(claim: Any, family: PolytopicLoop, where: str) -> tuple[Polynomial, list[Matrix]]:
     """Return P(w), and its Bernstein coefficients."""
     sizes, n = _sizes(family), family.order
     given = numbers(claim, "degrees", where, len(sizes))

@@ -33,10 +33,10 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease_factor
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 
-def check_gain_rounding(claim: Any, family: Family, where: str) -> Outcome:
+def check_gain_rounding(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     if not family.K:
@@ -68,7 +68,7 @@ def check_gain_rounding(claim: Any, family: Family, where: str) -> Outcome:
 
 
 def _left_side(
-    family: Family, P: Matrix, G: Matrix, factor: Fraction, effect: Matrix, step: Matrix
+    family: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction, effect: Matrix, step: Matrix
 ) -> Matrix:
     PG = P @ G
     if family.is_discrete:

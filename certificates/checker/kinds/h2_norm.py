@@ -31,14 +31,14 @@ from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.disturbance_channel import (
+    disturbance_channels,
     entrance,
-    paths,
     quadratic_change,
 )
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_h2_norm(claim: Any, family: Family, where: str) -> Outcome:
+def check_h2_norm(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``norm`` and what ``disturbed_path`` reads."""
     name = text(claim, "name", where)
     norm, n = number(claim, "norm", where), family.order
@@ -47,7 +47,7 @@ def check_h2_norm(claim: Any, family: Family, where: str) -> Outcome:
         raise CertificateError(f"{where}.norm: a positive number is needed")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    for path in paths(claim, family, where):
+    for path in disturbance_channels(claim, family, where):
         F, _, _ = quadratic_change(path.A, path.B, P, discrete=family.is_discrete)
         if not (F - path.C.T @ path.C).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {path.label}")
@@ -65,7 +65,7 @@ def check_h2_norm(claim: Any, family: Family, where: str) -> Outcome:
     return Found(Verdict.PROVED, "h2_norm", said | {"entering": entering})
 
 
-def _of_the_noise(claim: Any, family: Family) -> str:
+def _of_the_noise(claim: Any, family: PolytopicLoop) -> str:
     """Return a premise variable that contains the noise of the same instant; empty if none."""
     noisy = family.disturbances if claim["disturbance"] == "disturbances" else family.inputs
     return ", ".join(name for name in family.scheduled_by or () if name in noisy)

@@ -24,10 +24,10 @@ from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Ver
 from takagi.certificates.checker.kinds.input_rate import why_rate_fails
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
 from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, row_of
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 
-def check_input_limits(claim: Any, family: Family, where: str) -> Outcome:
+def check_input_limits(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name = text(claim, "name", where)
     if not family.K:
@@ -52,7 +52,7 @@ def check_input_limits(claim: Any, family: Family, where: str) -> Outcome:
 
 
 def _rates(
-    claim: Any, family: Family, held: InvariantSet, where: str
+    claim: Any, family: PolytopicLoop, held: InvariantSet, where: str
 ) -> tuple[list[Fraction] | None, list[Fraction], str]:
     """Return (rate limits, their assumptions, why they fail); None for no limits."""
     if "rate_limits" not in claim:

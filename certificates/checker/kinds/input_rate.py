@@ -35,13 +35,13 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
 from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, row_of
 from takagi.certificates.checker.loop.halvings import pieces
-from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
 
 MOST_RULES, MOST_MOVING = 24, 10
 
 
 def why_rate_fails(
-    claim: Any, family: Family, held: InvariantSet, limits: Sequence[Fraction], where: str
+    claim: Any, family: PolytopicLoop, held: InvariantSet, limits: Sequence[Fraction], where: str
 ) -> tuple[list[Fraction], str]:
     """Return (assumed rates of memberships, why the limits are not proved).
 
@@ -75,7 +75,7 @@ def why_rate_fails(
     return phi, ""
 
 
-def motion_rows(family: Family, where: str, later: Stack | None = None) -> Iterator[Matrix]:
+def motion_rows(family: PolytopicLoop, where: str, later: Stack | None = None) -> Iterator[Matrix]:
     """Yield matrices whose rows, times x, have u' or u(x+) - u(x) for constant h in their hull.
 
     Parameters
@@ -114,7 +114,7 @@ def _at(stack: tuple[Matrix, ...], i: int) -> Matrix:
     return stack[i if len(stack) > 1 else 0]
 
 
-def _pushed(family: Family, held: InvariantSet, m: int) -> list[Fraction]:
+def _pushed(family: PolytopicLoop, held: InvariantSet, m: int) -> list[Fraction]:
     """Return (m,): max_ji sum_l |K_j E_i|_kl b_l."""
     bounds = held.each_bound
     most = [Fraction(0)] * m

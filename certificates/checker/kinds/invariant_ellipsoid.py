@@ -15,10 +15,10 @@ from typing import Any
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_invariant_ellipsoid(claim: Any, family: Family, where: str) -> Outcome:
+def check_invariant_ellipsoid(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the evidence of ``invariant_set``."""
     name = text(claim, "name", where)
     held = read_invariant_set(claim, family, where)

@@ -42,7 +42,7 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 )
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import beyond_range, outside_of
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 MOST_DISTURBANCES = 10
 
@@ -65,7 +65,7 @@ class InvariantSet:
     claim: Any = None
     where: str = ""
 
-    def why_not(self, family: Family) -> str:
+    def why_not(self, family: PolytopicLoop) -> str:
         """Return why the set is not proved invariant and inside the box; empty if it is proved."""
         if not self.P.is_positive_definite:
             return "P is not symmetric positive definite"
@@ -87,7 +87,7 @@ class InvariantSet:
         # |w|_2 <= b implies |w_k| <= b for every k.
         return self.bounds * self.E[0].shape[1] if self.is_ball else self.bounds
 
-    def _inequalities(self, family: Family) -> Iterator[tuple[str, Matrix]]:
+    def _inequalities(self, family: PolytopicLoop) -> Iterator[tuple[str, Matrix]]:
         entering = replace(family, E=self.E) if self.E else family
         corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
         wide = self.E[0].shape[1] if self.is_ball else 1
@@ -120,7 +120,7 @@ class InvariantSet:
             yield Matrix.of([[s * b] for s, b in zip((1, *signs), self.bounds, strict=True)])
 
 
-def read_invariant_set(claim: Any, family: Family, where: str) -> InvariantSet:
+def read_invariant_set(claim: Any, family: PolytopicLoop, where: str) -> InvariantSet:
     """Return the claim's set.
 
     Raises

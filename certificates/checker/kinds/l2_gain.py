@@ -26,15 +26,15 @@ from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.disturbance_channel import (
-    paths,
+    disturbance_channels,
     quadratic_change,
     scaled_identity,
 )
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, outside_of
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_l2_gain(claim: Any, family: Family, where: str) -> Outcome:
+def check_l2_gain(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``gain`` and what ``disturbed_path`` reads."""
     name = text(claim, "name", where)
     gain, n = number(claim, "gain", where), family.order
@@ -43,7 +43,7 @@ def check_l2_gain(claim: Any, family: Family, where: str) -> Outcome:
         raise CertificateError(f"{where}.gain: a positive number is needed")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    for path in paths(claim, family, where):
+    for path in disturbance_channels(claim, family, where):
         F, G, H = quadratic_change(path.A, path.B, P, discrete=family.is_discrete)
         C, D = path.C, path.through
         side = -(G + 1 / gain * (C.T @ D))

@@ -42,12 +42,12 @@ from takagi.certificates.checker.kernel.reader import Number, integer, member, n
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease
-from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
 
 Weights = list[Fraction]
 
 
-def check_no_common_decay(claim: Any, family: Family, where: str) -> Outcome:
+def check_no_common_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return DISPROVED when the evidence excludes a common P, else UNDECIDED."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
@@ -70,7 +70,7 @@ def check_no_common_decay(claim: Any, family: Family, where: str) -> Outcome:
     return Found(Verdict.DISPROVED, "no_common_decay", said)
 
 
-def _factor(family: Family, alpha: Fraction) -> Fraction:
+def _factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
     """Return 2 alpha in continuous time, rho^2 >= e^(-2 alpha T) in discrete time."""
     if family.sample_time is None:
         return 2 * alpha
@@ -79,7 +79,7 @@ def _factor(family: Family, alpha: Fraction) -> Fraction:
 
 
 def _multipliers_exclude(
-    claim: Any, family: Family, factor: Fraction, nonzero: bool, where: str
+    claim: Any, family: PolytopicLoop, factor: Fraction, nonzero: bool, where: str
 ) -> tuple[list[Weights], bool]:
     """Return the blends' weights, and whether the sum with the multipliers is as needed.
 
@@ -104,21 +104,21 @@ def _multipliers_exclude(
     return blends, size > 0 and total.is_positive_semidefinite
 
 
-def _dual(family: Family, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
+def _dual(family: PolytopicLoop, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
     GZ = G @ Z
     if family.is_discrete:
         return GZ @ G.T - factor * Z
     return GZ + GZ.T + factor * Z
 
 
-def _blend(owner: Any, family: Family, where: str) -> tuple[Weights, Matrix]:
+def _blend(owner: Any, family: PolytopicLoop, where: str) -> tuple[Weights, Matrix]:
     """Return the weights h of a blend, and G(h)."""
     h = _weights(owner, family, where)
     A = _at(family.A, h)
     return h, A - _at(family.B, h) @ _at(family.K, h) if family.K and family.B else A
 
 
-def _weights(owner: Any, family: Family, where: str) -> Weights:
+def _weights(owner: Any, family: PolytopicLoop, where: str) -> Weights:
     """Return h, (rules,)."""
     if isinstance(member(owner, "blend", where), Number):
         k = integer(owner, "blend", where)

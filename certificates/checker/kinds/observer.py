@@ -42,12 +42,12 @@ from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.kinds.disturbance_channel import zero
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Stack = tuple[Matrix, ...]
 
 
-def check_observer(claim: Any, family: Family, where: str) -> Outcome:
+def check_observer(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``observer``."""
     refuse_averages(family, "observer", where)
     secants = "secants" in claim
@@ -56,7 +56,7 @@ def check_observer(claim: Any, family: Family, where: str) -> Outcome:
     return _verdict(claim, family, family.order, loops, about, where)
 
 
-def check_observed_feedback(claim: Any, family: Family, where: str) -> Outcome:
+def check_observed_feedback(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``observed-feedback``."""
     refuse_averages(family, "observer", where)
     loops, about = joint_loops(claim, family, where), {"feedback": True, "secants": False}
@@ -65,7 +65,7 @@ def check_observed_feedback(claim: Any, family: Family, where: str) -> Outcome:
 
 def _verdict(
     claim: Any,
-    family: Family,
+    family: PolytopicLoop,
     order: int,
     loops: Iterator[tuple[str, Matrix]],
     about: dict[str, bool],
@@ -88,7 +88,7 @@ def _verdict(
     return Found(Verdict.PROVED, "observer", said)
 
 
-def _hidden_premises(family: Family) -> str:
+def _hidden_premises(family: PolytopicLoop) -> str:
     """Return a premise variable that no output measures directly; empty if all are measured."""
     for name in family.scheduled_by or ():
         if name in family.inputs:
@@ -110,7 +110,7 @@ def _only(row: list[int]) -> int | None:
     return places[0] if len(places) == 1 else None
 
 
-def _gains(claim: Any, family: Family, where: str) -> Stack:
+def _gains(claim: Any, family: PolytopicLoop, where: str) -> Stack:
     """Return L, and check that it fits the outputs."""
     if not family.C:
         raise CertificateError(f"{where}: the model has no output to observe from")
@@ -123,7 +123,7 @@ def _gains(claim: Any, family: Family, where: str) -> Stack:
     return L
 
 
-def secant_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
+def secant_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield A_i + S_k - L C_i."""
     L = _gains(claim, family, where)
     if family.scheduled_by is not None:
@@ -138,14 +138,14 @@ def secant_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, 
             yield f"rule {i + 1} and secant {k + 1}", error + secant
 
 
-def error_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
+def error_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
     L = _gains(claim, family, where)
     for blend in blends_of(_of_error(family, L), claim, where):
         yield blend.label, blend.A.T
 
 
-def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, Matrix]]:
+def joint_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of the matrix of z = (x, e) over each group of pairs with equal weights."""
     L = _gains(claim, family, where)
     if not family.K or not family.shared_weights:
@@ -162,13 +162,13 @@ def joint_loops(claim: Any, family: Family, where: str) -> Iterator[tuple[str, M
         yield one.label, Matrix.blocks([[one.A, push], [rest, other.A.T]])
 
 
-def _of_error(family: Family, L: Stack) -> Family:
+def _of_error(family: PolytopicLoop, L: Stack) -> PolytopicLoop:
     """Return the loop with (A_i - L_j C_i)' as that of A_i' and C_i', with h in both places."""
     A, C, K = (tuple(M.T for M in stack) for stack in (family.A, family.C, L))
     return replace(family, A=A, B=C, C=(), D=(), E=(), K=K, shared_weights=True)
 
 
-def _pair_by_pair(family: Family) -> Family:
+def _pair_by_pair(family: PolytopicLoop) -> PolytopicLoop:
     B, K = (stack if len(stack) > 1 else stack * family.rules for stack in (family.B, family.K))
     return replace(family, B=B, K=K)
 

@@ -25,16 +25,16 @@ from takagi.certificates.checker.kernel.reader import number, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.disturbance_channel import (
-    Path,
-    paths,
+    DisturbanceChannel,
+    disturbance_channels,
     scaled_identity,
     zero,
 )
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_peak(claim: Any, family: Family, where: str) -> Outcome:
+def check_peak(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name = text(claim, "name", where)
     held = read_invariant_set(claim, family, where)
@@ -47,14 +47,14 @@ def check_peak(claim: Any, family: Family, where: str) -> Outcome:
     why = held.why_not(family)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    for path in paths(claim, family, where):
+    for path in disturbance_channels(claim, family, where):
         if not _left(path, held, gain, share).is_positive_semidefinite:
             return Claim(name, Verdict.UNDECIDED, f"the output exceeds its bound at {path.label}")
     said = {"name": name, "claim": claim, "family": family, "held": held, "gain": gain}
     return Found(Verdict.PROVED, "peak", said | {"bound": held.bounds[0]})
 
 
-def _left(path: Path, held: InvariantSet, gain: Fraction, share: Fraction) -> Matrix:
+def _left(path: DisturbanceChannel, held: InvariantSet, gain: Fraction, share: Fraction) -> Matrix:
     assert held.bounds is not None
     bound, C = held.bounds[0], path.C
     left = gain**2 * bound**2 * (1 - share) / held.level * held.P - C.T @ C

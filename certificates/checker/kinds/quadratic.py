@@ -17,25 +17,25 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Found, Outcome
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.kinds.no_common_decay import check_no_common_decay
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
 def check_quadratic(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``quadratic-decay``."""
-    family = _family(claim, where)
+    family = _loop(claim, where)
     if "K" not in claim:
         return _of_own(check_decay(claim, family, where), "own_matrices")
     B, K = read_stack(claim, "B", where), read_stack(claim, "K", where)
     n, m = family.order, len(B[0].rows[0])
     if not len(K) == len(B) == family.rules or B[0].shape != (n, m) or K[0].shape != (m, n):
         raise CertificateError(f"{where}: one B, {n} by {m}, and one K per rule are needed")
-    found = check_decay(claim, Family(family.A, B=B, K=K), where)
+    found = check_decay(claim, PolytopicLoop(family.A, B=B, K=K), where)
     return _of_own(found, "own_matrices")
 
 
 def check_impossibility(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
     """Return DISPROVED when the multipliers show that no common P exists, else UNDECIDED."""
-    family = _family(claim, where)
+    family = _loop(claim, where)
     factors = member(claim, "multiplier_factors", where)
     if not isinstance(factors, list) or len(factors) != family.rules:
         raise CertificateError(f"{where}: one of multiplier_factors per vertex is needed")
@@ -49,8 +49,8 @@ def _of_own(found: Outcome, words: str) -> Outcome:
     return replace(found, words=words) if isinstance(found, Found) else found
 
 
-def _family(claim: Any, where: str) -> Family:
+def _loop(claim: Any, where: str) -> PolytopicLoop:
     A = read_stack(claim, "A", where)
     if A[0].shape[0] != A[0].shape[1]:
         raise CertificateError(f"{where}.A: square matrices are needed")
-    return Family(A)
+    return PolytopicLoop(A)

@@ -22,13 +22,13 @@ from takagi.certificates.checker.kernel.reader import member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Part = tuple[Matrix, Matrix]
 MOST_PARTS, LARGEST_PART = 8, 4
 
 
-def check_region(claim: Any, family: Family, where: str) -> Outcome:
+def check_region(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     P = read_matrix(claim, "P", where, (family.order, family.order))

@@ -45,12 +45,12 @@ from takagi.certificates.checker.loop.box_of_validity import (
     reaches_at_most,
     row_of,
 )
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 HIGHEST = 20  # degree of Q
 
 
-def check_sampled_loop(claim: Any, family: Family, where: str) -> Outcome:
+def check_sampled_loop(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     if family.is_discrete or not family.K or not family.B:
@@ -70,7 +70,7 @@ def check_sampled_loop(claim: Any, family: Family, where: str) -> Outcome:
 
 
 def _why_not_falling(
-    family: Family, P: Matrix, Q: Sequence[Matrix], step: Fraction, alpha: Fraction
+    family: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], step: Fraction, alpha: Fraction
 ) -> str:
     """Return which inequality of the module fails; empty if none does."""
     m, n = family.K[0].shape
@@ -97,7 +97,7 @@ def _why_not_falling(
     return ""
 
 
-def _why_leaving(family: Family, P: Matrix, Q: Sequence[Matrix], level: Fraction) -> str:
+def _why_leaving(family: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], level: Fraction) -> str:
     """Return which range of the box may be left, at samples or between them; empty for none."""
     idle = (Fraction(0),) * len(family.disturbances)
     why = beyond_range(family, idle) or outside_of(family, P, level)

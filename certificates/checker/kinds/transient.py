@@ -32,10 +32,10 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_transient(claim: Any, family: Family, where: str) -> Outcome:
+def check_transient(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name, n = text(claim, "name", where), family.order
     P = read_matrix(claim, "P", where, (n, n))
@@ -63,7 +63,7 @@ def check_transient(claim: Any, family: Family, where: str) -> Outcome:
 
 
 def _why_not(
-    family: Family, P: Matrix, scales: list[Fraction], lower: Fraction, kappa: Fraction
+    family: PolytopicLoop, P: Matrix, scales: list[Fraction], lower: Fraction, kappa: Fraction
 ) -> str:
     weight = Matrix.of(
         [[1 / s**2 if i == j else Fraction(0) for j in range(family.order)]

@@ -9,7 +9,7 @@ measures y = x and uses the slope there keeps an error while x stays at 0.9.
 from __future__ import annotations
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 CURES = {
     "observer": (
@@ -27,7 +27,7 @@ CURES = {
 }
 
 
-def why_averages_fail(family: Family, what: str) -> str:
+def why_averages_fail(family: PolytopicLoop, what: str) -> str:
     """Return why a claim is impossible for this model, and what to do; empty if it is possible.
 
     Parameters
@@ -45,7 +45,7 @@ def why_averages_fail(family: Family, what: str) -> str:
     )
 
 
-def refuse_averages(family: Family, what: str, where: str) -> None:
+def refuse_averages(family: PolytopicLoop, what: str, where: str) -> None:
     """Raise CertificateError where ``why_averages_fail`` has a reason."""
     if why := why_averages_fail(family, what):
         raise CertificateError(f"{where}: {why}")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.loop.polytopic_loop import Blend, Family
+from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop
 
 
-def blends_of(family: Family, claim: Any, where: str) -> list[Blend]:
+def blends_of(family: PolytopicLoop, claim: Any, where: str) -> list[Blend]:
     """Return the groups of the loop, on every piece of the weights that the claim has.
 
     Raises

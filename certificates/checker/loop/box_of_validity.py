@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.loop.polytopic_loop import Family, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Range = tuple[Fraction, Fraction]
 
@@ -34,7 +34,9 @@ def row_of(matrix: Matrix, k: int) -> Matrix:
     return Matrix([list(matrix.rows[k])], matrix.below)
 
 
-def outside_of(family: Family, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()) -> str:
+def outside_of(
+    family: PolytopicLoop, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()
+) -> str:
     """Return the side of the box that {x'Px <= level} may cross; empty if it crosses none.
 
     Parameters
@@ -60,7 +62,7 @@ def outside_of(family: Family, P: Matrix, level: Fraction, added: Sequence[Fract
     return ""
 
 
-def bounded_inputs(family: Family) -> dict[int, Range]:
+def bounded_inputs(family: PolytopicLoop) -> dict[int, Range]:
     """Return the ranges of the inputs that the box bounds, by the input's place."""
     return {
         family.inputs.index(name): side
@@ -69,7 +71,7 @@ def bounded_inputs(family: Family) -> dict[int, Range]:
     }
 
 
-def beyond_range(family: Family, bounds: Sequence[Fraction]) -> str:
+def beyond_range(family: PolytopicLoop, bounds: Sequence[Fraction]) -> str:
     """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
 
     A signal that only schedules (its column of E is zero) is left to ``words.validity``.
@@ -81,7 +83,7 @@ def beyond_range(family: Family, bounds: Sequence[Fraction]) -> str:
     return ""
 
 
-def pushing(family: Family) -> set[str]:
+def pushing(family: PolytopicLoop) -> set[str]:
     """Return the disturbances with a nonzero column of E."""
     return {
         name

@@ -27,12 +27,12 @@ from typing import Any, TypeVar
 from takagi.certificates.checker.kernel.matrices import mean
 from takagi.certificates.checker.kernel.reader import numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.loop.polytopic_loop import Family, Stack, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
 
 Piece = TypeVar("Piece")
 
 
-def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
+def pieces(claim: Any, family: PolytopicLoop, where: str) -> Iterator[PolytopicLoop]:
     """Yield the loop on every piece of its weights.
 
     Raises
@@ -43,7 +43,7 @@ def pieces(claim: Any, family: Family, where: str) -> Iterator[Family]:
 
 
 def leaves(
-    claim: Any, family: Family, where: str, whole: Piece, halve: Callable[..., Piece]
+    claim: Any, family: PolytopicLoop, where: str, whole: Piece, halve: Callable[..., Piece]
 ) -> Iterator[Piece]:
     """Yield ``whole`` on every piece; ``halve(piece, premise, kept, moved)`` is half of a piece.
 
@@ -80,7 +80,7 @@ def leaves(
         raise CertificateError(f"{where}.halvings: {len(left)} pieces are left out")
 
 
-def halved(family: Family, premise: int, kept: int, moved: int) -> Family:
+def halved(family: PolytopicLoop, premise: int, kept: int, moved: int) -> PolytopicLoop:
     """Return the loop on half of its weights: corner ``moved`` goes to the middle of the two."""
     corners = family.corners or tuple((i,) for i in range(family.rules))
     place = {corner: i for i, corner in enumerate(corners)}

@@ -40,7 +40,7 @@ MOST_PAIRS, MOST_WORK = 1 << 20, 10**8
 
 
 @dataclass(frozen=True)
-class Family:
+class PolytopicLoop:
     """Vertices and gains; a stack of one matrix applies to all rules, an empty stack means none.
 
     x and u are deviations from the equilibrium. For a ``plant`` this is the law's trim, which the
@@ -120,7 +120,7 @@ class Family:
 class Blend:
     """A group of pairs with the mean matrices over the pairs; A and C are of the closed loop."""
 
-    family: Family
+    family: PolytopicLoop
     label: str
     pairs: Pairs
 
@@ -165,8 +165,8 @@ def _at(stack: Stack, i: int) -> Matrix:
     return stack[i if len(stack) > 1 else 0]
 
 
-def vertices(model: Any, where: str) -> Family:
-    """Return the model of kind ``takagi-sugeno``; see ``Family`` for what may be left out."""
+def vertices(model: Any, where: str) -> PolytopicLoop:
+    """Return the model of kind ``takagi-sugeno``; ``PolytopicLoop`` says what may be left out."""
     stacks: dict[str, Any] = {
         x: read_stack(model, x, where) for x in SHAPES if x == "A" or x in model
     }
@@ -181,7 +181,7 @@ def vertices(model: Any, where: str) -> Family:
     if corners is not None:
         _require_every_corner(premises, corners, where)
     found: dict[str, Any] = {x: _single(M) if x in "BD" else M for x, M in stacks.items()}
-    return Family(
+    return PolytopicLoop(
         **found,
         sample_time=_sample_time(model, where),
         states=states,
@@ -265,7 +265,7 @@ def weights_of(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> st
     return reader.canonical([said, rows])
 
 
-def closed_by(plain: Family, gains: Any, where: str) -> Family:
+def closed_by(plain: PolytopicLoop, gains: Any, where: str) -> PolytopicLoop:
     """Return the loop with u = -sum_j g_j K_j x.
 
     Raises

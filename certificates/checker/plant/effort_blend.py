@@ -40,7 +40,7 @@ from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
-from takagi.certificates.checker.plant.sector_embedding import KIND, plant_family
+from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
 from takagi.certificates.checker.plant.vertices import corners_of
 
 LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
@@ -226,5 +226,5 @@ def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
 
 def _check_weights(model: Any, gains: Any) -> None:
     """Refuse scheduled gains whose weights use other premises than the plant's."""
-    if not closed_by(plant_family(model), gains, "gains").shared_weights:
+    if not closed_by(plant_loop(model), gains, "gains").shared_weights:
         raise Refused("the law's gains go by other weights than the model's rules")

@@ -33,7 +33,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.loop.polytopic_loop import SECANTS, Family, weights_of
+from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop, weights_of
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
@@ -52,7 +52,7 @@ MOST_MINORS = 4_000
 Entries: TypeAlias = list[list[MultiAffine]]
 
 
-def plant_family(model: Any, where: str = "model") -> Family:
+def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
     """Return the exact vertices of a model of kind ``plant``, from its entries and bounds.
 
     Rules are the corners of the premises, the last changing first; a premise whose bounds agree
@@ -71,7 +71,7 @@ def plant_family(model: Any, where: str = "model") -> Family:
     }
     numbers = tuple(tuple(pick for pick, _ in corner.values()) for corner in corners)
     others = (*plant.inputs, *plant.disturbances)
-    return Family(
+    return PolytopicLoop(
         **stacks,
         sample_time=plant.sample_time,
         states=tuple(v.label for v in plant.states),

@@ -86,9 +86,9 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     family = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
-        from takagi.certificates.checker.replay.model_loop import read_family
+        from takagi.certificates.checker.replay.model_loop import read_model_loop
 
-        family = read_family(model, gains)
+        family = read_model_loop(model, gains)
     found: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")

@@ -13,7 +13,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Outcome
 
 if TYPE_CHECKING:
-    from takagi.certificates.checker.loop.polytopic_loop import Family
+    from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 # Claims about the loop of model and gains.
 KINDS = {
@@ -35,8 +35,8 @@ KINDS = {
 }
 # Claims that read model and gains in their own way, or contain their own matrices.
 OWN_READING = {
-    "coherent-loop": "turbine.effort_sharing.loop_claim.check_coherent",
-    "paper-loop": "turbine.published.loop_claim.check_paper",
+    "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
+    "paper-loop": "turbine.published.loop_claim.check_published",
     "equilibrium": "turbine.equilibria.equilibrium_claim.check_equilibrium",
     "effort-blend": "plant.effort_blend.check_effort_blend",
     "sector-embedding": "plant.sector_embedding.check_embedding",
@@ -52,7 +52,7 @@ RESTING = {
 
 
 def replay(
-    claim: Any, data: Any, family: Family | None, found: list[Outcome], where: str
+    claim: Any, data: Any, family: PolytopicLoop | None, found: list[Outcome], where: str
 ) -> Outcome:
     """Return the verdict on one claim of a file.
 

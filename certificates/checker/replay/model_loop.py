@@ -6,10 +6,10 @@ from typing import Any
 
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.loop.polytopic_loop import Family, closed_by, vertices
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, closed_by, vertices
 
 
-def read_family(model: Any, gains: Any, where: str = "model") -> Family:
+def read_model_loop(model: Any, gains: Any, where: str = "model") -> PolytopicLoop:
     """Return the loop of a certificate's ``model`` and ``gains``, every number as written.
 
     Raises
@@ -21,9 +21,9 @@ def read_family(model: Any, gains: Any, where: str = "model") -> Family:
         plain = vertices(model, where)
     elif kind == "plant":
         # Imported here: matrices alone need nothing of what is known about plants.
-        from takagi.certificates.checker.plant.sector_embedding import plant_family
+        from takagi.certificates.checker.plant.sector_embedding import plant_loop
 
-        plain = plant_family(model, where)
+        plain = plant_loop(model, where)
     else:
         raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
     return plain if gains is None else closed_by(plain, gains, "gains")

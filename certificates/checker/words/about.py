@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def about(family: Family) -> str:
+def about(family: PolytopicLoop) -> str:
     """Return e.g. ``every blend of 4 rules with their gains``."""
     if not family.K:
         several = family.rules > 1

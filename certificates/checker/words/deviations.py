@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 MEANT = {
     "x": "x is x - x*",
@@ -12,7 +12,7 @@ MEANT = {
 }
 
 
-def deviations(family: Family, letters: str) -> str:
+def deviations(family: PolytopicLoop, letters: str) -> str:
     """Return a clause that explains these letters; empty if all equilibrium values are 0.
 
     Parameters

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.deviations import deviations
 
 
-def shown_path(claim: Any, family: Family) -> str:
+def rounded_channel(claim: Any, family: PolytopicLoop) -> str:
     """Return a text about the source of w and of y."""
     alone = ", without the model's disturbance" if family.E else ""
     given = claim["disturbance"] == "disturbances"
@@ -16,7 +16,7 @@ def shown_path(claim: Any, family: Family) -> str:
     return f"w {way}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
 
 
-def path_deviations(claim: Any, family: Family, others: str = "") -> str:
+def channel_deviations(claim: Any, family: PolytopicLoop, others: str = "") -> str:
     """Return the meaning of w, y and other letters with equilibrium values other than 0.
 
     A w that is added to u is no deviation; an output that the claim writes itself is of x and u.

@@ -19,7 +19,7 @@ LARGEST = 12  # states of which sizes are shown; minors of more take long
 BITS = 64
 
 
-def shown_size(P: Matrix, level: Fraction, states: tuple[str, ...]) -> str:
+def rounded_size(P: Matrix, level: Fraction, states: tuple[str, ...]) -> str:
     """Return reach by state and volume in words; empty for more than twelve states."""
     if len(P.rows) > LARGEST:
         return ""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.rounded import at_least, exactly
 from takagi.certificates.checker.words.validity import granted
 
 
-def motion(held: InvariantSet, family: Family) -> str:
+def motion(held: InvariantSet, family: PolytopicLoop) -> str:
     """Return how V moves outside the set, and for which disturbances."""
     unit = "(1 - {})^k" if family.is_discrete else "exp(-{} t)"
     speed = unit.format(at_least(held.multiplier, 6))
@@ -23,13 +23,13 @@ def motion(held: InvariantSet, family: Family) -> str:
     return f"for {what} with {size}; {outside} V - level falls as {speed}"
 
 
-def where_valid(family: Family) -> str:
+def where_valid(family: PolytopicLoop) -> str:
     """Return where the set lies, and the assumptions."""
     held = granted(family, disturbances_too=False)
     return f" and lies in the model's box{held}" if _boxed(family) else ""
 
 
-def shown_level(held: InvariantSet) -> str:
+def rounded_level(held: InvariantSet) -> str:
     """Return the level: a larger or smaller set need be neither in the box nor invariant."""
     return exactly(held.level)
 
@@ -39,5 +39,5 @@ def letters(held: InvariantSet) -> str:
     return "w" if held.way == "disturbances" else ""
 
 
-def _boxed(family: Family) -> bool:
+def _boxed(family: PolytopicLoop) -> bool:
     return any(side is not None for side in family.box) or bool(family.other_box)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def granted(family: Family, *, disturbances_too: bool = True) -> str:
+def granted(family: PolytopicLoop, *, disturbances_too: bool = True) -> str:
     """Return the ranges of the box that are assumed and not proved; empty for none."""
     known = set(family.inputs)
     if not disturbances_too:
@@ -17,7 +17,7 @@ def granted(family: Family, *, disturbances_too: bool = True) -> str:
     return f", while {', '.join(names)} {_stay(len(names))} in the model's box" if names else ""
 
 
-def while_valid(family: Family) -> str:
+def while_valid(family: PolytopicLoop) -> str:
     """Return the statement that the model equals its plant only on a box; empty without a box.
 
     For matrices alone no claim proves that they contain a plant, so this is an assumption.
@@ -27,7 +27,7 @@ def while_valid(family: Family) -> str:
     return f"; of {plant}, as long as that stays in the model's box" if bounded else ""
 
 
-def undisturbed(family: Family) -> str:
+def undisturbed(family: PolytopicLoop) -> str:
     """Return the assumption that the model's disturbance is zero; empty without one."""
     return " without disturbance" if family.E else ""
 

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kinds.disturbance_channel import paths
+from takagi.certificates.checker.kinds.disturbance_channel import disturbance_channels
 from takagi.certificates.requests.loop.exact_floats import as_read, floats
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
@@ -65,7 +65,7 @@ def channel_evidence(
 
 def disturbance_channel(loop: ClaimedLoop, evidence: dict[str, Any]) -> Path:
     """Return A, B, C, D of the blends, (N, ., .) each, in the checker's order."""
-    found = list(paths(as_read(evidence), loop.seen, "claim"))
+    found = list(disturbance_channels(as_read(evidence), loop.seen, "claim"))
     return (
         np.array([floats(path.A) for path in found]),
         np.array([floats(path.B) for path in found]),

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.loop.averages import why_averages_fail
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import replay
-from takagi.certificates.checker.replay.model_loop import read_family
+from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
@@ -51,11 +51,11 @@ class ClaimedLoop:
     gains: Floats | None
     model_data: Mapping[str, Any]
     gains_data: Mapping[str, Any] | None
-    family: Family
+    family: PolytopicLoop
     pairs: Indices
     sizes: Indices
     shares: Floats
-    seen: Family
+    seen: PolytopicLoop
     points: tuple[Point, ...] = ()
     cuts: Cuts | None = None
 
@@ -87,7 +87,7 @@ class ClaimedLoop:
             model_data = ts_model_data(model)
         if law is None and K is not None:
             law = pdc_law_data(model, K) | law_members(model_data)
-        family = read_family(_read(model_data), _read(law))
+        family = read_model_loop(_read(model_data), _read(law))
         groups = [pairs for _, pairs in family.groups()]
         every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
         sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)

@@ -16,7 +16,7 @@ import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.loop.halvings import halved
-from takagi.certificates.checker.loop.polytopic_loop import Blend, Family, Stack
+from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop, Stack
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.weight_points import (
@@ -45,12 +45,12 @@ class Cuts:
     failed: list[Point] = field(default_factory=list)
 
     @classmethod
-    def of(cls, family: Family) -> Cuts:
+    def of(cls, family: PolytopicLoop) -> Cuts:
         """Return what is fit for the size of a loop."""
         work = len(family.groups()) * (family.order**4 + EACH)
         return cls(min(MOST_PIECES, int(MOST_WORK / work)))
 
-    def halvings(self, claim: Any, family: Family) -> list[list[int]]:
+    def halvings(self, claim: Any, family: PolytopicLoop) -> list[list[int]]:
         """Return the tree of ``halvings`` by which a claim is shown; empty where none was found."""
         most = self.left - self.left // 2
         if self.failed:
@@ -82,7 +82,7 @@ class Cuts:
 
 
 @dataclass(frozen=True)
-class _Piece(Family):
+class _Piece(PolytopicLoop):
     """A loop whose blends are those of one piece of its weights, in the order to look at them.
 
     The matrices are the loop's own, so that those of a claim fit beside them.
@@ -91,9 +91,11 @@ class _Piece(Family):
     path: tuple[tuple[int, int, int], ...] = ()
 
     @property
-    def own(self) -> Family:
+    def own(self) -> PolytopicLoop:
         """The loop on the piece."""
-        found = Family(**{one.name: getattr(self, one.name) for one in fields(Family)})
+        found = PolytopicLoop(
+            **{one.name: getattr(self, one.name) for one in fields(PolytopicLoop)}
+        )
         for step in self.path:
             found = halved(found, *step)
         return found
@@ -128,8 +130,10 @@ class _Piece(Family):
         return max(bends, key=lambda p: bends[p]), 0, 1
 
 
-def _piece(family: Family, path: tuple[tuple[int, int, int], ...]) -> _Piece:
-    return _Piece(**{one.name: getattr(family, one.name) for one in fields(Family)}, path=path)
+def _piece(family: PolytopicLoop, path: tuple[tuple[int, int, int], ...]) -> _Piece:
+    return _Piece(
+        **{one.name: getattr(family, one.name) for one in fields(PolytopicLoop)}, path=path
+    )
 
 
 def _bend(B: Floats, K: Floats, i: int, j: int) -> float:

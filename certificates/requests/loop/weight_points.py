@@ -15,21 +15,21 @@ from math import comb, lcm, prod
 from typing import Any, TypeAlias
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.loop.polytopic_loop import Blend, Family, Stack
+from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop, Stack
 
 Point: TypeAlias = tuple[tuple[int, ...], ...]
 # Of each premise, the weights at the corners of a piece.
 Corners: TypeAlias = tuple[tuple[tuple[Fraction, ...], ...], ...]
 
 
-def points_of(family: Family) -> list[Point]:
+def points_of(family: PolytopicLoop) -> list[Point]:
     """Return the point of every rule alone, in order."""
     if family.corners is None:
         return [(_unit(family.rules, i),) for i in range(family.rules)]
     return [tuple(_unit(2, c) for c in row) for row in family.corners]
 
 
-def grid(family: Family, parts: int, most: int) -> list[Point]:
+def grid(family: PolytopicLoop, parts: int, most: int) -> list[Point]:
     """Return all points whose shares are multiples of 1/parts; none where these exceed ``most``.
 
     Where rules leave out a combination of corners, only the rules alone.
@@ -45,7 +45,7 @@ def grid(family: Family, parts: int, most: int) -> list[Point]:
     return list(product(*(list(_shares(size, parts)) for size in sizes)))
 
 
-def corners_of(family: Family) -> Corners:
+def corners_of(family: PolytopicLoop) -> Corners:
     """Return the corners of the whole: of all rules, or of each premise."""
     sizes = [family.rules] if family.corners is None else [2] * len(family.corners[0])
     return tuple(
@@ -60,14 +60,14 @@ def halved_corners(corners: Corners, premise: int, kept: int, moved: int) -> Cor
     return (*corners[:premise], tuple(rows), *corners[premise + 1 :])
 
 
-def point_at(family: Family, corners: Corners, rule: int) -> Point:
+def point_at(family: PolytopicLoop, corners: Corners, rule: int) -> Point:
     """Return the corner of a piece that stands in the place of a rule."""
     own = (rule,) if family.corners is None else family.corners[rule]
     rows = [rows[c] for rows, c in zip(corners, own, strict=True)]
     return tuple(tuple(int(v * lcm(*(w.denominator for w in row))) for v in row) for row in rows)
 
 
-def weights_at(family: Family, point: Point) -> list[Fraction]:
+def weights_at(family: PolytopicLoop, point: Point) -> list[Fraction]:
     """Return h, (rules,)."""
     corners = family.corners or [(i,) for i in range(family.rules)]
     return [
@@ -88,14 +88,14 @@ def _unit(size: int, place: int) -> tuple[int, ...]:
     return tuple(int(c == place) for c in range(size))
 
 
-def seen_at(family: Family, rows: Sequence[Sequence[Fraction]]) -> Family:
+def seen_at(family: PolytopicLoop, rows: Sequence[Sequence[Fraction]]) -> PolytopicLoop:
     """Return a family whose blends are those of the weights h in ``rows`` alone."""
-    own = {one.name: getattr(family, one.name) for one in fields(Family)}
+    own = {one.name: getattr(family, one.name) for one in fields(PolytopicLoop)}
     return _Seen(**own, weights_seen=tuple(map(tuple, rows)))
 
 
 @dataclass(frozen=True)
-class _Seen(Family):
+class _Seen(PolytopicLoop):
     """The loop at some weights; no part of any proof, for it is not a hull of the loop."""
 
     weights_seen: tuple[tuple[Fraction, ...], ...] = ()

@@ -1,21 +1,23 @@
-r"""One convex step in the quadratic function, the gains and the wind class together.
+r"""LMIs of one step that changes the quadratic function, the gains and the wind class together.
 
-The loop's corners A, d are straight lines in the logarithms u of the gains (``loop_of_gains``),
-d = fixed + s_k error with the multiple s_k of the wind error that cell k tolerates.  In coordinates
-where the present function is |x|^2, P = I + X, a corner of cell k with multiplier alpha_k (1 + a_k)
-and multiple s_k (1 + c_k) asks for
+The loop's corners A, d are linearised in the logarithms u of the gains (``loop_of_gains``), with
+d = fixed + s_k error, where s_k is the multiple of the wind error that cell k tolerates.  In
+coordinates where the present function is |x|^2 and P = I + X, a corner of cell k with multiplier
+alpha_k (1 + a_k) and multiple s_k (1 + c_k) satisfies the invariance inequality if
 
     [ He(P (A + dA(u))) + alpha (1 + a) P     P (d + dd(u) + s c error) ]
     [ .                                      -alpha (1 + a)             ]  < 0 .
 
-With W = [dA(u) + alpha a I / 2,  dd(u) + s c error] all that is not linear in them but for u c is
-He(E X W), E = [I, 0]', and for any t > 0
+Let W = [dA(u) + alpha a I / 2,  dd(u) + s c error] and E = [I, 0]'.  Except for the products u c,
+the part that is not linear in the unknowns is He(E X W), and for any t > 0
 
     He(E X W) = |t X E' + W / t|^2 / 2 - |t X E' - W / t|^2 / 2  <=  |t X E' + W / t|^2 / 2 :
 
-a block row [t X E' + W / t] with -2 I on the diagonal.  What satisfies these LMIs satisfies those
-above, and the present function and gains do, so in the straight lines no step loses.  The decay
-rate d of a function R is the same without the column of d, with alpha = 2 d for all cells.
+By the Schur complement the last expression is a block row [t X E' + W / t] with -2 I on the
+diagonal.  A solution of these LMIs satisfies the inequality above.  The present function and gains
+satisfy the LMIs, so within the linearisation a step never makes the objective worse.  The LMI for
+the decay rate d of a function R is the same without the column of d, with alpha = 2 d for all
+cells.
 
 Source: derived here; Dinh, Gumussoy, Michiels, Diehl (2012), IEEE Trans. Automatic Control 57(6),
 for the convex-concave decomposition of bilinear matrix inequalities; Boyd, El Ghaoui, Feron,
@@ -43,11 +45,11 @@ class Around:
 
     Attributes
     ----------
-    moving : corners and secants; the secants are zero where the gains stay.
+    moving : corners and their secants; the secants are zero when the gains are fixed.
     speed : (N,) alpha of each corner, or 2 d [1/s].
     scale : (N,) s of each corner.
-    pace : (N,) which unknown relative change of ``speed`` is a corner's.
-    disturbed : whether the column of d stands beside the motion.
+    pace : (N,) index of the unknown that is the relative change of a corner's ``speed``.
+    disturbed : whether the LMI contains the disturbance column d.
     """
 
     moving: MovingCorners
@@ -82,18 +84,22 @@ class Around:
 
     @property
     def d(self) -> Floats:
-        """Return (N, 3): the disturbance at the present gains and multiples."""
+        """Return (N, 3): the disturbance d at the present gains and multiples."""
         at = self.moving.at
         return np.asarray(at.fixed + self.scale[:, None] * at.error)
 
     @property
     def dd(self) -> Floats:
-        """Return (N, 3, 3): its change per unit of each gain's logarithm."""
+        """Return (N, 3, 3): the change of d per unit of each gain's logarithm."""
         return np.asarray(self.moving.fixed + self.scale[:, None, None] * self.moving.error)
 
     @property
     def spread(self) -> Floats:
-        """Return t (N,): the root of how fast a corner moves, for steps in P of order one."""
+        """Return t (N,): the square root of |dA| or alpha / 2, whichever is larger.
+
+        The bound on He(E X W) holds for every t > 0 and is exact where t X E' = W / t; this t makes
+        both sides equally large for steps X of order one.
+        """
         moved = np.linalg.norm(self.moving.A, axis=(2, 3)).max(axis=1)
         return np.asarray(np.sqrt(np.maximum(moved, self.speed / 2)), dtype=np.float64)
 
@@ -109,9 +115,11 @@ def motion_lmi(
 ) -> LMI:
     """Return the module's LMI over the chosen corners, each divided by its alpha.
 
+    The division gives all cells margins of the same order, although their alphas differ.
+
     Parameters
     ----------
-    u : scalars, one per gain; None where gains stay.
+    u : scalars, one per gain; None if the gains are fixed.
     pace, wider : scalars, the relative changes a of ``around.speed`` and c of ``around.scale``.
     """
     moving, index = around.moving, around.pace[chosen]
@@ -178,7 +186,10 @@ def limits(unknown: Unknown, low: Floats, high: Floats) -> tuple[LMI, LMI]:
 
 
 def inside_box(P: Unknown, h: Floats) -> LMI:
-    """Return P - h_i h_i' >= 0: the set lies inside the box."""
+    """Return P - h_i h_i' >= 0, which holds if and only if {x' P x <= 1} is inside |h_i' x| <= 1.
+
+    The form with P instead of P^-1 keeps it linear in the unknown of this step.
+    """
     return LMI(
         name="inside the box",
         blocks=(3,),
@@ -189,7 +200,10 @@ def inside_box(P: Unknown, h: Floats) -> LMI:
 
 
 def reach_in_speed(P: Unknown, h: Floats, eta: Unknown) -> LMI:
-    """Return [[P, h], [h', eta]] >= 0."""
+    """Return [[P, h], [h', eta]] >= 0: by the Schur complement eta >= h' P^-1 h.
+
+    h' P^-1 h is the square of the largest speed error on {x' P x <= 1}, relative to the box.
+    """
     return LMI(
         name="reach in speed",
         blocks=(3, 1),
@@ -213,7 +227,10 @@ def mean_class(wider: Unknown, shares: Floats, least: float) -> LMI:
 
 
 def bounded_below(R: Unknown) -> LMI:
-    """Return R >= I / 16; that it may not grow beyond bounds follows from the overbound."""
+    """Return R >= I / 16, which keeps R positive definite in coordinates where it was I.
+
+    An upper bound is not needed: the block t X E' of the overbound limits X = R - I.
+    """
     return LMI(
         name="R positive definite",
         blocks=(3,),
@@ -224,7 +241,7 @@ def bounded_below(R: Unknown) -> LMI:
 
 
 def bent(u: Unknown, bends: Floats) -> tuple[LMI, LMI]:
-    """Return |u_(k+1) - u_k| <= bend for each cell."""
+    """Return |u_(k+1) - u_k| <= bend for each cell, as two families of scalar inequalities."""
     k = np.arange(len(bends))
     above, below = (
         LMI(
@@ -244,7 +261,11 @@ def bent(u: Unknown, bends: Floats) -> tuple[LMI, LMI]:
 
 
 def shortfall(around: Around, P: Floats, u: Floats | None, pace: Floats, wider: Floats) -> Floats:
-    """Return (N,): largest eigenvalue of the bilinear inequality over its alpha; negative holds."""
+    """Return (N,): the largest eigenvalue of the bilinear inequality divided by its alpha.
+
+    A corner satisfies its inequality if its value is negative.  The products of unknowns are
+    included here, unlike in the convex LMI.
+    """
     moving, at = around.moving, around.moving.at
     scale = around.scale * (1 + wider[at.cell]) if around.disturbed else around.scale
     A, d = at.A, at.fixed + scale[:, None] * at.error

@@ -1,4 +1,4 @@
-"""From gains to better ones: each step enclosed anew, and kept where the objective fell."""
+"""The search for better gains: the loop is enclosed again after each step before it is accepted."""
 
 from __future__ import annotations
 
@@ -26,23 +26,26 @@ from takagi.lmi.turbine.one_step.value import (
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-# Trust region: of each logarithm, at the start, at most, and where the search ends.
+# Radius of the trust region, for the logarithm of each gain: at the start, the largest, and the
+# radius below which the search ends.
 FIRST_REACH, LARGEST_REACH, LEAST_REACH = 0.1, 0.2, 0.01
 WIDER, NARROWER = 1.5, 0.3
-# Relative gain below which the search for functions at given gains, and that for gains, stop.
+# The search for functions at fixed gains stops below the first relative improvement of the
+# objective, and the search for gains below the second.
 SETTLED, ENOUGH = 3e-3, 1e-3
-# How far, relative, the mean wind error may fall below what is kept: solvers need some room.
+# Relative amount by which a step may miss the mean wind error that is to be kept.  Without it the
+# feasible set of the LMIs may have no interior, which interior-point solvers need.
 ROOM = 1e-3
-# Most improvements of functions with gains fixed: at the start, and after a step.
+# Largest number of improvements of the functions at fixed gains, at the start and after a step.
 AT_START, AFTER_STEP = 8, 1
 
 
 def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
-    """Return the spot at given gains, its functions from nothing.
+    """Return the point at given gains; its functions are found without a first guess.
 
     Raises
     ------
-    ModelError : no function was found; says what to change.
+    ModelError : no function was found; the message says what to change.
     """
     windy, still = family.corners(theta)
     directions = family.box.directions
@@ -61,9 +64,10 @@ def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoi
             f"this wind class ({first.diagnosis or rest.diagnosis or 'a cell bears no wind error'})"
             "; lower the wind class, the uncertainty or the box, or change the bandwidth"
         )
-    # The wind class first, whatever else is aimed at: it is what later steps must keep.
+    # The first function maximises the wind class, whatever the objective is, because later steps
+    # must keep a share of the wind class of this start.
     opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
-    # What the weakest cell tolerates with the first function, which is made for just that.
+    # ``invariant_ellipsoid`` maximises the multiple of the weakest cell, so this is the best floor.
     floor = float(functions.scales.min())
     functions = _settled(family, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
     spot = design_point(family, theta, functions, aim)
@@ -74,11 +78,12 @@ def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoi
 
 @dataclass(frozen=True, slots=True)
 class _Kept:
-    """What no step may lose.
+    """Lower limits that every accepted step respects.
 
     Attributes
     ----------
-    mean : of the wind error [m/s], 0 for none;  multiple : of the weakest cell.
+    mean : least mean wind error [m/s]; 0 sets no limit.
+    multiple : least multiple of the wind error in the weakest cell.
     """
 
     mean: float
@@ -94,12 +99,13 @@ class _Kept:
 
 @dataclass(slots=True)
 class Iteration:
-    """A search that keeps its best point.
+    """State of the search; ``spot`` is the best point so far.
 
     Attributes
     ----------
-    history : what was accepted, the start first.
-    refused : number of steps that were not taken.
+    reach : radius of the trust region, in the logarithms of the gains.
+    history : values of each accepted point; the first entry is the start.
+    refused : number of steps that were not accepted.
     """
 
     family: LoopOfGains
@@ -117,7 +123,7 @@ class Iteration:
         self._kept = _Kept(kept * spot.reached.wind_error, kept * spot.floor)
 
     def stepped(self) -> bool:
-        """Try one step; False where there is nothing more to gain."""
+        """Try one step; return False if the search has ended."""
         spot = self.spot
         if self._near is None:
             self._near = self.family.moving(spot.theta, self.reach)
@@ -146,7 +152,7 @@ class Iteration:
         return gained > ENOUGH
 
     def assessed(self, theta: Floats, functions: LoopFunctions) -> DesignPoint | None:
-        """Return the spot at other gains, enclosed anew; None where no function holds there."""
+        """Return the point at other gains, with new enclosures; None if no function holds there."""
         try:
             windy, still = self.family.corners(theta)
         except ModelError:
@@ -160,7 +166,7 @@ class Iteration:
 
 
 def with_largest_decay_rate(family: LoopOfGains, spot: DesignPoint) -> DesignPoint:
-    """Return the spot with the largest common decay rate at its gains, and the R that shows it."""
+    """Return the point with the largest common decay rate at its gains, and the R that has it."""
     _, still = family.corners(spot.theta)
     found = fast_decay(still.A)
     if found.P is None or found.decay_rate is None or found.decay_rate <= spot.functions.decay_rate:
@@ -181,11 +187,11 @@ def _settled(
     *,
     kept: _Kept,
 ) -> LoopFunctions:
-    """Return the functions improved with gains fixed.
+    """Return the functions after at most ``most`` improvements at fixed gains.
 
     Parameters
     ----------
-    kept : what is to be kept, or to be reached again.
+    kept : lower limits; functions below them are first raised towards them.
     """
     directions, shares = family.box.directions, shares_of(family)
     value, mean = function_value(family, functions, aim), mean_error(family, functions)
@@ -202,6 +208,7 @@ def _settled(
         if shown is None or (aim.decay > 0 and not shown.decay_rate > 0):
             break
         after, reached = function_value(family, shown, aim), mean_error(family, shown)
+        # Progress towards a limit counts as success, even if the objective became worse by it.
         raised = (mean < kept.mean and reached > mean) or (
             float(functions.scales.min()) < min(kept.multiple, float(shown.scales.min()))
         )

@@ -1,4 +1,4 @@
-"""Steps of functions and gains together; a step that loses anything is not taken."""
+"""One convex step of functions and gains together, with few corners at first and more as needed."""
 
 from __future__ import annotations
 
@@ -26,30 +26,33 @@ from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCor
 from takagi.models.arrays import Floats, Indices
 
 ONE, EYE = np.ones((1, 1, 1)), np.eye(3)[None]
-# Margin of the LMIs, in units of order one, and what is taken for violated.
+# The LMIs are solved with margin HELD, in units of order one.  A corner counts as violated above
+# VIOLATED, which is nearer to zero than the margin, so that solver errors do not add corners.
 HELD, VIOLATED = 1e-6, -1e-7
-# What is taken for violated in a step of the gains: it is judged by new enclosures anyway.
+# A step of the gains accepts larger violations: new enclosures decide about it anyway.
 ROUGHLY = 5e-3
+# Corners of each cell in the first solve, corners added to each cell after a solve, and the largest
+# number of solves.  Most corners are never active, so the small problems are much cheaper.
 FIRST, ADDED, ROUNDS = 2, 2, 15
 # Largest relative change of a multiplier in a step.
 PACE = 0.5
-# Largest relative rise of a cell's multiple that a step may be made to take.
+# Largest relative rise of a cell's multiple that a floor may enforce in one step.
 RAISED = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """What a step minimises: relative changes, weighed.
+    """Weights of the relative changes whose sum one step minimises, and limits on the changes.
 
     Attributes
     ----------
-    wind_class : (K - 1,) on 1 / multiple of the wind error in each cell.
-    overspeed : on how far {x' P x <= 1} reaches in speed.
-    decay : on 1 / decay rate.
-    gains : (G,) on the logarithms of the gains.
-    shares : (K - 1,) of each cell in the mean;  least : the mean of the relative changes of the
-        multiples stays at or above this; None where they are free.
-    floors : (K - 1,) multiples that no cell shall fall below; None where they are free.
+    wind_class : (K - 1,) weights of 1 / multiple of the wind error in each cell.
+    overspeed : weight of the largest speed error on {x' P x <= 1}.
+    decay : weight of 1 / decay rate.
+    gains : (G,) weights of the logarithms of the gains.
+    shares : (K - 1,) shares of the cells in the mean over wind.
+    least : lower limit of the mean relative change of the multiples; None for no limit.
+    floors : (K - 1,) lower limits of the multiples; None for no limits.
     """
 
     wind_class: Floats
@@ -72,7 +75,7 @@ class RemainingRoom:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointStep:
-    """What a step proposes: u (G,), zero where gains stay, and functions for the straight lines."""
+    """Result of a step: u (G,), empty for fixed gains, and functions for the linearised loop."""
 
     u: Floats
     functions: LoopFunctions
@@ -86,13 +89,14 @@ def joint_step(
     weights: Weights,
     room: RemainingRoom | None = None,
 ) -> JointStep | None:
-    """Return the best step by the convex condition; None where the solver has none.
+    """Return the best step of the convex condition; None if the solver finds none.
 
     Parameters
     ----------
-    windy, still : corners under the wind class and undisturbed; plain ones where gains stay.
+    windy, still : corners under the wind class, and undisturbed; without secants if the gains are
+        fixed.
     directions : (D, 3) rows h_i scaled so that the box is |h_i' x| <= 1; the first is speed.
-    room : of the gains; None where they stay.
+    room : limits on the change of the gains; None if the gains are fixed.
     """
     posed = _Posed(windy, still, functions, directions, weights, room)
     chosen = [posed.first(around) for around in posed.arounds]
@@ -181,7 +185,8 @@ class _Posed:
         lmis += limits(self.wider, *self._wider_ends())
         if w.least is not None:
             lmis.append(mean_class(self.wider, w.shares, w.least))
-        # A little weight keeps the reached speed bounded where no bound on it is requested.
+        # Without a requested bound on speed, a small weight keeps eta bounded above: otherwise the
+        # optimal set is unbounded in eta.  The factor 0.5 is d log sqrt(eta) / d log eta.
         objective = {
             "c": -w.wind_class[:, None, None],
             "eta": 0.5 * (w.overspeed or 1e-4) / self.speed_reach * ONE,
@@ -207,7 +212,8 @@ class _Posed:
         low, high = _ends(self.wider.count, PACE)
         if self.weights.floors is None:
             return low, high
-        # A cell below its floor is raised a little at a time: at once may be beyond a step.
+        # A cell below its floor is raised by at most RAISED in one step: the whole rise at once may
+        # make the LMIs infeasible.
         asked = self.weights.floors / self.functions.scales - 1
         return np.maximum(low, np.minimum(asked, RAISED)), high
 
@@ -235,7 +241,7 @@ def _worst_of_cells(around: Around, worst: Floats, old: Indices, least: float) -
 
 
 def _by_cell(cell: Indices, among: Indices, worst: Floats, count: int) -> Indices:
-    """Return the worst few of each cell."""
+    """Return, for each cell, the ``count`` corners with the largest values of ``worst``."""
     kept = []
     for k in np.unique(cell[among]):
         mine = among[cell[among] == k]

@@ -1,12 +1,12 @@
-r"""The coherent loop as a function of its gains: corners of every wind cell, and how they move.
+r"""The effort-sharing loop as a function of its gains: corners of every wind cell and their slopes.
 
-Around given gains every corner is replaced by straight lines in the logarithms of its cell's three
-gains: gamma at the cell's two ends and nu in it.  The enclosures' ends are minima and maxima, with
-kinks, so each gamma has two secants, one upwards and one downwards; all their combinations are
-corners of their own.  This is conservative at a kink and exact elsewhere, where
-both are the same and drop out.
+Near given gains, every corner is a linear function of the logarithms of its cell's three gains:
+gamma at the cell's two ends and nu in the cell.  The ends of the enclosures are minima and maxima,
+which have kinks.  Each gamma therefore has two secants, one for larger and one for smaller gains,
+and every combination of secants is a corner.  This is conservative at a kink.  Elsewhere both
+secants agree to first order, and nearly equal corners are removed.
 
-Nothing here is a bound: gains that a step proposes are enclosed anew.
+The linear functions are no bounds: the gains that a step proposes are enclosed again.
 """
 
 from __future__ import annotations
@@ -28,14 +28,16 @@ from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, Loop
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 from takagi.models.turbine.data import Turbine
 
-# Decimals of the gains within the search; those that are emitted are rounded at its end.
+# Decimals of the gains during the search.  Gains are rounded to fewer decimals only at its end.
 DECIMALS = 8
-# Opens a range that is one point, so that a cell has the same corners at any gains.
+# Width given to a range that is a single point.  Every cell then has the same number of corners at
+# all gains, so that differences between corners of two gains are defined.
 OPENED = Fraction(1, 10**12)
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-# Corners that differ by less than this share of the largest entry are one.
+# Corners that agree within this share of the largest entry are merged; only the search sees this.
 SAME = 1e-2
-# Cells this wide [m/s] may bend as far as gains may move.
+# In cells of this width [m/s] and wider, gamma may change by the whole trust region from one end to
+# the other; in narrower cells by less (``bends``).
 FULL_WIDTH = 0.5
 
 
@@ -45,8 +47,10 @@ class WindCellCorners:
 
     Attributes
     ----------
-    A : (N, 3, 3);  fixed : (N, 3), disturbance of the tables' residual and of the wind rate;
-    error : (N, 3), that of the wind error asked for;  cell : (N,).
+    A : (N, 3, 3) loop matrices.
+    fixed : (N, 3) disturbance by the residual of the trim tables and by the wind rate.
+    error : (N, 3) disturbance by the requested wind error.
+    cell : (N,) wind cell of each corner.
     """
 
     A: Floats
@@ -61,9 +65,9 @@ class MovingCorners:
 
     Attributes
     ----------
-    at : the corners.
-    members : (N, 3) which of the G gains move a corner: gamma at both ends, then nu.
-    A : (N, 3, 3, 3);  fixed, error : (N, 3, 3);  change per unit of each.
+    at : the corners at u = 0.
+    members : (N, 3) indices of the gains that a corner depends on: gamma at both ends, then nu.
+    A : (N, 3, 3, 3);  fixed, error : (N, 3, 3);  changes per unit of each of these logarithms.
     """
 
     at: WindCellCorners
@@ -74,7 +78,7 @@ class MovingCorners:
 
     @classmethod
     def still(cls, at: WindCellCorners) -> MovingCorners:
-        """Return corners that do not move with any gain."""
+        """Return corners with zero secants, for a step with fixed gains."""
         count = len(at.A)
         members, none = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3, 3))
         return cls(at, members, np.zeros((count, 3, 3, 3)), none, none)
@@ -82,13 +86,14 @@ class MovingCorners:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class LoopOfGains:
-    """What stays the same while gains are sought.
+    """The closed loop as a function of its gains: turbine, law, box, uncertainty and wind class.
 
-    Gains are one row theta of G = 2K - 1 numbers: gamma at the K nodes, then nu of the K - 1 cells.
+    The gains form one row theta of G = 2K - 1 numbers: gamma at the K nodes, then nu of the K - 1
+    cells.
 
     Attributes
     ----------
-    law : schedule and feed-forward; its gains are not read.
+    law : law whose schedule and feed-forward are used; theta replaces its gains.
     error, rate : (K - 1,) the wind class: |v - v_s| [m/s] and |v_s'| [m/s^2] of each cell.
     """
 
@@ -124,7 +129,8 @@ class LoopOfGains:
 
         Raises
         ------
-        ModelError : a cell leaves a table or an actuator's limit at these gains; names the cell.
+        ModelError : at these gains a cell leaves a table or an actuator limit; the message names
+            the cell.
         """
         law = self.at(theta)
         parts = [self._rows(self._enclosed(law, k), k) for k in range(self.cells)]
@@ -134,16 +140,17 @@ class LoopOfGains:
     def moving(
         self, theta: Floats, reach: float
     ) -> tuple[MovingCorners, MovingCorners, NDArray[np.bool_]]:
-        """Return both kinds of corners with their secants, and which gains may move.
+        """Return the corners with their secants, and the directions in which gains may change.
 
         Parameters
         ----------
-        reach : change of each logarithm that the secants span, less in narrow cells (``bends``).
+        reach : change of each logarithm between the two ends of a secant; it is smaller in narrow
+            cells (``bends``).
 
         Returns
         -------
-        Under the wind class, undisturbed, and (G, 2): False where a smaller, or a larger, gain
-        makes a cell leave a table or a limit.
+        Corners under the wind class, undisturbed corners, and (G, 2) booleans for a smaller and a
+        larger gain: False if that change makes a cell leave a table or a limit.
         """
         free = np.ones((len(theta), 2), dtype=np.bool_)
         spans = self.bends(reach)
@@ -152,9 +159,10 @@ class LoopOfGains:
         return self._spread(windy), self._spread(still), free
 
     def bends(self, reach: float) -> Floats:
-        """Return (K - 1,): how far the logarithms of gamma at a cell's ends may move apart.
+        """Return (K - 1,): the largest difference of log gamma's change between a cell's ends.
 
-        A narrow cell turns little change into a steep gamma', which the pitch lead must follow.
+        In a narrow cell a small difference makes d gamma / d v_s large, and the pitch lead must
+        follow that slope.
         """
         widths = np.diff(self.law.schedule.wind)
         return np.asarray(reach * np.minimum(1.0, widths / FULL_WIDTH), dtype=np.float64)
@@ -163,7 +171,10 @@ class LoopOfGains:
         return k, k + 1, self.cells + 1 + k
 
     def _enclosed(self, law: EffortSharingLaw, k: int) -> LoopCell:
-        """Return a cell's enclosure with quick ranges; what no gain moves is enclosed once."""
+        """Return a cell's enclosure with quick ranges.
+
+        The residual of the trim tables depends on no gain, so it is enclosed once and kept.
+        """
         loop = CellLoop(
             self.turbine,
             law,
@@ -177,7 +188,7 @@ class LoopOfGains:
         return loop.enclosed(self.rate[k])
 
     def _rows(self, cell: LoopCell, k: int) -> tuple[Floats, Floats]:
-        """Return (A, fixed, error) of each corner as rows of 15, as many at any gains."""
+        """Return (A, fixed, error) of each corner as rows of 15; as many rows at all gains."""
         found = loop_vertices(_opened(cell))
         error = self.error[k] * found.per_wind_error
         rest = found.at_rest.reshape(-1, 9)
@@ -189,7 +200,7 @@ class LoopOfGains:
     def _moving(
         self, theta: Floats, k: int, reach: float, free: NDArray[np.bool_]
     ) -> tuple[Floats, Floats]:
-        """Return rows of 60: a corner and its three secants, for each combination of sides."""
+        """Return rows of 60: a corner and its three secants, for each combination of secants."""
         cell = self._enclosed(self.at(theta), k)
         here = self._rows(cell, k)
         secants: list[list[tuple[Floats, ...]]] = []
@@ -220,7 +231,10 @@ class LoopOfGains:
     def _beside(
         self, theta: Floats, k: int, member: int, change: float, cell: LoopCell
     ) -> LoopCell:
-        """Return the cell with one gain's logarithm changed; nu moves no range but its own."""
+        """Return the cell after a change of one gain's logarithm.
+
+        A change of nu changes only the range of nu itself, so the cell is not enclosed again.
+        """
         beside = theta.copy()
         beside[member] *= np.exp(change)
         law = self.at(beside)
@@ -239,12 +253,12 @@ class LoopOfGains:
 
 
 def _distinct(rows: Floats) -> Floats:
-    """Return rows of which no two are the same but for what ``_opened`` added."""
+    """Return the rows without duplicates; rounding removes the differences from ``_opened``."""
     return np.asarray(rows[np.unique(np.round(rows, 10), axis=0, return_index=True)[1]])
 
 
 def _apart(rows: Floats) -> Floats:
-    """Return rows of which no two are nearly the same."""
+    """Return the rows after merging those that agree within SAME of each column's largest entry."""
     size = np.abs(rows).max(axis=0)
     rough = np.round(rows / (SAME * np.where(size > 0, size, 1.0)))
     return np.asarray(rows[np.unique(rough, axis=0, return_index=True)[1]])
@@ -257,7 +271,7 @@ def _gathered(parts: list[Floats]) -> WindCellCorners:
 
 
 def _opened(cell: LoopCell) -> LoopCell:
-    """Return the cell with ranges that are one point, and a lag disturbance of zero, opened."""
+    """Return the cell with the width OPENED in ranges of one point and for a zero disturbance."""
     changed: dict[str, Interval | Fraction] = {}
     for name in RANGES:
         value: Interval = getattr(cell, name)
@@ -268,5 +282,5 @@ def _opened(cell: LoopCell) -> LoopCell:
     return replace(cell, **changed)  # type: ignore[arg-type]
 
 
-# Names that earlier versions had.
+# The name of the class in earlier versions; it stays importable.
 LoopFamily = LoopOfGains

@@ -31,8 +31,7 @@ from takagi.models.turbine.data import Turbine
 
 TURBULENCE_LENGTH = 8.1 * 42.0  # m
 # Steps of the central differences for rotor speed, pitch, integral, schedule wind, tower position,
-# tower speed and wind.  They are small beside the overlap of the ramp and the cells of the tables,
-# and large beside the rounding errors of the rates.
+# tower speed and wind, each small beside the range over which the loop's slopes change.
 STEPS = np.array([1e-4, 1e-5, 1e-4, 1e-3, 1e-3, 1e-3, 1e-3])
 
 

@@ -54,7 +54,7 @@ class Objective:
 
 # Named sets of weights.  In our runs ``balanced`` reached the same wind class as ``wind-class`` and
 # took half as much time again, because the decay rate adds inequalities of its own.  The two calm
-# objectives let the wind class fall to 85 %: without that room no gain could change.
+# objectives let the wind class fall to 85 % of the start, which leaves the gains room to change.
 OBJECTIVES: Mapping[str, Objective] = MappingProxyType(
     {
         "balanced": Objective(decay=0.1),

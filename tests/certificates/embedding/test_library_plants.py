@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.checker.plant.sector_embedding import plant_family
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.document import plant_data
 from takagi.lmi import pdc
 from takagi.models.files import built_in_kinds
@@ -33,7 +33,7 @@ def test_the_checker_makes_the_vertices_of_the_model(name: str) -> None:
     """Two ways: sympy's polynomials rounded to floats, and the checker's exact corners."""
     model = library_model(name)
 
-    family = plant_family(as_read(plant_data(model)))
+    family = plant_loop(as_read(plant_data(model)))
 
     assert family.states == model.states
     assert family.corners == model.rules
@@ -72,8 +72,8 @@ def test_a_law_with_other_weights_is_not_taken_for_one_with_the_models() -> None
     certificate = certify(model, pdc(model, decay_rate=0.5).gains)
     data = as_read(certificate.document["model"])
     law = as_read(certificate.document["gains"])
-    from takagi.certificates.checker.replay.model_loop import read_family
+    from takagi.certificates.checker.replay.model_loop import read_model_loop
 
-    assert read_family(data, law).shared_weights
+    assert read_model_loop(data, law).shared_weights
     law["premises"][1]["expression"] = "cos(angle)"
-    assert not read_family(data, law).shared_weights
+    assert not read_model_loop(data, law).shared_weights

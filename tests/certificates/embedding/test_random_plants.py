@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.plant.sector_embedding import plant_family
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.document import plant_data
 from takagi.models import Interval, Output, Parameter, Plant, Variable, sector_model
 from takagi.models.ranges import expression_value
@@ -109,7 +109,7 @@ def test_random_plants_are_proved_and_equal_their_vertices(
     found = said_of(data)
     assert found.verdict is Verdict.PROVED, found.text
 
-    family = plant_family(as_read(data))
+    family = plant_loop(as_read(data))
     first, second, box, has_mass, _ = drawn
     sides = BOXES[box].values()
     state = [float(s.lower) + t * float(s.width) for s, t in zip(sides, shares, strict=True)]

@@ -11,7 +11,7 @@ import sympy as sp
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
-from takagi.certificates.checker.plant.sector_embedding import check_embedding, plant_family
+from takagi.certificates.checker.plant.sector_embedding import check_embedding, plant_loop
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import plant_data
 from takagi.models import Interval, ModelError, Output, Plant, Variable
@@ -56,7 +56,7 @@ def test_the_secants_of_a_pendulum_are_proved(rest: str) -> None:
 def test_differences_are_blends_of_the_vertices() -> None:
     """Two ways: f(x) - f(0) in floats lies in the interval hull of vertices times deviations."""
     model = secant_model(pendulum())
-    family = plant_family(as_read(plant_data(model)))
+    family = plant_loop(as_read(plant_data(model)))
     A = np.array([[[float(M[i, j]) for j in range(2)] for i in range(2)] for M in family.A])
     E = np.array([[float(M[i, 0]) for i in range(2)] for M in family.E])
     rng = np.random.default_rng(5)
@@ -115,13 +115,13 @@ def test_one_form_is_not_taken_for_the_other() -> None:
 
 def test_a_law_cannot_have_the_weights_of_secants() -> None:
     """Gains that differ from rule to rule are checked in all pairs."""
-    from takagi.certificates.checker.replay.model_loop import read_family
+    from takagi.certificates.checker.replay.model_loop import read_model_loop
 
     model = secant_model(load_plant("flexible_joint"))
     gains = np.array([[[1.0, 0.0, 0.0, 0.0]], [[2.0, 0.0, 0.0, 0.0]]])
     document = certify(model, gains).document
 
-    family = read_family(as_read(document["model"]), as_read(document["gains"]))
+    family = read_model_loop(as_read(document["model"]), as_read(document["gains"]))
 
     assert not family.shared_weights
     assert len(family.groups()) == 4

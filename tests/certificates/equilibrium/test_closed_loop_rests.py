@@ -22,12 +22,14 @@ ANSWERS = {"intended": "one at the trim", "shifted": "one off the trim", "none":
 WIDTH = 0.02
 
 
-def paper_rests(name: PublishedLawName, placement: float, wind: float) -> ClosedLoopEquilibria:
+def published_equilibria(
+    name: PublishedLawName, placement: float, wind: float
+) -> ClosedLoopEquilibria:
     winds = (wind, round(wind + WIDTH, 6))
     return closed_loop_equilibria(TURBINE, make_law(name, placement), winds=winds, narrowest=WIDTH)
 
 
-def coherent_rests(law: EffortSharingLaw, low: float, high: float) -> set[str]:
+def effort_sharing_equilibria(law: EffortSharingLaw, low: float, high: float) -> set[str]:
     found = closed_loop_equilibria(TURBINE, law, winds=(low, high), narrowest=0.05)
     return {cell.rests for cell in found.cells}
 
@@ -53,7 +55,7 @@ def test_the_float_study_finds_the_same(
     """``models.laws.published.equilibrium`` looks for roots on a grid; the proof agrees with it."""
     study = equilibrium(make_law(name, placement), wind + WIDTH / 2)
 
-    found = paper_rests(name, placement, wind)
+    found = published_equilibria(name, placement, wind)
 
     assert [cell.rests for cell in found.cells] == [ANSWERS[study.kind]]
     assert found.check().verdict is Verdict.PROVED
@@ -61,7 +63,7 @@ def test_the_float_study_finds_the_same(
 
 def test_rated_wind_is_the_threshold_of_a_ramp_above_rated_speed() -> None:
     """Placement 1 gives no pitch at rated speed: at rest up to rated wind, 11.45 m/s, not above."""
-    below, above = (paper_rests("paper", 1.0, v).cells[0].rests for v in (11.40, 11.48))
+    below, above = (published_equilibria("paper", 1.0, v).cells[0].rests for v in (11.40, 11.48))
 
     assert (below, above) == ("one at the trim", "none")
 
@@ -69,7 +71,7 @@ def test_rated_wind_is_the_threshold_of_a_ramp_above_rated_speed() -> None:
 def test_a_continuum_is_at_rest_at_each_of_its_points() -> None:
     """Two integrators, f_1 = 1 at rated speed: three splits of torque and pitch, all at rest."""
     law, wind = make_law("paper-two-integrators", 0.0), 15.0
-    assert paper_rests("paper-two-integrators", 0.0, wind).cells[0].rests == "continuum"
+    assert published_equilibria("paper-two-integrators", 0.0, wind).cells[0].rests == "continuum"
 
     speed = law.reference_speed(wind)
     for torque in (30_000.0, 35_000.0, 40_000.0):
@@ -90,13 +92,13 @@ def test_a_continuum_is_at_rest_at_each_of_its_points() -> None:
 @pytest.mark.parametrize(("low", "high"), [(3.0, 4.0), (11.0, 12.0), (19.0, 20.0), (24.0, 25.0)])
 def test_the_coherent_loop_rests_once(built: Built, low: float, high: float) -> None:
     """Lowest wind, the hand-over between torque and pitch, full load, cut-out."""
-    assert coherent_rests(built.law, low, high) == {"one"}
+    assert effort_sharing_equilibria(built.law, low, high) == {"one"}
 
 
 def test_a_stalled_rotor_is_the_coherent_loops_second_rest(built: Built) -> None:
     """At 22 m/s torque holds a slow rotor with the integrator at its limit: rates vanish there."""
     law, wind = built.law, 22.0
-    assert coherent_rests(law, 21.95, 22.05) == {"several"}
+    assert effort_sharing_equilibria(law, 21.95, 22.05) == {"several"}
 
     def turning(speed: float) -> float:
         state = np.array([law.integral_limit, wind])
@@ -114,13 +116,15 @@ def test_a_stalled_rotor_is_the_coherent_loops_second_rest(built: Built) -> None
 
 def test_a_wider_integrator_limit_removes_the_second_rest(built: Built) -> None:
     """With 0.6 rad/s in place of 0.1 the torque falls far enough to let the rotor go."""
-    assert coherent_rests(replace(built.law, integral_limit=0.6), 21.95, 22.05) == {"one"}
+    assert effort_sharing_equilibria(replace(built.law, integral_limit=0.6), 21.95, 22.05) == {
+        "one"
+    }
 
 
 @pytest.mark.parametrize("stated", ["none", "several", "one off the trim", "continuum"])
 def test_a_false_answer_is_not_proved(stated: str) -> None:
     """The cell says otherwise, and the verdict shows what was found."""
-    found = paper_rests("paper", 1.0, 8.0)
+    found = published_equilibria("paper", 1.0, 8.0)
     document = found.document()
     document["claims"][0]["cells"][0]["rests"] = stated
 
@@ -134,7 +138,7 @@ def test_a_false_answer_is_not_proved(stated: str) -> None:
 
 def test_winds_that_no_cell_covers_are_named() -> None:
     """What is left out of the claim is said, and the ends are rounded inward."""
-    text = paper_rests("paper", 1.0, 8.0).check().claims[0].text
+    text = published_equilibria("paper", 1.0, 8.0).check().claims[0].text
 
     assert "one at the trim at 8 to 8.02 m/s" in text
     assert "not decided: 3 to 8, 8.02 to 25 m/s" in text

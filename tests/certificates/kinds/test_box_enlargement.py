@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kinds.box_enlargement import enlarged
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.requests import BoxEnlargement
 from takagi.models import Premise, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
@@ -113,7 +113,7 @@ def test_the_enlarged_vertices_are_those_of_the_multiaffine_function(
 
     ends = [(2 * i - 1, 2 * j - 1) for i, j in CORNERS]
     stack = tuple(Matrix.of([[value(Fraction(a), Fraction(b))]]) for a, b in ends)
-    family = Family(A=stack, corners=tuple((i, j) for i, j in CORNERS))
+    family = PolytopicLoop(A=stack, corners=tuple((i, j) for i, j in CORNERS))
 
     found = [one[0, 0] for one in enlarged(stack, family, theta)]
 

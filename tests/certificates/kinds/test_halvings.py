@@ -14,7 +14,7 @@ from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.loop.halvings import pieces
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.coq import coq_file
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.cross_check.loop.pieces import leaves
@@ -196,11 +196,11 @@ def tree(rng: random.Random, sizes: list[int], depth: int) -> list[list[int]]:
     return [[premise, i, j], *below[0], *below[1]]
 
 
-def weights(count: int, corners: tuple[tuple[int, ...], ...] | None) -> Family:
+def weights(count: int, corners: tuple[tuple[int, ...], ...] | None) -> PolytopicLoop:
     """Return a loop whose matrices E are its weights."""
     one = Matrix.identity(count)
     E = tuple(Matrix([[row[i]] for row in one.rows]) for i in range(count))
-    return Family(A=(one,) * count, E=E, corners=corners, stated_rules=count)
+    return PolytopicLoop(A=(one,) * count, E=E, corners=corners, stated_rules=count)
 
 
 @pytest.mark.parametrize("premises", [0, 2])

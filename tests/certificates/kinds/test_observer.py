@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.kinds.observer import check_observer
-from takagi.certificates.checker.replay.model_loop import read_family
+from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests import ClaimedLoop, ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.exact_floats import as_read
@@ -225,7 +225,7 @@ def test_what_premises_depend_on_is_looked_for_among_outputs(
     """One output that shows it by itself, the same at every rule; inputs are known."""
     p = len(C[0])
     claim = {"name": "m", "kind": "observer", "L": [[[0] * p] * 2], "decay_rate": 0.5}
-    family = replace(read_family(as_read(two_states(C)), None), scheduled_by=(depends_on,))
+    family = replace(read_model_loop(as_read(two_states(C)), None), scheduled_by=(depends_on,))
 
     found = in_words(check_observer(as_read(claim | {"P": [[1, 0], [0, 1]]}), family, "claim"))
 
@@ -234,7 +234,7 @@ def test_what_premises_depend_on_is_looked_for_among_outputs(
 
 
 def test_secants_are_no_part_of_a_whole_plant() -> None:
-    family = replace(read_family(as_read(two_states([[[1, 0]]])), None), scheduled_by=())
+    family = replace(read_model_loop(as_read(two_states([[[1, 0]]])), None), scheduled_by=())
     claim = {"name": "m", "kind": "observer", "L": [[[0], [0]]], "decay_rate": 0}
     secants = {"P": [[1, 0], [0, 1]], "secants": [[[0, 0], [0, 0]]]}
 

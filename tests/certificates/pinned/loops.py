@@ -7,8 +7,8 @@ from functools import cache
 from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.loop.polytopic_loop import Family
-from takagi.certificates.checker.replay.model_loop import read_family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.replay.model_loop import read_model_loop
 
 __all__ = ["loop", "read"]
 
@@ -57,7 +57,7 @@ LAWS: dict[str, Any] = {
 
 
 @cache
-def loop(name: str, sample_time: float | None = None) -> Family:
+def loop(name: str, sample_time: float | None = None) -> PolytopicLoop:
     """Return a loop; in discrete time x+ = (I + A / 10) x + B u + E w."""
     model: dict[str, Any] = {"kind": "takagi-sugeno", "sample_time": sample_time}
     model |= {"state_names": STATES, **MODELS[name]}
@@ -70,7 +70,7 @@ def loop(name: str, sample_time: float | None = None) -> Family:
         if "rules" in model:
             gains["rules"] = model["rules"]
     found = read(json.dumps({"model": model, "gains": gains}))
-    return read_family(found["model"], found["gains"])
+    return read_model_loop(found["model"], found["gains"])
 
 
 def read(written: str) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from takagi.certificates.checker.arithmetic.exponential import FINE
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.result import Found
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.pinned import loops, shapes, texts
 
@@ -113,7 +113,7 @@ _NAMES: dict[str, Any] = {
     "Dual": Dual,
     "F": Fraction,
     "FINE": FINE,
-    "Family": Family,
+    "PolytopicLoop": PolytopicLoop,
     "I": Interval,
     "Matrix": Matrix,
     "ONE": ONE,

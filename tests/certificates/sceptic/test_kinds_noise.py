@@ -15,8 +15,8 @@ import numpy as np
 from takagi.certificates import Verdict
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.h2_norm import check_h2_norm
-from takagi.certificates.checker.loop.polytopic_loop import Family
-from takagi.certificates.checker.replay.model_loop import read_family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.replay.model_loop import read_model_loop
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]
@@ -46,7 +46,7 @@ def said_with(*scheduling: str, way: str = "disturbances") -> Verdict:
     """Return the verdict where the premises are known to depend on these."""
     text = str({**HALVES, "claim": CLAIM | {"disturbance": way}})
     data = read_text(text.replace("'", '"').replace("None", "null"), "model")
-    family: Family = replace(read_family(data, None), scheduled_by=scheduling)
+    family: PolytopicLoop = replace(read_model_loop(data, None), scheduled_by=scheduling)
     return check_h2_norm(data["claim"], family, "claim").verdict
 
 

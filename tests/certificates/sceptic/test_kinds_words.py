@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from takagi.certificates import Verdict
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kinds.decay import check_decay
-from takagi.certificates.checker.replay.model_loop import read_family
+from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
 from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.kinds.claims import law_data, model_data, said_of
@@ -58,7 +58,7 @@ def test_matrices_alone_are_not_said_to_be_their_plant() -> None:
     """No claim shows that vertices without equations contain a plant; of equations one does."""
     model = read_text(str(model_data([[[-2]]], box=BOX)).replace("'", '"').replace("None", "null"),
                       "model")  # fmt: skip
-    family = read_family(model, None)
+    family = read_model_loop(model, None)
     claim = read_text('{"name": "a", "decay_rate": 0.5, "P": [[1]]}', "claim")
 
     assert "of a plant that the model contains" in in_words(check_decay(claim, family, "a")).text

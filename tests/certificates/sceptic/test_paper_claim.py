@@ -25,7 +25,7 @@ def recorded(*cells: Data) -> tuple[Data, Data, Data]:
 
 def answer(claim: Data, model: Data, gains: Data) -> Found:
     data = as_read({"claim": claim, "model": model, "gains": gains})
-    return paper.check_paper(data["claim"], data["model"], data["gains"], "here")
+    return paper.check_published(data["claim"], data["model"], data["gains"], "here")
 
 
 @pytest.mark.parametrize(("top", "refused"), [(44000, False), (43999.9, True), (44001, False)])

@@ -19,7 +19,7 @@ from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
 from takagi.certificates.claims.turbine import published_law_data
 from takagi.certificates.document import certificate_document, turbine_data
@@ -67,7 +67,7 @@ def law_of(name: model.PublishedLawName, shape: Shape) -> model.PublishedLaw:
 
 
 @cache
-def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, PaperLaw]:
+def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, PublishedLaw]:
     """Return plant and law as the checker reads them."""
     from json import dumps
 
@@ -80,7 +80,7 @@ def read_of(name: model.PublishedLawName, shape: Shape) -> tuple[Plant, PaperLaw
     data = read_text(dumps(document), "certificate")
     # A drive of any speed, so that boxes far from rest are not refused for the limit of its rate.
     plant = replace(Plant.read(data["model"]), rate_limit=Fraction(1000))
-    return plant, PaperLaw.read(data["gains"])
+    return plant, PublishedLaw.read(data["gains"])
 
 
 def field(law: model.PublishedLaw, wind: float, z: Floats) -> Floats:
@@ -92,7 +92,7 @@ def field(law: model.PublishedLaw, wind: float, z: Floats) -> Floats:
     return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
 
 
-def drawn(rng: np.random.Generator, law: PaperLaw) -> Ends:
+def drawn(rng: np.random.Generator, law: PublishedLaw) -> Ends:
     """Return a short span of winds, and a box near where the regions meet or anywhere.
 
     The integrals are such that torque and pitch commands lie about their corners and limits.

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends
 from takagi.certificates.checker.words.sentences import published as words
 from tests.certificates.pinned.turbine.inputs import read
@@ -46,10 +46,10 @@ def test_overlaps_are_named_as_they_are() -> None:
     assert "2000.0004 N m" in words._words(overlaps)
 
 
-def recorded() -> tuple[Plant, PaperLaw]:
+def recorded() -> tuple[Plant, PublishedLaw]:
     """Return the turbine and the law with one integrator, as they are recorded."""
     data = read("paper")
-    return Plant.read(data["model"]), PaperLaw.read(data["gains"])
+    return Plant.read(data["model"]), PublishedLaw.read(data["gains"])
 
 
 def test_winds_that_are_left_out_are_told() -> None:

@@ -17,13 +17,13 @@ from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Int
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.equilibria.effort_sharing import coherent_rests
-from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import rest_reader
+from takagi.certificates.checker.turbine.equilibria.effort_sharing import effort_sharing_equilibria
+from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import equilibrium_reader
 from takagi.certificates.checker.turbine.equilibria.one_integrator import OneIntegrator
-from takagi.certificates.checker.turbine.equilibria.published import bends, paper_rests
+from takagi.certificates.checker.turbine.equilibria.published import bends, published_equilibria
 from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
 from takagi.certificates.checker.turbine.equilibria.zero_count import Piece, Span, count_zeros
-from takagi.certificates.checker.turbine.published.inputs import PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw
 from takagi.certificates.claims.turbine import published_law_data
 from takagi.certificates.document import turbine_data
 from takagi.models.laws.published import PublishedLawName
@@ -61,7 +61,7 @@ def turning_back(gains: Data) -> None:
 def test_a_torque_command_that_falls_again_does_not_decide_where_the_rest_is() -> None:
     """The one rest has rated torque; beyond it u is below rated torque again, where f < 0."""
     model, gains = forged("paper", turning_back)
-    law = PaperLaw.read(gains)
+    law = PublishedLaw.read(gains)
     rest = OneIntegrator(Plant.read(model), law)
     corner = law.rated_torque + law.overlaps.torque / 2
 
@@ -77,14 +77,14 @@ def test_a_torque_command_that_falls_again_does_not_decide_where_the_rest_is() -
     assert (look("0.35"), look("0.37")) == ((1, 1), (-1, 1))
     assert look("0.55") == (-1, -1)
 
-    _, _, answer = rest_reader(model, gains)
+    _, _, answer = equilibrium_reader(model, gains)
     assert answer(WINDS) in ("one", "one at the trim")
 
 
 def test_a_set_point_below_the_smallest_speed_bends_the_reference() -> None:
     """min(lambda_max v/R, set-point) has a bend of its own; between bends the speed is a line."""
     gains = forged("paper", lambda g: g.update(speed_setpoint=0.5))[1]
-    law = PaperLaw.read(gains)
+    law = PublishedLaw.read(gains)
     plant = Plant.read(emitted_model())
     rest = OneIntegrator(plant, law)
     first, last = Fraction(1), Fraction(25)
@@ -106,7 +106,7 @@ def test_a_trim_beyond_the_coefficient_table_is_no_answer() -> None:
     def fast_trim(gains: Data) -> None:
         gains["full"]["rotor_speed"] = [3 * speed for speed in gains["full"]["rotor_speed"]]
 
-    _, _, answer = rest_reader(*forged("paper", fast_trim))
+    _, _, answer = equilibrium_reader(*forged("paper", fast_trim))
 
     with pytest.raises(Refused, match="leaves the coefficient table"):
         answer(WINDS)
@@ -121,7 +121,7 @@ def test_a_ramp_that_ends_a_hair_above_the_reference_speed_asks_for_any_pitch() 
         coupling["speed_ramp_start"] = round(gains["speed_setpoint"] - 0.1, 9)
 
     model, gains = forged("paper-two-integrators", hair)
-    law = PaperLaw.read(gains)
+    law = PublishedLaw.read(gains)
     sliver = Fraction(1, 10**25)
     over = replace(law.overlaps, start=law.setpoint - law.overlaps.width + sliver)
     rest = TwoIntegrators(Plant.read(model), replace(law, overlaps=over))
@@ -166,7 +166,9 @@ def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(bui
 
     def reach(**common: bool) -> list[Fraction]:
         winds = law.wind[k], law.wind[k + 1]
-        return [stop for _, stop in coherent_rests(plant, law, winds, **common).upper.blocks]
+        return [
+            stop for _, stop in effort_sharing_equilibria(plant, law, winds, **common).upper.blocks
+        ]
 
     assert reach() == reach(common=False) == [max(ratios)]
     assert all(stop <= min(ratios) for stop in reach(common=True))
@@ -174,7 +176,7 @@ def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(bui
 
 def test_pitch_held_at_the_very_end_of_the_table_is_looked_at(built: Built) -> None:
     """A largest pitch that is the table's end: the balance there is bracketed, not left out."""
-    from takagi.certificates.checker.turbine.equilibria.effort_sharing import _Rest
+    from takagi.certificates.checker.turbine.equilibria.effort_sharing import _Equilibrium
     from takagi.certificates.document import effort_sharing_law_data
 
     data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
@@ -188,7 +190,7 @@ def test_pitch_held_at_the_very_end_of_the_table_is_looked_at(built: Built) -> N
 
     def balance(pitch_max: Fraction) -> Dual | None:
         held = replace(law, effort=efforts, pitch_max=pitch_max)
-        return _Rest(plant, held, winds).inside(winds, x)
+        return _Equilibrium(plant, held, winds).inside(winds, x)
 
     at_end, beyond = balance(end), balance(end + 1)
 
@@ -200,10 +202,10 @@ def test_pitch_held_at_the_very_end_of_the_table_is_looked_at(built: Built) -> N
 def test_a_paper_law_whose_pitch_ends_with_the_table_is_not_answered() -> None:
     """Pitch may rest at its limit there, which the curves of both laws leave out."""
     model, gains = forged("paper", lambda _: None)
-    plant, law = Plant.read(model), PaperLaw.read(gains)
+    plant, law = Plant.read(model), PublishedLaw.read(gains)
 
     with pytest.raises(Refused, match="largest pitch inside"):
-        paper_rests(plant, replace(law, pitch_max=plant.surface.y.breaks[-1]), WINDS)
+        published_equilibria(plant, replace(law, pitch_max=plant.surface.y.breaks[-1]), WINDS)
 
 
 def test_a_wake_may_move_all_between_the_rest_and_the_trim(built: Built) -> None:
@@ -219,7 +221,7 @@ def test_a_wake_may_move_all_between_the_rest_and_the_trim(built: Built) -> None
         efforts = [q + g * x for q, g in zip(law.effort, law.gamma, strict=True)]
         moved = replace(law, effort=efforts, integral_limit=Fraction(3, 5))
 
-        found = coherent_rests(plant, moved, (law.wind[k], law.wind[k + 1])).inside
+        found = effort_sharing_equilibria(plant, moved, (law.wind[k], law.wind[k + 1])).inside
 
         assert found.exact == 1
         ((low, high),) = found.blocks
@@ -232,7 +234,7 @@ def test_a_rest_far_along_the_curve_is_not_left_out() -> None:
     def hardly(gains: Data) -> None:
         gains["coupling"]["speed_ramp_start"] = round(gains["speed_setpoint"] - 5.8e-6, 9)
 
-    _, _, answer = rest_reader(*forged("paper", hardly))
+    _, _, answer = equilibrium_reader(*forged("paper", hardly))
 
     with pytest.raises(Refused, match="far beyond rated torque"):
         answer(WINDS)
@@ -242,7 +244,7 @@ def test_a_rotor_without_torque_below_the_reference_speed_is_not_left_out() -> N
     """A blade that brakes at low tip-speed ratios: a slow rotor rests there with e < 0."""
     model, gains = forged("paper-two-integrators", lambda _: None)
     plant = Plant.read(model)
-    _, _, answer = rest_reader(model, gains)
+    _, _, answer = equilibrium_reader(model, gains)
     assert answer(WINDS) == "one off the trim"
 
     surface = plant.surface
@@ -250,7 +252,7 @@ def test_a_rotor_without_torque_below_the_reference_speed_is_not_left_out() -> N
     surface._nets.clear()
 
     with pytest.raises(Refused, match="below the reference speed"):
-        paper_rests(plant, PaperLaw.read(gains), WINDS)
+        published_equilibria(plant, PublishedLaw.read(gains), WINDS)
 
 
 def test_two_integrators_rest_on_a_continuum_only_below_rated_torque() -> None:
@@ -259,9 +261,9 @@ def test_two_integrators_rest_on_a_continuum_only_below_rated_torque() -> None:
         "paper-two-integrators",
         lambda g: g["coupling"].update(speed_ramp_start=round(g["speed_setpoint"] - 0.1001, 9)),
     )
-    plant, law = Plant.read(model), PaperLaw.read(gains)
+    plant, law = Plant.read(model), PublishedLaw.read(gains)
 
-    low, high = paper_rests(plant, law, WINDS).continuum or (Fraction(0), Fraction(0))
+    low, high = published_equilibria(plant, law, WINDS).continuum or (Fraction(0), Fraction(0))
 
     rated = law.rated_torque - law.overlaps.torque / 2
     for pitch in (float(low), float(high)):
@@ -270,4 +272,4 @@ def test_two_integrators_rest_on_a_continuum_only_below_rated_torque() -> None:
     bend = law.setpoint * plant.radius / law.optimal_ratio
     at_bend = replace(law.overlaps, start=law.setpoint - law.overlaps.width)
     with pytest.raises(Refused, match="reaches 1"):
-        paper_rests(plant, replace(law, overlaps=at_bend), (bend - Fraction(1, 100), bend))
+        published_equilibria(plant, replace(law, overlaps=at_bend), (bend - Fraction(1, 100), bend))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict, certify, check
-from takagi.certificates.checker.plant.sector_embedding import plant_family
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document import certificate_document
@@ -169,7 +169,7 @@ def test_one_that_rests_elsewhere_is_enough(
     ]
     model["embedding"] |= {"A": [["-1", "0"], ["0", "-1"]], "C": [["1", "0"], ["0", "1"]]}
 
-    assert plant_family(as_read(model)).resting_elsewhere == told
+    assert plant_loop(as_read(model)).resting_elsewhere == told
 
 
 def lines(expression: str = "x", rest: int = 0) -> Data:

@@ -37,7 +37,7 @@ from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.corners import Stated, bounds_row
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
-from takagi.certificates.checker.turbine.effort_sharing.prerequisite import earlier_claim
+from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prerequisite_claim
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import read_ranges
 
 
@@ -110,7 +110,7 @@ def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str
     ------
     CertificateError : a part is missing or malformed.
     """
-    loop, unproved = earlier_claim(claim, data, found, where, "loop", "coherent-loop")
+    loop, unproved = prerequisite_claim(claim, data, found, where, "loop", "coherent-loop")
     if unproved:
         return Found(Verdict.UNDECIDED, "actuator_rates", {"unproved": unproved})
     place = f"claims[{claim['loop']}]"
@@ -129,7 +129,7 @@ def check_actuator_rates(claim: Any, data: Any, found: list[Outcome], where: str
         failures.append(([], why))
     kept = None
     if "wind_rate" in claim:
-        rate, unproved = earlier_claim(claim, data, found, where, "wind_rate", "wind-rate")
+        rate, unproved = prerequisite_claim(claim, data, found, where, "wind_rate", "wind-rate")
         if unproved:
             return Found(Verdict.UNDECIDED, "actuator_rates", {"unproved": unproved})
         if rate["loop"] != claim["loop"]:

@@ -48,7 +48,7 @@ Rows = list[list[Fraction]]
 Failure = tuple[int | None, str]
 
 
-def check_coherent(claim: Any, model: Any, gains: Any, where: str) -> Found:
+def check_effort_sharing(claim: Any, model: Any, gains: Any, where: str) -> Found:
     """Return the verdict on one claim of kind ``coherent-loop``, with what fails and where.
 
     Raises

@@ -9,7 +9,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Outcome, Verdict
 
 
-def earlier_claim(
+def prerequisite_claim(
     claim: Any, data: Any, found: list[Outcome], where: str, name: str, kind: str
 ) -> tuple[Any, Outcome | None]:
     """Return the claim at the place that a member names, and its verdict if it is not PROVED.

@@ -31,7 +31,7 @@ from takagi.certificates.checker.kernel.reader import increasing, listed, member
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Found, Outcome, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
-from takagi.certificates.checker.turbine.effort_sharing.prerequisite import earlier_claim
+from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prerequisite_claim
 
 MOST_RANGES, MOST_NODES = 20, 5000
 # The property that is not proved, with {} for its wind.
@@ -102,7 +102,7 @@ def check_wind_rate(claim: Any, data: Any, found: list[Outcome], where: str) -> 
     ------
     CertificateError : a part is missing or is not what it has to be.
     """
-    loop, unproved = earlier_claim(claim, data, found, where, "loop", "coherent-loop")
+    loop, unproved = prerequisite_claim(claim, data, found, where, "loop", "coherent-loop")
     gains = member(data, "gains", "certificate")
     law, filter_ = Law.read(gains), number(gains, "wind_filter", "gains")
     ranges = read_ranges(claim, where)

@@ -47,7 +47,7 @@ EDGE = Fraction(1, 10**20)
 
 
 @dataclass(frozen=True)
-class CoherentRests:
+class EffortSharingEquilibria:
     """The number of equilibria of each case at every wind of a cell."""
 
     inside: Count
@@ -55,7 +55,9 @@ class CoherentRests:
     lower: Count
 
 
-def coherent_rests(plant: Plant, law: Law, winds: Span, *, common: bool = False) -> CoherentRests:
+def effort_sharing_equilibria(
+    plant: Plant, law: Law, winds: Span, *, common: bool = False
+) -> EffortSharingEquilibria:
     """Return the counts for winds inside one interval of the law's tables.
 
     Parameters
@@ -67,7 +69,7 @@ def coherent_rests(plant: Plant, law: Law, winds: Span, *, common: bool = False)
     ------
     Refused : winds that reach over a node, or leave the tables.
     """
-    rest = _Rest(plant, law, winds)
+    rest = _Equilibrium(plant, law, winds)
     limit, zero = law.integral_limit, Fraction(0)
     at_trim = [plant.radius * rest.speed(v) / v for v in winds]
     least = plant.surface.x.breaks[0] + EDGE
@@ -77,7 +79,7 @@ def coherent_rests(plant: Plant, law: Law, winds: Span, *, common: bool = False)
     nearest = (min(at_trim), max(at_trim)) if common else (max(at_trim), min(at_trim))
     negative, positive = frozenset({-1}), frozenset({1})
     inside = (Piece((-limit, zero), negative), Piece((zero, limit), positive))
-    return CoherentRests(
+    return EffortSharingEquilibria(
         count_zeros(rest.inside, winds, inside, most_parts=MOST_PARTS),
         count_zeros(
             rest.upper, winds, [Piece((least, nearest[0]), ANY_SIGN)], most_parts=MOST_PARTS
@@ -88,7 +90,7 @@ def coherent_rests(plant: Plant, law: Law, winds: Span, *, common: bool = False)
     )
 
 
-class _Rest:
+class _Equilibrium:
     """The balance of each case over rectangles of wind and parameter."""
 
     def __init__(self, plant: Plant, law: Law, winds: Span) -> None:

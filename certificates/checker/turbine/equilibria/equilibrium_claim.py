@@ -24,12 +24,12 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.equilibria.effort_sharing import (
-    CoherentRests,
-    coherent_rests,
+    EffortSharingEquilibria,
+    effort_sharing_equilibria,
 )
-from takagi.certificates.checker.turbine.equilibria.published import bends, paper_rests
+from takagi.certificates.checker.turbine.equilibria.published import bends, published_equilibria
 from takagi.certificates.checker.turbine.equilibria.zero_count import Span
-from takagi.certificates.checker.turbine.published.inputs import LAWS, PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import LAWS, PublishedLaw
 
 ANSWERS = ("one", "one at the trim", "one off the trim", "none", "several", "continuum")
 MOST_CELLS = 2000
@@ -37,7 +37,7 @@ MOST_CELLS = 2000
 RestReader = Callable[[Span], str]
 
 
-def rest_reader(model: Any, gains: Any) -> tuple[str, Span, RestReader]:
+def equilibrium_reader(model: Any, gains: Any) -> tuple[str, Span, RestReader]:
     """Return the law's name, its wind range, and the function that gives a cell's answer.
 
     Raises
@@ -46,16 +46,16 @@ def rest_reader(model: Any, gains: Any) -> tuple[str, Span, RestReader]:
     """
     plant, name = Plant.read(model), text(gains, "name", "gains")
     if name in LAWS:
-        paper = PaperLaw.read(gains)
+        paper = PublishedLaw.read(gains)
         if (plant.pitch_min, plant.pitch_max) != (paper.pitch_min, paper.pitch_max):
             raise CertificateError("gains: pitch limits differ from the model's")
         if paper.rated_torque + paper.overlaps.torque / 2 > paper.top_torque:
             raise CertificateError("gains.coupling.top_torque: the rounded corner goes beyond it")
-        return name, (paper.cut_in, paper.cut_out), lambda winds: _paper(plant, paper, winds)
+        return name, (paper.cut_in, paper.cut_out), lambda winds: _published(plant, paper, winds)
     law = Law.read(gains)
     if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
         raise CertificateError("gains: pitch limits differ from the model's")
-    return name, (law.wind[0], law.wind[-1]), lambda winds: _coherent(plant, law, winds)
+    return name, (law.wind[0], law.wind[-1]), lambda winds: _effort_sharing(plant, law, winds)
 
 
 def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Found:
@@ -65,7 +65,7 @@ def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Found:
     ------
     CertificateError : a part is missing or is not what it has to be.
     """
-    name, known, answer = rest_reader(model, gains)
+    name, known, answer = equilibrium_reader(model, gains)
     cells = member(claim, "cells", where)
     if not isinstance(cells, list) or not 0 < len(cells) <= MOST_CELLS:
         raise CertificateError(f"{where}.cells: 1 to {MOST_CELLS} are needed")
@@ -89,35 +89,35 @@ def check_equilibrium(claim: Any, model: Any, gains: Any, where: str) -> Found:
     return Found(Verdict.UNDECIDED if failures else Verdict.PROVED, "equilibrium", said)
 
 
-def _coherent(plant: Plant, law: Law, winds: Span) -> str:
-    rests = coherent_rests(plant, law, winds)
+def _effort_sharing(plant: Plant, law: Law, winds: Span) -> str:
+    rests = effort_sharing_equilibria(plant, law, winds)
     inside, upper, lower = rests.inside, rests.upper, rests.lower
     held = (upper, 1), (lower, -1)
     away = all(not c.blocks and {c.start, c.end} <= {sign, 0} for c, sign in held)
     # The balance rises with x, so that any admitted wake only increases its slope.
     if (inside.exact, inside.start, inside.end) == (1, -1, 1) and away:
         return "one"
-    if _least(rests) > 1 and _least(coherent_rests(plant, law, winds, common=True)) > 1:
+    if _least(rests) > 1 and _least(effort_sharing_equilibria(plant, law, winds, common=True)) > 1:
         return "several"
     raise Refused("the number of rests is not known")
 
 
-def _least(rests: CoherentRests) -> int:
+def _least(rests: EffortSharingEquilibria) -> int:
     return rests.inside.least + rests.upper.least + rests.lower.least
 
 
-def _paper(plant: Plant, law: PaperLaw, winds: Span) -> str:
+def _published(plant: Plant, law: PublishedLaw, winds: Span) -> str:
     cuts = [winds[0], *sorted(v for v in bends(plant, law) if winds[0] < v < winds[1]), winds[1]]
     found = {
-        _paper_piece(plant, law, (low, high)) for low, high in zip(cuts, cuts[1:], strict=False)
+        _published_piece(plant, law, (low, high)) for low, high in zip(cuts, cuts[1:], strict=False)
     }
     if len(found) > 1:
         raise Refused("the rests differ on both sides of a bend of the reference speed")
     return found.pop()
 
 
-def _paper_piece(plant: Plant, law: PaperLaw, winds: Span) -> str:
-    rests = paper_rests(plant, law, winds)
+def _published_piece(plant: Plant, law: PublishedLaw, winds: Span) -> str:
+    rests = published_equilibria(plant, law, winds)
     if rests.continuum is not None:
         return "continuum"
     if rests.count.exact == 1:

@@ -14,7 +14,10 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.equilibria.published_balance import PaperBalance, RestPlace
+from takagi.certificates.checker.turbine.equilibria.published_balance import (
+    PublishedBalance,
+    RestPlace,
+)
 from takagi.certificates.checker.turbine.equilibria.zero_count import (
     Count,
     Piece,
@@ -31,7 +34,7 @@ LOOKS = 14
 HALVINGS = 7
 
 
-class OneIntegrator(PaperBalance):
+class OneIntegrator(PublishedBalance):
     """f(s) = T_r/J - n_g phi(u)/J along the curve."""
 
     def count(self, winds: Span) -> Count:

@@ -33,11 +33,11 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.equilibria.one_integrator import OneIntegrator
 from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
-from takagi.certificates.checker.turbine.published.inputs import PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw
 
 
 @dataclass(frozen=True)
-class PaperRests:
+class PublishedEquilibria:
     """The equilibria at every wind of a cell: their number, or a continuum.
 
     Attributes
@@ -52,7 +52,7 @@ class PaperRests:
     continuum: Span | None = None
 
 
-def paper_rests(plant: Plant, law: PaperLaw, winds: Span) -> PaperRests:
+def published_equilibria(plant: Plant, law: PublishedLaw, winds: Span) -> PublishedEquilibria:
     """Return the counts for winds in which the reference speed is a line.
 
     Raises
@@ -72,22 +72,22 @@ def paper_rests(plant: Plant, law: PaperLaw, winds: Span) -> PaperRests:
     if law.tracking_time is None:
         rest = OneIntegrator(plant, law)
         count = rest.count(winds)
-        return PaperRests(count, rest.at_trim(winds) if count.exact == 1 else None)
+        return PublishedEquilibria(count, rest.at_trim(winds) if count.exact == 1 else None)
     rest = TwoIntegrators(plant, law)
     shares = [rest.share(rest.reference(v)) for v in winds]
     if min(shares) == 1:
         found = rest.continuum(winds)
         if found is None:
             raise Refused("no interval of pitch at rest was found")
-        return PaperRests(Count(2, None, 0, 0, ()), continuum=found)
+        return PublishedEquilibria(Count(2, None, 0, 0, ()), continuum=found)
     if max(shares) == 1:
         raise Refused("a coupling factor f_1 that reaches 1")
     count = rest.count(winds)
     passing = rest.passes(winds)
-    return PaperRests(count, {-1: True, 0: None, 1: False}[passing])
+    return PublishedEquilibria(count, {-1: True, 0: None, 1: False}[passing])
 
 
-def bends(plant: Plant, law: PaperLaw) -> list[Fraction]:
+def bends(plant: Plant, law: PublishedLaw) -> list[Fraction]:
     """Return the winds at which the reference speed bends."""
     return [
         speed * plant.radius / ratio

@@ -15,7 +15,7 @@ from takagi.certificates.checker.arithmetic.interval import (
 )
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.equilibria.zero_count import Span
-from takagi.certificates.checker.turbine.published.inputs import PaperLaw, Region
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw, Region
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, blended
 
 # The table's ends are rounded in fixed point, so the range stays slightly inside.
@@ -27,7 +27,7 @@ class RestPlace(Loop):
 
     def __init__(
         self,
-        rests: PaperBalance,
+        rests: PublishedBalance,
         winds: Span,
         speeds: tuple[Fraction, Fraction, Fraction],
         speed: Dual,
@@ -68,10 +68,10 @@ class RestPlace(Loop):
         return torque.by(point(self.plant.gear_per_inertia))
 
 
-class PaperBalance:
+class PublishedBalance:
     """Common parts of the balances of both laws: table ends, reference speed, coupling factor."""
 
-    def __init__(self, plant: Plant, law: PaperLaw) -> None:
+    def __init__(self, plant: Plant, law: PublishedLaw) -> None:
         self.plant, self.law = plant, law
         self.top = min(law.pitch_max, plant.surface.y.breaks[-1] - EDGE)
         self.longest = plant.surface.x.breaks[-1] - EDGE

@@ -16,7 +16,10 @@ from takagi.certificates.checker.arithmetic.interval import (
     point,
 )
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.equilibria.published_balance import PaperBalance, RestPlace
+from takagi.certificates.checker.turbine.equilibria.published_balance import (
+    PublishedBalance,
+    RestPlace,
+)
 from takagi.certificates.checker.turbine.equilibria.zero_count import (
     Count,
     Piece,
@@ -30,7 +33,7 @@ PITCH_PIECES = 64
 STEEP = Interval(0, ONE << 60)
 
 
-class TwoIntegrators(PaperBalance):
+class TwoIntegrators(PublishedBalance):
     """The torque balance as a function of torque at e = 0, then of the speed error e > 0."""
 
     def count(self, winds: Span) -> Count:

@@ -96,7 +96,7 @@ class Overlaps:
 
 
 @dataclass(frozen=True)
-class PaperLaw:
+class PublishedLaw:
     """The law's numbers."""
 
     name: str
@@ -118,7 +118,7 @@ class PaperLaw:
     full: Region
 
     @classmethod
-    def read(cls, gains: Any) -> PaperLaw:
+    def read(cls, gains: Any) -> PublishedLaw:
         """Return the law; refuses other laws, other filters, and numbers of the wrong sign."""
         name = text(gains, "name", "gains")
         if name not in LAWS:

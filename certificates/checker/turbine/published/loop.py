@@ -29,7 +29,7 @@ from takagi.certificates.checker.arithmetic.interval import (
 )
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw, Region
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw, Region
 
 HALF = Interval(ONE // 2, ONE // 2)
 
@@ -58,7 +58,7 @@ class Loop:
     """
 
     def __init__(
-        self, plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends, seeds: str
+        self, plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends, seeds: str
     ) -> None:
         self.plant, self.law, self.overlaps, self.ends = plant, law, overlaps, ends
         count = {"states": law.states, "line": 1, "none": 0}[seeds]

@@ -24,7 +24,7 @@ from takagi.certificates.checker.kernel.reader import listed, matrix, number, nu
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction_failure
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
 from takagi.certificates.checker.turbine.published.wind_intervals import Span, gaps, merged
@@ -46,7 +46,7 @@ class Cell:
     multiplier: Fraction
 
     @classmethod
-    def read(cls, cell: Any, law: PaperLaw, where: str) -> Cell:
+    def read(cls, cell: Any, law: PublishedLaw, where: str) -> Cell:
         """Return the cell; refuses sizes that do not fit and a centre outside the pitch range."""
         n = law.states
         wind = numbers(cell, "wind", where, 2)
@@ -78,14 +78,14 @@ def _square(owner: Any, key: str, where: str, n: int) -> Rows:
     return rows
 
 
-def check_paper(claim: Any, model: Any, gains: Any, where: str) -> Found:
+def check_published(claim: Any, model: Any, gains: Any, where: str) -> Found:
     """Return the verdict on one claim of kind ``paper-loop``, with the winds for which it holds.
 
     Raises
     ------
     CertificateError : a part is missing or is not what it has to be.
     """
-    plant, law = Plant.read(model), PaperLaw.read(gains)
+    plant, law = Plant.read(model), PublishedLaw.read(gains)
     if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
         raise CertificateError("gains: pitch limits differ from the model's")
     overlaps = Overlaps.read(claim, where, law.rated_torque)
@@ -127,7 +127,7 @@ def _spans(rows: Rows, where: str) -> list[Span]:
     return [(low, high) for low, high in rows]
 
 
-def _failure(plant: Plant, law: PaperLaw, overlaps: Overlaps, cell: Cell, where: str) -> str:
+def _failure(plant: Plant, law: PublishedLaw, overlaps: Overlaps, cell: Cell, where: str) -> str:
     """Return what is not proved about one cell, or nothing."""
     try:
         loop = Loop(plant, law, overlaps, cell.ends, "states")
@@ -158,7 +158,7 @@ def _holds(rows: list[list[Interval]], low: Rows, high: Rows) -> bool:
     )
 
 
-def _disturbance(plant: Plant, law: PaperLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
+def _disturbance(plant: Plant, law: PublishedLaw, overlaps: Overlaps, ends: Ends) -> list[int]:
     """Return bounds of |f_i(z_0(v), v)|, over 10^36: at the middle, and slope times half width."""
     (v1, v2), zero = ends.wind, [Fraction(0)] * law.states
     middle = [(a + b) / 2 for a, b in zip(*ends.states, strict=True)]

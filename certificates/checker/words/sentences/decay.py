@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
-def said(name: str, family: Family, alpha: Fraction, blends: int) -> tuple[str, str]:
+def said(name: str, family: PolytopicLoop, alpha: Fraction, blends: int) -> tuple[str, str]:
     """Return name and sentence."""
     return name, (
         f"V = x'Px {falling(alpha)}{undisturbed(family)} along {about(family)} "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.sentences.decay import falling
@@ -14,18 +14,18 @@ from takagi.certificates.checker.words.validity import undisturbed, while_valid
 Rates = Sequence[Sequence[Fraction] | None]
 
 
-def said(name: str, family: Family, alpha: Fraction, rates: Rates | None) -> tuple[str, str]:
+def said(name: str, family: PolytopicLoop, alpha: Fraction, rates: Rates | None) -> tuple[str, str]:
     """Return name and sentence; ``rates`` of weights that are taken for granted, None for none."""
     moving = "however the weights move"
     if rates is not None:
-        moving = "while the weights keep to their rates: " + shown_rates(rates)
+        moving = "while the weights keep to their rates: " + rounded_rates(rates)
     return name, (
         f"V = x'P(h)x {falling(alpha)}{undisturbed(family)} along {about(family)}, {moving}"
         f"{while_valid(family)}"
     )
 
 
-def shown_rates(rates: Rates) -> str:
+def rounded_rates(rates: Rates) -> str:
     """Return the bounds, simplex by simplex."""
     rows = ("any" if row is None else ", ".join(at_least(v, 6) for v in row) for row in rates)
     return "; ".join(rows) + " 1/s"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.sentences.decay import falling
@@ -13,7 +13,7 @@ from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(
-    name: str, family: Family, alpha: Fraction, absolute: Matrix, relative: Fraction
+    name: str, family: PolytopicLoop, alpha: Fraction, absolute: Matrix, relative: Fraction
 ) -> tuple[str, str]:
     """Return name and sentence."""
     room = [f"{at_least(100 * relative, 6)} % of themselves"] if relative else []

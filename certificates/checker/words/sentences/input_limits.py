@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.invariant_set import (
     letters,
     motion,
-    shown_level,
+    rounded_level,
     where_valid,
 )
 from takagi.certificates.checker.words.rounded import at_least, at_most
@@ -20,7 +20,7 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 
 def said(
     name: str,
-    family: Family,
+    family: PolytopicLoop,
     held: InvariantSet,
     limits: Sequence[Fraction],
     rates: Sequence[Fraction] | None,
@@ -34,14 +34,16 @@ def said(
     moving : the rates of memberships that they take for granted; () for none.
     """
     return name, (
-        f"|u_k| <= {_most(limits)} for u = -Kx, from anywhere in {{x'Px <= {shown_level(held)}}}"
+        f"|u_k| <= {_most(limits)} for u = -Kx, from anywhere in {{x'Px <= {rounded_level(held)}}}"
         f"{_rate(family, rates, moving)}, "
         f"along {about(family)}; the set is invariant{where_valid(family)}; "
         f"{motion(held, family)}{deviations(family, 'xu' + letters(held))}"
     )
 
 
-def _rate(family: Family, rates: Sequence[Fraction] | None, moving: Sequence[Fraction]) -> str:
+def _rate(
+    family: PolytopicLoop, rates: Sequence[Fraction] | None, moving: Sequence[Fraction]
+) -> str:
     if rates is None:
         return ""
     move = "|u_k(x+) - u_k(x)|" if family.is_discrete else "|u_k'|"

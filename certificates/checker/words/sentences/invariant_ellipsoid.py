@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.deviations import deviations
-from takagi.certificates.checker.words.ellipsoid_size import shown_size
+from takagi.certificates.checker.words.ellipsoid_size import rounded_size
 from takagi.certificates.checker.words.invariant_set import (
     letters,
     motion,
-    shown_level,
+    rounded_level,
     where_valid,
 )
 
 
-def said(name: str, family: Family, held: InvariantSet) -> tuple[str, str]:
+def said(name: str, family: PolytopicLoop, held: InvariantSet) -> tuple[str, str]:
     """Return name and sentence."""
     return name, (
-        f"{{x'Px <= {shown_level(held)}}} is invariant{where_valid(family)}, along "
+        f"{{x'Px <= {rounded_level(held)}}} is invariant{where_valid(family)}, along "
         f"{about(family)}; {motion(held, family)}"
-        f"{shown_size(held.P, held.level, family.states)}"
+        f"{rounded_size(held.P, held.level, family.states)}"
         f"{deviations(family, 'x' + letters(held))}"
     )

@@ -5,15 +5,18 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.disturbance_channel import path_deviations, shown_path
+from takagi.certificates.checker.words.disturbance_channel import (
+    channel_deviations,
+    rounded_channel,
+)
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.checker.words.validity import granted, while_valid
 
 
 def said(
-    name: str, claim: Any, family: Family, gain: Fraction, energy: Fraction | None
+    name: str, claim: Any, family: PolytopicLoop, gain: Fraction, energy: Fraction | None
 ) -> tuple[str, str]:
     """Return name and sentence.
 
@@ -29,6 +32,6 @@ def said(
         )
     return name, (
         f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
-        f"{about(family)} ({shown_path(claim, family)}){validity}"
-        f"{path_deviations(claim, family)}"
+        f"{about(family)} ({rounded_channel(claim, family)}){validity}"
+        f"{channel_deviations(claim, family)}"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_most
 
@@ -13,7 +13,7 @@ MOST_NAMED = 4
 
 
 def said(
-    name: str, family: Family, alpha: Fraction, blends: Sequence[Sequence[Fraction]]
+    name: str, family: PolytopicLoop, alpha: Fraction, blends: Sequence[Sequence[Fraction]]
 ) -> tuple[str, str]:
     """Return name and sentence; ``blends`` are the weights of the rules in each."""
     listed = ", ".join(map(blend_name, blends[:MOST_NAMED]))

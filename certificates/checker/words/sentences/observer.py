@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.sentences.decay import falling
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(
-    name: str, family: Family, alpha: Fraction, *, feedback: bool, secants: bool
+    name: str, family: PolytopicLoop, alpha: Fraction, *, feedback: bool, secants: bool
 ) -> tuple[str, str]:
     """Return name and sentence.
 

@@ -6,20 +6,28 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.disturbance_channel import path_deviations, shown_path
-from takagi.certificates.checker.words.invariant_set import shown_level, where_valid
+from takagi.certificates.checker.words.disturbance_channel import (
+    channel_deviations,
+    rounded_channel,
+)
+from takagi.certificates.checker.words.invariant_set import rounded_level, where_valid
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
 def said(
-    name: str, claim: Any, family: Family, held: InvariantSet, gain: Fraction, bound: Fraction
+    name: str,
+    claim: Any,
+    family: PolytopicLoop,
+    held: InvariantSet,
+    gain: Fraction,
+    bound: Fraction,
 ) -> tuple[str, str]:
     """Return name and sentence; ``bound`` is that on |w|_2."""
     return name, (
         f"|y| <= {at_most(gain * bound, 6)} at all times, from rest and from anywhere in "
-        f"{{x'Px <= {shown_level(held)}}}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
-        f"{at_most(gain, 6)}), along {about(family)} ({shown_path(claim, family)}); the "
-        f"set is invariant{where_valid(family)}{path_deviations(claim, family, 'x')}"
+        f"{{x'Px <= {rounded_level(held)}}}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
+        f"{at_most(gain, 6)}), along {about(family)} ({rounded_channel(claim, family)}); the "
+        f"set is invariant{where_valid(family)}{channel_deviations(claim, family, 'x')}"
     )

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
-from takagi.certificates.checker.turbine.published.inputs import Overlaps, PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, interpolated
 from takagi.certificates.checker.turbine.published.loop_claim import Cell
 from takagi.certificates.checker.turbine.published.wind_intervals import Span, merged
@@ -22,7 +22,7 @@ NEAR_PITCH = Fraction(349, 10000)
 
 def said(
     plant: Plant,
-    law: PaperLaw,
+    law: PublishedLaw,
     overlaps: Overlaps,
     winds: list[Span],
     proved: Sequence[Cell],
@@ -46,7 +46,7 @@ def said(
     return _name(law, overlaps, winds), text
 
 
-def _name(law: PaperLaw, overlaps: Overlaps, winds: list[Span]) -> str:
+def _name(law: PublishedLaw, overlaps: Overlaps, winds: list[Span]) -> str:
     spans = merged(winds)
     if len(spans) <= MOST_NAMED:
         return f"law {law.name}, {_words(overlaps)}, winds {_shown(spans)} m/s"
@@ -95,7 +95,7 @@ def _windows(starts: list[Fraction], width: Fraction) -> str:
 
 def _statement(
     plant: Plant,
-    law: PaperLaw,
+    law: PublishedLaw,
     overlaps: Overlaps,
     proved: Sequence[Cell],
     covered: list[Span],
@@ -123,7 +123,7 @@ def _statement(
     return "; ".join([*parts, *reasons[:MOST_LISTED]])
 
 
-def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: Sequence[Cell]) -> str:
+def _rest(plant: Plant, law: PublishedLaw, overlaps: Overlaps, proved: Sequence[Cell]) -> str:
     """Return a bound of the distance between equilibrium and trim, from the proved sets."""
     error = 0
     for cell in proved:
@@ -136,7 +136,7 @@ def _rest(plant: Plant, law: PaperLaw, overlaps: Overlaps, proved: Sequence[Cell
     return f"{words}, {near}" + (f" except at {_shown(merged(far))} m/s" if far else "")
 
 
-def _near_trim_pitch(law: PaperLaw, ends: Ends) -> bool:
+def _near_trim_pitch(law: PublishedLaw, ends: Ends) -> bool:
     """Return whether pitch is close to the trim tables for these winds on the whole set.
 
     Both tables form one: linear between the nodes, constant beyond the ends.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
@@ -14,7 +14,7 @@ DIGITS = 6
 
 
 def said(
-    name: str, family: Family, parts: Sequence[tuple[Matrix, Matrix]], fails_at: str = ""
+    name: str, family: PolytopicLoop, parts: Sequence[tuple[Matrix, Matrix]], fails_at: str = ""
 ) -> tuple[str, str]:
     """Return name and sentence; a failure names the part and the blend."""
     region = " and ".join(in_words(L, M) for L, M in parts)

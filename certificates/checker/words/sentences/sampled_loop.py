@@ -6,15 +6,15 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.deviations import deviations
-from takagi.certificates.checker.words.ellipsoid_size import shown_size
+from takagi.certificates.checker.words.ellipsoid_size import rounded_size
 from takagi.certificates.checker.words.rounded import at_least, exactly
 from takagi.certificates.checker.words.validity import granted, undisturbed
 
 
 def said(
-    name: str, family: Family, step: Fraction, P: Matrix, level: Fraction, alpha: Fraction
+    name: str, family: PolytopicLoop, step: Fraction, P: Matrix, level: Fraction, alpha: Fraction
 ) -> tuple[str, str]:
     """Return name and sentence."""
     falls = f"falls as exp(-{at_least(2 * alpha, 6)} t)" if alpha else "falls"
@@ -27,7 +27,7 @@ def said(
     assumed = granted(family, disturbances_too=False)
     stays = (
         f"; between samples too the plant stays in the model's box{assumed}"
-        f"{shown_size(P, level, family.states)}"
+        f"{rounded_size(P, level, family.states)}"
         if limited
         else assumed
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from takagi.certificates.checker.loop.polytopic_loop import Family
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.words.about import about
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
@@ -13,7 +13,7 @@ from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 def said(
     name: str,
-    family: Family,
+    family: PolytopicLoop,
     alpha: Fraction,
     scales: Sequence[Fraction],
     kappa: Fraction,

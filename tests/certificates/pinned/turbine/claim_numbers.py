@@ -140,7 +140,7 @@ def of_earlier() -> Named:
 
 
 def unproved(*given: Any) -> bool:
-    return earlier.earlier_claim(*given)[1] is not None
+    return earlier.prerequisite_claim(*given)[1] is not None
 
 
 def of_words() -> Named:

@@ -166,9 +166,9 @@ def of_changed() -> Named:
         ("wide peak", {"peaks": {**claim["peaks"], "integral": Number("9")}}),
     ):
         changed = {**claim, **changes}
-        found = said(coherent.check_coherent, changed, data["model"], data["gains"], "here")
+        found = said(coherent.check_effort_sharing, changed, data["model"], data["gains"], "here")
         yield name, found if isinstance(found, str) else _told(found)
-    yield "other gains", said(coherent.check_coherent, claim, data["model"], gains, "here")
+    yield "other gains", said(coherent.check_effort_sharing, claim, data["model"], gains, "here")
 
 
 def _told(found: Any) -> Any:

@@ -23,7 +23,7 @@ from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import M
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 from takagi.certificates.checker.turbine.equilibria import effort_sharing as coherent_rest
 from takagi.certificates.checker.turbine.equilibria import equilibrium_claim as equilibrium
-from takagi.certificates.checker.turbine.equilibria.effort_sharing import EDGE, _Rest
+from takagi.certificates.checker.turbine.equilibria.effort_sharing import EDGE, _Equilibrium
 from takagi.certificates.checker.turbine.published import interval_matrices as interval_family
 from tests.certificates.pinned.turbine.coherent_numbers import other, stated, subject
 from tests.certificates.pinned.turbine.inputs import read
@@ -134,19 +134,21 @@ def of_rest_pitch() -> Named:
                 law=Told(pitch_max=F(1), pitch_min=F(0), effectiveness=None),
                 plant=Told(surface=Told(y=Told(breaks=[F(0), F(1, 3)]))),
             )  # fmt: skip
-            yield f"{low - last} {high - last}", _Rest._pitch(rest, (F(8), F(9)), held)
+            yield f"{low - last} {high - last}", _Equilibrium._pitch(rest, (F(8), F(9)), held)
     plant, law, winds = coherent_loop("rated")
     end = plant.surface.x.breaks[-1] - EDGE
     speed = [(end - step) * v / plant.radius for step, v in zip((1, 0), winds, strict=True)]
     with patch.object(coherent_rest, "count_zeros", lambda *_, **__: None):
-        found = said(coherent_rest.coherent_rests, plant, replace(law, speed=speed), winds)
+        found = said(
+            coherent_rest.effort_sharing_equilibria, plant, replace(law, speed=speed), winds
+        )
     yield "at the last ratio", isinstance(found, str)
     three = Told(pitch_min=F(0), pitch_max=F(1), wind=[F(4), F(5), F(6)])
     turbine = Told(pitch_min=F(0), pitch_max=F(1))
     with patch.object(Plant, "read", lambda _: turbine), patch.object(
         Law, "read", lambda _: three
     ):  # fmt: skip
-        yield "known winds", equilibrium.rest_reader({}, {"name": "coherent"})[:2]
+        yield "known winds", equilibrium.equilibrium_reader({}, {"name": "coherent"})[:2]
     for low, high in ((0, ONE // 4 - 1), (0, ONE // 4), (0, ONE // 4 + 1)):
         spline: Any = Told(bounds=lambda *_, e=(low, high): e)
         yield f"below {high - ONE // 4}", frozen_wake._below(spline, UNIT, UNIT, F(1, 4))

@@ -22,7 +22,7 @@ from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.turbine.equilibria import one_integrator as paper_one_rest
 from takagi.certificates.checker.turbine.equilibria import two_integrators as paper_two_rest
 from takagi.certificates.checker.turbine.equilibria.one_integrator import LONGEST, OneIntegrator
-from takagi.certificates.checker.turbine.equilibria.published import bends, paper_rests
+from takagi.certificates.checker.turbine.equilibria.published import bends, published_equilibria
 from takagi.certificates.checker.turbine.equilibria.published_balance import RestPlace
 from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count
@@ -219,7 +219,7 @@ def of_one() -> Named:
     bend = sorted(bends(plant_, law))[1]
     with patch.object(OneIntegrator, "count", lambda *_: Count(2, 2, 1, -1, ())):
         for winds in ((bend, bend + F(1, 100)), (bend - F(1, 100), bend)):
-            yield f"beside a bend {winds[0] < bend}", said(paper_rests, plant_, law, winds)
+            yield f"beside a bend {winds[0] < bend}", said(published_equilibria, plant_, law, winds)
 
 
 def of_two() -> Named:

@@ -8,7 +8,7 @@ from typing import Any
 
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published import loop_claim as paper
-from takagi.certificates.checker.turbine.published.inputs import PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.checker.words.sentences import published as words
 from tests.certificates.pinned.turbine.inputs import as_read, document, read
@@ -19,14 +19,14 @@ F = Fraction
 
 
 def cells(name: str) -> list[paper.Cell]:
-    claim, law = read(name)["claims"][0], PaperLaw.read(read(name)["gains"])
+    claim, law = read(name)["claims"][0], PublishedLaw.read(read(name)["gains"])
     return [paper.Cell.read(cell, law, f"cells[{k}]") for k, cell in enumerate(claim["cells"])]
 
 
 def of_claim(name: str, part: int) -> Named:
     """Yield what is said of each recorded cell, and of it with one number changed."""
     data = read(name)
-    law, turbine = PaperLaw.read(data["gains"]), Plant.read(data["model"])
+    law, turbine = PublishedLaw.read(data["gains"]), Plant.read(data["model"])
     for k, cell in list(enumerate(cells(name)))[part::3]:
         yield f"field at the centre, {k}", paper._disturbance(turbine, law, law.overlaps, cell.ends)
 
@@ -71,7 +71,7 @@ def of_words() -> Named:
     for count in (2, 3, 4, 5, 39, 40, 41, 59):
         yield f"{count} spans", words._shown(many[:count])
         yield f"{count} even spans", words._shown(even[:count])
-    law = PaperLaw.read(read("paper")["gains"])
+    law = PublishedLaw.read(read("paper")["gains"])
     for count in (1, 3, 4, 5, 6):
         yield f"name of {count}", words._name(law, law.overlaps, many[:count])
     for rows in (
@@ -83,7 +83,7 @@ def of_words() -> Named:
 
 def of_statement(name: str) -> Named:
     data = read(name)
-    law, turbine = PaperLaw.read(data["gains"]), Plant.read(data["model"])
+    law, turbine = PublishedLaw.read(data["gains"]), Plant.read(data["model"])
     found = cells(name)
     spans = [cell.ends.wind for cell in found]
     wide = replace(law.overlaps, torque=2 * law.overlaps.torque)
@@ -110,7 +110,7 @@ def of_whole() -> Named:
     def answer(**changes: Any) -> Any:
         parts = {"claim": claim, "model": own["model"], "gains": gains, **changes}
         data = as_read(parts)
-        found = said(paper.check_paper, data["claim"], data["model"], data["gains"], "here")
+        found = said(paper.check_published, data["claim"], data["model"], data["gains"], "here")
         if isinstance(found, str):
             return found
         claimed = in_words(found)
@@ -137,7 +137,7 @@ def of_whole() -> Named:
 
 def of_cell_reading() -> Named:
     """Yield which cells are read: sizes, signs, and a centre at the limits of pitch."""
-    claim, law = read("paper")["claims"][0], PaperLaw.read(read("paper")["gains"])
+    claim, law = read("paper")["claims"][0], PublishedLaw.read(read("paper")["gains"])
     own = claim["cells"][0]
 
     def answer(**changes: Any) -> Any:
@@ -185,14 +185,14 @@ def _number(value: Fraction) -> Any:
 
 
 def _read_law(gains: Any) -> Any:
-    found = said(PaperLaw.read, as_read({"gains": gains})["gains"])
+    found = said(PublishedLaw.read, as_read({"gains": gains})["gains"])
     return found if isinstance(found, str) else found.overlaps
 
 
 def of_law_reading() -> Named:
     """Yield which laws are read, and as what."""
     for name in LAWS:
-        yield name, PaperLaw.read(read(name)["gains"])
+        yield name, PublishedLaw.read(read(name)["gains"])
     for name in LAWS:
         own = document(name)["gains"]
         for key, value in own.items():

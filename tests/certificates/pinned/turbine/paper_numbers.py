@@ -13,7 +13,7 @@ from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, enclose
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published import loop as paper_loop
-from takagi.certificates.checker.turbine.published.inputs import PaperLaw, Region
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw, Region
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, interpolated
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.values import Named, said
@@ -39,9 +39,9 @@ def plant() -> Plant:
     return replace(Plant.read(read("paper")["model"]), rate_limit=F(1000))
 
 
-def law_of(name: str) -> PaperLaw:
+def law_of(name: str) -> PublishedLaw:
     """Return the recorded law with gains that differ from corner to corner, by much."""
-    law = PaperLaw.read(read(name)["gains"])
+    law = PublishedLaw.read(read(name)["gains"])
 
     def region(own: Region, *tables: tuple[int, ...]) -> Region:
         corners = own.gains[0].keys()
@@ -61,7 +61,7 @@ def _bent(own: Region) -> Region:
     return replace(own, speed=[s * (1 + F(k, 500)) for k, s in enumerate(own.speed)])
 
 
-def boxes(law: PaperLaw) -> Iterator[tuple[str, Ends]]:
+def boxes(law: PublishedLaw) -> Iterator[tuple[str, Ends]]:
     """Yield boxes in both regions, on the ramps, at limits of pitch and torque, and held winds."""
     for name, v, off, pitch, torque, size in (
         ("slow", F(6), F(0), F(0), F(12000), F(1, 4)),

@@ -9,7 +9,7 @@ from unittest.mock import patch
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.equilibria import equilibrium_claim as equilibrium
-from takagi.certificates.checker.turbine.equilibria.published import PaperRests, bends
+from takagi.certificates.checker.turbine.equilibria.published import PublishedEquilibria, bends
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from takagi.certificates.checker.words.saying import in_words
 from tests.certificates.pinned.turbine.inputs import as_read, read
@@ -35,7 +35,7 @@ def of_claims_of_rests() -> Named:
         stated = [{"wind": [low, high], "rests": rests} for low, high, rests in cells]
         claim = as_read({"cells": stated})
         reader = "law", (F(3), F(7)), answer
-        with patch.object(equilibrium, "rest_reader", lambda *_: reader):
+        with patch.object(equilibrium, "equilibrium_reader", lambda *_: reader):
             found = said(equilibrium.check_equilibrium, claim, {}, {}, "here")
         if isinstance(found, str):
             return found
@@ -58,7 +58,9 @@ def of_claims_of_rests() -> Named:
         yield f"{count} cells", str(told(*(cells * count)))[:200]
     others: tuple[dict[str, Any], ...] = ({}, {"cells": 1}, {"cells": {}})
     for wrong in others:
-        with patch.object(equilibrium, "rest_reader", lambda *_: ("law", (F(3), F(7)), answer)):
+        with patch.object(
+            equilibrium, "equilibrium_reader", lambda *_: ("law", (F(3), F(7)), answer)
+        ):
             yield f"{wrong}", said(equilibrium.check_equilibrium, wrong, {}, {}, "here")
 
 
@@ -67,14 +69,14 @@ def of_readers() -> Named:
     for name in (*LAWS, "torque"):
         data = read(name) if name in LAWS else coherent_read(name)
         model, gains = data["model"], data["gains"]
-        yield name, said(equilibrium.rest_reader, model, gains)[:2]
+        yield name, said(equilibrium.equilibrium_reader, model, gains)[:2]
         for key in ("pitch_min", "pitch_max"):
             other = {**gains, key: Number("0.5")}
-            yield f"{name}, other {key}", said(equilibrium.rest_reader, model, other)
+            yield f"{name}, other {key}", said(equilibrium.equilibrium_reader, model, other)
     gains = read("paper")["gains"]
     for top in ("44093.54", "44093.55", "44093.56", "43093"):
         other = {**gains, "coupling": {**gains["coupling"], "top_torque": Number(top)}}
-        yield f"top torque {top}", str(said(equilibrium.rest_reader, model, other))[:60]
+        yield f"top torque {top}", str(said(equilibrium.equilibrium_reader, model, other))[:60]
 
 
 def of_pieces_of_winds() -> Named:
@@ -82,15 +84,16 @@ def of_pieces_of_winds() -> Named:
     plant, law = paper_turbine(), paper_law("paper")
     one = Count(1, 1, 1, -1, ())
     counts = [
-        PaperRests(one, True), PaperRests(one, False), PaperRests(one),
-        PaperRests(one, None, WINDS["slow"]),
-        PaperRests(Count(0, 0, 1, 1, ())), PaperRests(Count(2, 2, 1, 1, ())),
-        PaperRests(Count(2, None, 1, 1, ())), PaperRests(Count(1, None, 1, 1, ())),
-        PaperRests(Count(0, None, 1, 1, ())), PaperRests(Count(1, 2, 1, 1, ())),
+        PublishedEquilibria(one, True), PublishedEquilibria(one, False), PublishedEquilibria(one),
+        PublishedEquilibria(one, None, WINDS["slow"]),
+        PublishedEquilibria(Count(0, 0, 1, 1, ())), PublishedEquilibria(Count(2, 2, 1, 1, ())),
+        PublishedEquilibria(Count(2, None, 1, 1, ())),
+        PublishedEquilibria(Count(1, None, 1, 1, ())),
+        PublishedEquilibria(Count(0, None, 1, 1, ())), PublishedEquilibria(Count(1, 2, 1, 1, ())),
     ]  # fmt: skip
     for number, rests in enumerate(counts):
-        with patch.object(equilibrium, "paper_rests", lambda *_, r=rests: r):
-            yield f"piece {number}", said(equilibrium._paper_piece, plant, law, WINDS["slow"])
+        with patch.object(equilibrium, "published_equilibria", lambda *_, r=rests: r):
+            yield f"piece {number}", said(equilibrium._published_piece, plant, law, WINDS["slow"])
     bend = sorted(bends(plant, law))[1]
     step = F(1, 10)
     for low, high in ((-1, 1), (0, 1), (-1, 0), (-2, -1)):
@@ -100,8 +103,10 @@ def of_pieces_of_winds() -> Named:
             seen.append(winds)
             return "one" if winds[1] <= bend else "none"
 
-        with patch.object(equilibrium, "_paper_piece", piece):
-            found = said(equilibrium._paper, plant, law, (bend + low * step, bend + high * step))
+        with patch.object(equilibrium, "_published_piece", piece):
+            found = said(
+                equilibrium._published, plant, law, (bend + low * step, bend + high * step)
+            )
         yield f"over a bend {low} {high}", (found, seen)
 
 

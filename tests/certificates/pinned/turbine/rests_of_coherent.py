@@ -12,9 +12,9 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.equilibria import effort_sharing as coherent_rest
 from takagi.certificates.checker.turbine.equilibria import equilibrium_claim as equilibrium
 from takagi.certificates.checker.turbine.equilibria.effort_sharing import (
-    CoherentRests,
-    _Rest,
-    coherent_rests,
+    EffortSharingEquilibria,
+    _Equilibrium,
+    effort_sharing_equilibria,
 )
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from tests.certificates.pinned.turbine.inputs import CELLS
@@ -55,7 +55,7 @@ def of_coherent(cell: str) -> Named:
         ),
         ("slow torque", replace(law, rated_torque=law.rated_torque / 8)),
     ):
-        rest = _Rest(plant, own, winds)
+        rest = _Equilibrium(plant, own, winds)
         X = own.integral_limit
         for k, part in enumerate(parts[1:] if name != "recorded" else parts):
             if name == "recorded" or k == 0:
@@ -67,7 +67,7 @@ def of_coherent(cell: str) -> Named:
 
 
 def of_coherent_counts(cell: str, common: bool) -> Named:
-    yield "counts", said(coherent_rests, *coherent_loop(cell), common=common)
+    yield "counts", said(effort_sharing_equilibria, *coherent_loop(cell), common=common)
 
 
 def of_coherent_answers() -> Named:
@@ -84,9 +84,9 @@ def of_coherent_answers() -> Named:
         (away, other, held, replace(away, start=0), replace(away, least=1)),
         (other, away, held, replace(other, end=0), replace(other, least=1)),
     ):
-        counts = CoherentRests(inside, upper, lower)
-        with patch.object(equilibrium, "coherent_rests", lambda *_, c=counts, **__: c):
-            found = said(equilibrium._coherent, *loop)
+        counts = EffortSharingEquilibria(inside, upper, lower)
+        with patch.object(equilibrium, "effort_sharing_equilibria", lambda *_, c=counts, **__: c):
+            found = said(equilibrium._effort_sharing, *loop)
         name = " ".join(str((c.least, c.most, c.start, c.end, len(c.blocks))) for c in (
             inside, upper, lower,
         ))  # fmt: skip
@@ -100,10 +100,10 @@ def of_common_counts() -> Named:
 
         def counts(*_: Any, least: int = least, at_all: int = common, **named: Any) -> Any:
             count = Count(at_all if named.get("common") else least, None, 0, 0, ())
-            return CoherentRests(nothing, count, nothing)
+            return EffortSharingEquilibria(nothing, count, nothing)
 
-        with patch.object(equilibrium, "coherent_rests", counts):
-            yield f"{least} {common}", said(equilibrium._coherent, *loop)
+        with patch.object(equilibrium, "effort_sharing_equilibria", counts):
+            yield f"{least} {common}", said(equilibrium._effort_sharing, *loop)
 
 
 def of_two_cells() -> Named:
@@ -119,9 +119,9 @@ def of_two_cells() -> Named:
         ("first", (low, middle)), ("second", (middle, high)), ("within", (middle, middle + 1)),
         ("start", (low, low + F(1, 99))), ("both", (low, high)), ("end", (high, high + 1)),
     ):  # fmt: skip
-        yield name, said(lambda span=span: _Rest(plant, two, span).k)
+        yield name, said(lambda span=span: _Equilibrium(plant, two, span).k)
     for cell, span in (("first", (low, middle)), ("second", (middle, high))):
-        rest = _Rest(plant, two, span)
+        rest = _Equilibrium(plant, two, span)
         yield f"{cell}: columns", [rest._column(getattr(two, name), span) for name in columns]
         yield f"{cell}: speed", [rest.speed(v) for v in span]
 
@@ -144,7 +144,13 @@ def of_table_ends() -> Named:
         speed = [ratio * v / plant.radius for ratio, v in zip((least, most), winds, strict=True)]
         for common in (False, True):
             with patch.object(coherent_rest, "count_zeros", count):
-                found = said(coherent_rests, plant, replace(law, speed=speed), winds, common=common)
+                found = said(
+                    effort_sharing_equilibria,
+                    plant,
+                    replace(law, speed=speed),
+                    winds,
+                    common=common,
+                )
             told = found if isinstance(found, str) else (found.inside, found.upper, found.lower)
             yield f"{name} {common}", told
 
@@ -156,10 +162,10 @@ def of_coherent_refusals() -> Named:
         ("below", (low - 1, low)), ("above", (high, high + 1)), ("beyond", (low, high + 1)),
         ("before", (low - 1, high)), ("none", (low, low)), ("turned", (high, low)),
     ):  # fmt: skip
-        yield name, said(coherent_rests, plant, law, span)
+        yield name, said(effort_sharing_equilibria, plant, law, span)
     for name, speed in (("slow", F(1, 100)), ("fast", F(9)), ("slow end", F(1, 3))):
         speeds = [speed, law.speed[1]] if name != "slow end" else [law.speed[0], speed]
-        yield name, said(coherent_rests, plant, replace(law, speed=speeds), winds)
+        yield name, said(effort_sharing_equilibria, plant, replace(law, speed=speeds), winds)
 
 
 def groups() -> dict[str, Any]:

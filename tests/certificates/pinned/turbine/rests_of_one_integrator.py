@@ -19,7 +19,7 @@ from takagi.certificates.checker.arithmetic.interval import (
 )
 from takagi.certificates.checker.turbine.equilibria import one_integrator as paper_one_rest
 from takagi.certificates.checker.turbine.equilibria.one_integrator import OneIntegrator
-from takagi.certificates.checker.turbine.equilibria.published import paper_rests
+from takagi.certificates.checker.turbine.equilibria.published import published_equilibria
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from tests.certificates.pinned.turbine.rests_of_paper import (
     FULL,
@@ -192,7 +192,7 @@ def of_trim(start: Fraction | None, where: str) -> Named:
 
 def of_one_count(start: Fraction | None, where: str) -> Named:
     law = paper_law("paper", start)
-    yield "rests", said(paper_rests, paper_turbine(), law, WINDS[where])
+    yield "rests", said(published_equilibria, paper_turbine(), law, WINDS[where])
 
 
 def groups() -> dict[str, Any]:

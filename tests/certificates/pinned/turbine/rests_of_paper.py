@@ -18,11 +18,11 @@ from takagi.certificates.checker.arithmetic.interval import (
 )
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.equilibria.one_integrator import OneIntegrator
-from takagi.certificates.checker.turbine.equilibria.published import bends, paper_rests
+from takagi.certificates.checker.turbine.equilibria.published import bends, published_equilibria
 from takagi.certificates.checker.turbine.equilibria.published_balance import RestPlace
 from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count
-from takagi.certificates.checker.turbine.published.inputs import PaperLaw
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw
 from tests.certificates.pinned.turbine.inputs import read
 from tests.certificates.pinned.turbine.paper_numbers import LAWS
 from tests.certificates.pinned.turbine.values import Named, said
@@ -42,9 +42,9 @@ def paper_turbine() -> Plant:
     return Plant.read(read("paper")["model"])
 
 
-def paper_law(name: str, start: Fraction | None = None) -> PaperLaw:
+def paper_law(name: str, start: Fraction | None = None) -> PublishedLaw:
     """Return the recorded law, its ramp in speed begun elsewhere."""
-    law = PaperLaw.read(read(name)["gains"])
+    law = PublishedLaw.read(read(name)["gains"])
     if start is None:
         return law
     return replace(law, overlaps=replace(law.overlaps, start=start))
@@ -125,7 +125,7 @@ def of_refusals() -> Named:
             ("over all bends", law, (law.cut_in, law.cut_out)),
             ("over a bend", law, (bend - F(1, 100), bend + F(1, 100))),
         ):
-            yield f"{name}: {what}", said(paper_rests, plant, own, winds)
+            yield f"{name}: {what}", said(published_equilibria, plant, own, winds)
 
 
 def of_paper_answers() -> Named:
@@ -138,7 +138,7 @@ def of_paper_answers() -> Named:
             patch.object(OneIntegrator, "at_trim", lambda *_, t=trim: t),
         ):
             name = f"one integrator, {count.least} {trim}"
-            yield name, said(paper_rests, plant, paper_law("paper"), WINDS["slow"])
+            yield name, said(published_equilibria, plant, paper_law("paper"), WINDS["slow"])
     bend = sorted(bends(plant, paper_law("paper")))[1]
     for shares, sign in product((0, F(1, 2), 1), (-1, 0, 1)):
         for other in (shares, F(1, 3)):
@@ -150,7 +150,7 @@ def of_paper_answers() -> Named:
                 patch.object(TwoIntegrators, "continuum", lambda *_, s=sign: SPAN if s else None),
             ):  # fmt: skip
                 winds = (bend - F(1, 100), bend)
-                found = said(paper_rests, plant, paper_law("paper-two-integrators"), winds)
+                found = said(published_equilibria, plant, paper_law("paper-two-integrators"), winds)
             yield f"two integrators, {shares} {other} {sign}", found
     law = paper_law("paper")
     with patch.object(OneIntegrator, "count", lambda *_: two):
@@ -158,14 +158,17 @@ def of_paper_answers() -> Named:
                           (law.cut_out - 1, law.cut_out)):  # fmt: skip
             yield (
                 f"up to a bend {float(low - bend):.3g}",
-                said(paper_rests, plant, law, (low, high)),
+                said(published_equilibria, plant, law, (low, high)),
             )
         end = plant.surface.y.breaks[-1]
         for pitch in (end, end + F(1, 10**9)):
             own = replace(law, pitch_max=pitch)
-            yield f"pitch to the end {pitch > end}", said(paper_rests, plant, own, WINDS["slow"])
+            yield (
+                f"pitch to the end {pitch > end}",
+                said(published_equilibria, plant, own, WINDS["slow"]),
+            )
         own = replace(law, pitch_min=F(0))
-        yield "pitch from zero", said(paper_rests, plant, own, WINDS["slow"])
+        yield "pitch from zero", said(published_equilibria, plant, own, WINDS["slow"])
 
 
 # Where the ramp in speed begins, None for its own start, and winds.

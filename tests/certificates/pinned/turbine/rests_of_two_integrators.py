@@ -15,7 +15,7 @@ from takagi.certificates.checker.arithmetic.interval import (
     enclose,
 )
 from takagi.certificates.checker.turbine.equilibria import two_integrators as paper_two_rest
-from takagi.certificates.checker.turbine.equilibria.published import paper_rests
+from takagi.certificates.checker.turbine.equilibria.published import published_equilibria
 from takagi.certificates.checker.turbine.equilibria.two_integrators import TwoIntegrators
 from takagi.certificates.checker.turbine.equilibria.zero_count import Count, Span
 from tests.certificates.pinned.turbine.rests_of_paper import (
@@ -94,7 +94,7 @@ def of_two_pieces() -> Named:
 
 def of_two_count(start: Fraction | None, where: str) -> Named:
     law = paper_law("paper-two-integrators", start)
-    yield "rests", said(paper_rests, paper_turbine(), law, WINDS[where])
+    yield "rests", said(published_equilibria, paper_turbine(), law, WINDS[where])
 
 
 def of_carried() -> Named:
