@@ -1,16 +1,18 @@
 r"""The largest or smallest value of a parameter at which a condition can be satisfied.
 
-With the condition as pencils (F_k, G_k) in the parameter theta, G_k(x) >= 0 on what is feasible,
-this is a generalised eigenvalue problem.  Each step keeps theta and asks for
+The condition is given as pencils (F_k, G_k) in the parameter theta, with G_k(x) >= 0 for every
+feasible x.  The search for theta is then a generalised eigenvalue problem.  Each step keeps theta
+and solves for
 
-    largest t with F_k(x, theta) >= t tau (G_k(x_last) + a little I),
+    the largest t with F_k(x, theta) >= t tau (G_k(x_last) + a small multiple of I).
 
-then moves theta to the value that the new x allows, exactly, by eigenvalues.  As G_k(x) ~
-G_k(x_last), tau t is what theta gains: the steps converge faster than linearly, where bisection
-halves.  All steps share one set of cone data and one solver.  Where one matrix is sought,
-``parameter_path`` goes most of the way first, and the steps have only to confirm it.  Where others
-are sought beside it, G of the next x may be far from that of the last, and the steps short: after a
-few, leaps that double while there are unknowns, and halve what is left when there are none.
+Then it moves theta to the largest value that the new x allows, which follows from eigenvalues.
+Since G_k(x) is close to G_k(x_last), theta grows by about tau t, and the steps converge
+superlinearly; bisection would converge linearly.  All steps share one set of cone data and one
+solver.  If the condition has one unknown matrix, ``parameter_path`` comes close to the value first
+and the steps confirm it.  If it has several, G at the next x may differ much from G at the last one,
+and the steps become short.  After a few steps the search therefore changes to leaps: the leap
+doubles while the condition is feasible, and the remaining interval is halved afterwards.
 
 Source: Boyd and El Ghaoui (1993), Linear Algebra and its Applications 188-189, for the problem;
 Crouzeix, Ferland and Schaible (1985), JOTA 47, for the steps (here with matrices for fractions).
@@ -36,17 +38,21 @@ from takagi.lmi.solver.solve import Session
 from takagi.models.errors import ModelError
 
 STEPS = 60
-# Steps before leaps; and how many differences that do not matter the bound may be off at the end.
+# The number of steps before leaps; and the largest distance between value and bound, in tolerances,
+# at which the search counts as converged.
 PATIENCE, CLOSE = 5, 100.0
-# Solvers that are asked in a leap where the first settles nothing.
+# The number of solvers that a leap may try if the first one gives no answer.
 FEW_SOLVERS = 4
-# How far beyond the value a look is taken, in steps that do not matter, until nothing is there.
+# Distances beyond the value, in tolerances, at which the search looks for feasible unknowns.  It
+# stops at the first distance where none exist.
 LOOKS = (1.0, 10.0, 100.0, 1e3, 1e4)
-# A bound on t below this is one of nothing there: what is left of it are the solver's tolerances.
+# If the bound on t is below this, the condition counts as infeasible there: a smaller bound is within
+# the solver's tolerances.
 NOTHING = 1e-4
-# How much less of G other unknowns may have than the best, where t bounds what theta can gain.
+# The bound on theta assumes that G at other unknowns is at least G at the best ones over this.
 LESS = 2.0
-# Reciprocal condition below which nothing is concluded: from t as to G, or from a no as to all.
+# Reciprocal condition numbers below which no conclusion is drawn: from t about G, and from one
+# infeasible value about all larger ones.
 DEFINITE, REGULAR = 1e-4, 1e-4
 
 
@@ -56,20 +62,20 @@ class Extreme:
 
     Attributes
     ----------
-    value : allowed by the unknowns in ``best``, recomputed from them; inf (-inf) where nothing
-        ends it; nan without a candidate.
-    bound : no value beyond it is feasible, to solver accuracy: excluded by multipliers; or, where
-        the best unknowns are well conditioned, for unknowns with at least half their G, or because
-        the condition is infeasible there.  Otherwise inf (-inf).  A margin that the solver cannot
-        distinguish from zero counts as none: with other unknowns beside one matrix the bound may be
-        too near by some 1e-5 of it, by 1e-3 where they are ill conditioned.
+    value : the value that the unknowns in ``best`` allow, recomputed from them; inf (-inf) if the
+        parameter is not limited; nan without a candidate.
+    bound : no value beyond it is feasible, to solver accuracy.  Multipliers show this; or, if the
+        best unknowns are well conditioned, the bound on t (for unknowns with at least half of their
+        G) or an infeasible condition shows it.  Otherwise inf (-inf).  A margin that the solver
+        cannot distinguish from zero counts as none.  With several unknowns the bound may therefore
+        be too small by about 1e-5 of its value, and by 1e-3 if they are ill conditioned.
     best : the unknowns that allow the value.
-    outcome : unknowns with the largest margin a hair before the value, in scalar weights; where
-        there are none, why.
-    condition : what the outcome is of: the condition at that hair.
-    converged : whether the search ended by itself with nothing beyond the value, or with the bound
-        within a hundred tolerances of it; not where the steps ran out, or no solver settled what
-        is beyond: then the true value may be anything up to the bound.
+    outcome : unknowns with the largest margin at a value one tolerance before ``value``, in scalar
+        weights; if there are none, the reason.
+    condition : the condition at that value, to which ``outcome`` belongs.
+    converged : True if the search found nothing feasible beyond the value, or a bound within a
+        hundred tolerances of it.  False if the steps ran out or no solver gave an answer beyond the
+        value; the true value may then lie anywhere up to the bound.
     """
 
     value: float

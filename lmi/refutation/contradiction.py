@@ -1,16 +1,18 @@
-r"""Whether multipliers rule out every solution, of whatever size: what a no rests on.
+r"""Multipliers that prove that a set of LMIs has no solution of any size.
 
-A solver's multipliers z bound the margin only for unknowns of about the size that it has seen: what
-is left of A' z counts for nothing there, and a margin that is smaller than its tolerances is none.
-Where gains are 1e5 times what they act on, solutions are far away and their margins small, and both
-go wrong.  A no for all solutions needs z in the cone with
+A solver returns approximate multipliers z.  They bound the margin only for unknowns of moderate
+size, for two reasons: the solver neglects the residual A' z, which large unknowns amplify, and it
+treats a margin below its tolerance as zero.  If gains are 1e5 times the states that they multiply,
+solutions are large and their margins are small, and both approximations fail.  The LMIs b - A x have
+no solution of any size if some z in the dual cone satisfies
 
-    A' z = 0,    b . z <= 0    for the LMIs b - A x,    a strict one among them, or b . z < 0.
+    A' z = 0    and    b . z < 0,    or b . z = 0 and z is nonzero at a strict LMI.
 
-Next to the given multipliers Z_k = L_k L_k' such z is sought as L_k (I + S_k) L_k', |S_k| < 1, with
-the least S: a linear system.  It has one in exact arithmetic if it has one here with all that
-rounding may add to A' z; and there is none where a solution exists, however small its margin.
-Where every such z is singular, only exact arithmetic finds one (``exact_no``).
+The search starts from the given multipliers Z_k = L_k L_k'.  It takes L_k (I + S_k) L_k' with
+|S_k| < 1, which stays in the cone, and computes the smallest S with A' z = 0 from a linear system.
+The result allows for the rounding errors of A' z: if the system has a solution here, it has one in
+exact arithmetic.  If the LMIs have a solution, no such z exists, even when the margin is small.  If
+every such z is singular, only exact arithmetic finds one (``exact_no``).
 """
 
 from __future__ import annotations
@@ -22,24 +24,29 @@ from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.refutation.multiplier_equalities import Equalities, equalities_of
 from takagi.models.arrays import Floats
 
-# Corrections, one after another; how far each may go towards a singular multiplier.
+# The number of corrections, and the largest |S| of one correction.  At |S| = 1 the multiplier
+# I + S may become singular and leave the cone.
 STEPS, FARTHEST = 6, 0.9
-# A correction so far beyond is the first of too many.
+# If the first correction asks for a larger |S| than this, the corrections do not converge.
 HOPELESS = 30.0
-# How far the next may go, as a multiple: one that grows leads nowhere; the first is that of what
-# was added.
+# The next |S| may be at most this multiple of the last one.  A larger one means that the corrections
+# diverge.  The first correction is exempt, because it also removes what ``BEGIN`` added.
 NEARER = 1.5
-# Of what is summed up in A' z; and how far all of it, with the last correction, may go.
+# The rounding error of A' z, relative to the sum of the absolute values of its terms; and the
+# largest |S| of the last correction with the effect of that error included.
 ROUNDING, ROOM = 8.0 * np.finfo(float).eps, 0.5
-# What is begun with: the share of the largest multiplier below which a coordinate is left out, and
-# what is added to all others, which where b . z is clearly negative costs nothing.
+# Pairs that are tried in this order.  First: a coordinate is left out if it is below this share of
+# the largest multiplier.  Second: a number that is added to the other eigenvalues, to move the
+# multipliers away from the boundary of the cone.  The addition is harmless if b . z is clearly
+# negative, and is tried only then.
 BEGIN = ((0.0, 0.0), (0.0, 1e-8), (0.0, 1e-6), (1e-5, 0.0))
-# The least eigenvalue of a multiplier next to 1, which a solver may leave negative.
+# Eigenvalues are raised by at least this, relative to the largest entry: a solver may leave small
+# negative ones.
 LEAST = 1e-13
 
 
 def contradiction(program: ConeProgram, z: Floats) -> Floats | None:
-    """Return multipliers that leave no solution at all; None where none are next to z.
+    """Return multipliers that exclude every solution; None if none are found near z.
 
     Parameters
     ----------
@@ -62,7 +69,7 @@ def contradiction(program: ConeProgram, z: Floats) -> Floats | None:
 
 
 def _corrected(posed: Equalities, given: Floats, added: float) -> Floats | None:
-    """Return multipliers next to the given that satisfy the equalities, to rounding."""
+    """Return multipliers near the given ones that satisfy the equalities up to rounding."""
     z = given[posed.rows] / np.abs(given[posed.rows]).max()
     before = HOPELESS
     for step in range(STEPS):
@@ -71,7 +78,8 @@ def _corrected(posed: Equalities, given: Floats, added: float) -> Floats | None:
         left = posed.matrix @ z
         size = abs(posed.matrix) @ np.abs(z)
         if posed.constant:
-            # Below zero by what rounding cannot make of zero.
+            # The last row is b . z.  Only its positive part is corrected; the term 1e-9 keeps it
+            # below zero by more than rounding can add.
             left[-1] = max(left[-1] + 1e-9 * size[-1], 0.0)
         s, reach = _least(_moved(posed, factors), left, ROUNDING * size)
         if s is None:
@@ -94,7 +102,7 @@ def _corrected(posed: Equalities, given: Floats, added: float) -> Floats | None:
 
 
 def _factor(packed: Floats, size: int, added: float) -> Floats:
-    """Return L with L L' next to the multiplier, without its negative eigenvalues."""
+    """Return L with L L' close to the multiplier; negative eigenvalues become zero first."""
     values, vectors = np.linalg.eigh(unpack(packed, size)[0])
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0) + max(added, LEAST)))
 
@@ -111,10 +119,10 @@ def _moved(posed: Equalities, factors: list[Floats]) -> Floats:
 
 
 def _least(matrix: Floats, left: Floats, noise: Floats) -> tuple[Floats | None, float]:
-    """Return the least s with matrix s = -left, and what noise in ``left`` may add to its size."""
+    """Return the smallest s with matrix s = -left, and a bound on the effect of noise in ``left``."""
     size = np.linalg.norm(matrix, axis=1)
     if not len(size):
-        # Nothing depends on any unknown.
+        # There are no equalities, because no LMI depends on an unknown.
         return np.zeros(matrix.shape[1]), 0.0
     if not size.all():
         return None, np.inf
