@@ -10,8 +10,8 @@ Then it moves theta to the largest value that the new x allows, which follows fr
 Since G_k(x) is close to G_k(x_last), theta grows by about tau t, and the steps converge
 superlinearly; bisection would converge linearly.  All steps share one set of cone data and one
 solver.  If the condition has one unknown matrix, ``parameter_path`` comes close to the value first
-and the steps confirm it.  If it has several, G at the next x may differ much from G at the last one,
-and the steps become short.  After a few steps the search therefore changes to leaps: the leap
+and the steps confirm it.  If it has several, G at the next x may differ much from G at the last
+one, and the steps become short.  After a few steps the search therefore changes to leaps: the leap
 doubles while the condition is feasible, and the remaining interval is halved afterwards.
 
 Source: Boyd and El Ghaoui (1993), Linear Algebra and its Applications 188-189, for the problem;
@@ -46,8 +46,8 @@ FEW_SOLVERS = 4
 # Distances beyond the value, in tolerances, at which the search looks for feasible unknowns.  It
 # stops at the first distance where none exist.
 LOOKS = (1.0, 10.0, 100.0, 1e3, 1e4)
-# If the bound on t is below this, the condition counts as infeasible there: a smaller bound is within
-# the solver's tolerances.
+# If the bound on t is below this, the condition counts as infeasible there: a smaller bound is
+# within the solver's tolerances.
 NOTHING = 1e-4
 # The bound on theta assumes that G at other unknowns is at least G at the best ones over this.
 LESS = 2.0

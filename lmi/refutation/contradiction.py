@@ -3,8 +3,8 @@ r"""Multipliers that prove that a set of LMIs has no solution of any size.
 A solver returns approximate multipliers z.  They bound the margin only for unknowns of moderate
 size, for two reasons: the solver neglects the residual A' z, which large unknowns amplify, and it
 treats a margin below its tolerance as zero.  If gains are 1e5 times the states that they multiply,
-solutions are large and their margins are small, and both approximations fail.  The LMIs b - A x have
-no solution of any size if some z in the dual cone satisfies
+solutions are large and their margins are small, and both approximations fail.  The LMIs b - A x
+have no solution of any size if some z in the dual cone satisfies
 
     A' z = 0    and    b . z < 0,    or b . z = 0 and z is nonzero at a strict LMI.
 
@@ -27,10 +27,11 @@ from takagi.models.arrays import Floats
 # The number of corrections, and the largest |S| of one correction.  At |S| = 1 the multiplier
 # I + S may become singular and leave the cone.
 STEPS, FARTHEST = 6, 0.9
-# If the first correction asks for a larger |S| than this, the corrections do not converge.
+# If one of the first two corrections asks for a larger |S| than this, the search ends without a
+# result: the corrections do not converge.
 HOPELESS = 30.0
-# The next |S| may be at most this multiple of the last one.  A larger one means that the corrections
-# diverge.  The first correction is exempt, because it also removes what ``BEGIN`` added.
+# Later, |S| may be at most this multiple of the last one; a larger one means divergence.  The first
+# one is no measure, because it also removes what ``BEGIN`` added.
 NEARER = 1.5
 # The rounding error of A' z, relative to the sum of the absolute values of its terms; and the
 # largest |S| of the last correction with the effect of that error included.
@@ -119,7 +120,7 @@ def _moved(posed: Equalities, factors: list[Floats]) -> Floats:
 
 
 def _least(matrix: Floats, left: Floats, noise: Floats) -> tuple[Floats | None, float]:
-    """Return the smallest s with matrix s = -left, and a bound on the effect of noise in ``left``."""
+    """Return the smallest s with matrix s = -left, and a bound on what noise in ``left`` adds."""
     size = np.linalg.norm(matrix, axis=1)
     if not len(size):
         # There are no equalities, because no LMI depends on an unknown.
