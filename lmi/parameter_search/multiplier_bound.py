@@ -1,12 +1,13 @@
-r"""Which values of a parameter the multipliers of a homogeneous condition exclude.
+r"""The values of a parameter that the multipliers of a homogeneous condition exclude.
 
-For one symmetric unknown X > 0 and LMIs sign F_k(X, theta) > 0 without constants, multipliers
-Z_k >= 0 give
+Let X > 0 be the only unknown, symmetric, and let the LMIs sign F_k(X, theta) > 0 have no constant
+terms.  For multipliers Z_k >= 0,
 
     sum_k <sign F_k(X, theta), Z_k> = <S0 + theta S1, X>.
 
-Where S0 + theta S1 <= 0 no X can be: the sum would be positive by the LMIs and not by X > 0.  With
-theta (-S1) growing, these theta begin at the largest eigenvalue of the pencil (S0, -S1).
+If S0 + theta S1 <= 0, no X satisfies the condition: the LMIs make the sum positive, but X > 0 makes
+the right-hand side at most zero.  If -S1 >= 0, this holds for all theta from the largest eigenvalue
+of the pencil (S0, -S1) on.
 """
 
 from __future__ import annotations
@@ -19,17 +20,19 @@ from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.models.arrays import Floats
 
-# Directions without multipliers bound nothing; a little of every direction keeps it finite.
+# A direction without multipliers gives no bound.  Its eigenvalue is raised to this share of the
+# largest one, so that the division stays finite.
 LEAST = 1e-13
 
 
 def excluded_from(
     condition: Condition, name: str, multipliers: Mapping[str, Floats], *, largest: bool
 ) -> float:
-    """Return the value of the parameter from which on no unknown satisfies the condition.
+    """Return the value of the parameter beyond which no unknown satisfies the condition.
 
-    All larger ones (smaller, where the smallest is sought) are excluded, to the accuracy of the
-    multipliers' semidefiniteness; inf (-inf) where the multipliers, or this argument, exclude none.
+    All larger values (smaller ones if ``largest`` is False) are excluded, to the accuracy with
+    which the multipliers are semidefinite.  The result is inf (-inf) if the multipliers exclude no
+    value, or if this argument does not apply.
     """
     d = 1.0 if largest else -1.0
     never = d * np.inf
@@ -48,7 +51,7 @@ def excluded_from(
         positive = positive or _says_positive(lmi, X)
         plain, slope = adjoint(condition, lmi, name, multipliers[lmi.name])
         if not slope.any() and np.linalg.eigvalsh(plain)[0] >= -LEAST * np.abs(plain).max():
-            # As of X > 0 itself: it is only a restriction.
+            # Such an LMI, X > 0 for example, restricts X but excludes no theta.
             continue
         S0, S1 = S0 + plain, S1 + slope
     growths, vectors = np.linalg.eigh(-d * S1)

@@ -1,12 +1,13 @@
-r"""An exact reason why a condition has no solution: multipliers, checked by integers alone.
+r"""An exact proof that a condition has no solution: multipliers, checked with integers only.
 
-For symmetric Z_k >= 0, one an item, with sum_k <sign F_k(x), Z_k> the same number c for all
-unknowns x: whatever x satisfied the condition would give
+Let Z_k >= 0 be symmetric multipliers, one for each item, such that sum_k <sign F_k(x), Z_k> has the
+same value c for all unknowns x.  If some x satisfied the condition, then
 
-    0 <= sum_k <sign F_k(x), Z_k> = c,     and 0 < c if a strict item has Z_k other than 0,
+    0 <= sum_k <sign F_k(x), Z_k> = c,     and 0 < c if a strict item has Z_k other than 0.
 
-so c < 0 rules every x out, and so does c = 0 with a strict item among them.  LMIs with a weight are
-strict; those without, the normalisations, may be touched.
+Therefore c < 0 excludes every x, and c = 0 excludes every x if a strict item has Z_k other than 0.
+LMIs with a weight are strict; those without a weight, the normalisations, hold with equality
+allowed.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
 """
@@ -30,17 +31,17 @@ from takagi.models.errors import ModelError
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Alternative:
-    """Why no unknowns satisfy a condition: exact multipliers, or a function that decays.
+    """A proof that no unknowns satisfy a condition: exact multipliers, or a function that decays.
 
-    The condition is the one with the numbers as it stores them, a float being the dyadic number
-    that it is; where its builder has rounded, that rounding is part of it.
+    The proof is about the numbers that the condition stores.  A float counts as the exact dyadic
+    number that it represents; rounding by the builder of the condition is part of the condition.
 
     Attributes
     ----------
-    condition : what has no solution.
-    multipliers : LMI -> (items, size, size) of Fractions; an LMI that is left out has zeros.
-    function : the unknown -> (1, n, n) of Fractions: a value that satisfies one item though it is
-        not positive definite (``indefinite``); read where there are no multipliers.
+    condition : the condition without a solution.
+    multipliers : LMI -> (items, size, size) of Fractions; the multipliers of other LMIs are zero.
+    function : the unknown -> (1, n, n) of Fractions: a value that satisfies one item but is not
+        positive definite (``indefinite``).  It is used if there are no multipliers.
     """
 
     condition: Condition
@@ -54,11 +55,11 @@ class Alternative:
 
     @property
     def holds(self) -> bool:
-        """Return whether it is a proof: everything is checked anew, in exact arithmetic."""
+        """Return whether it is a proof; each call checks everything again in exact arithmetic."""
         return not self.fault()
 
     def fault(self) -> str:
-        """Return why it proves nothing; empty when it is a proof.
+        """Return the reason why it is no proof; an empty text if it is one.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Whether a symmetric matrix of exact numbers is positive semidefinite: by integers alone."""
+"""Exact decisions whether a symmetric matrix is positive definite or semidefinite, by integers."""
 
 from __future__ import annotations
 
@@ -10,34 +10,37 @@ import numpy as np
 from takagi.lmi.condition.term import Array
 from takagi.models.arrays import Indices
 
-# Entries are first cut to so many bits: enough unless the matrix is singular to that accuracy.
+# The first test keeps only so many leading bits of the entries, which is fast.  It succeeds unless
+# the matrix is singular to that accuracy.
 SHORT = 96
 
 
 def is_semidefinite(matrix: Array) -> bool:
     """Return whether x' M x >= 0 for all x; M is (n, n), symmetric, of Fractions or ints.
 
-    Certain both ways.
+    Both answers are exact.
     """
     integers = _integers(matrix)
     if _clearly_definite(integers):
         return True
-    # Modulo null vectors M is what it is on the coordinates that they leave out.
+    # M is semidefinite if its restriction to a complement of its null space is: the kept coordinates
+    # span such a complement.
     kept = _without_null(integers)
     inside = integers[np.ix_(kept, kept)]
     return _clearly_definite(inside) or _pivots_hold(inside, zero=True)
 
 
 def is_definite(matrix: Array) -> bool:
-    """Return whether x' M x > 0 for all x other than 0; certain both ways."""
+    """Return whether x' M x > 0 for all x other than 0; both answers are exact."""
     integers = _integers(matrix)
     return _clearly_definite(integers) or _pivots_hold(integers, zero=False)
 
 
 def _clearly_definite(integers: Array) -> bool:
-    """Return whether it is definite by the leading bits of its entries; False is no answer.
+    """Return True if the leading bits of the entries prove definiteness; False decides nothing.
 
-    What is cut off is symmetric with entries in [0, 1), of norm at most n: n I is taken off.
+    After the shift the omitted part is a symmetric matrix with entries in [0, 1).  Its norm is at
+    most n, so the truncated matrix minus n I is a lower bound of the shifted matrix.
     """
     n = len(integers)
     bits = max((abs(entry).bit_length() for entry in integers.flat), default=0)
@@ -48,7 +51,7 @@ def _clearly_definite(integers: Array) -> bool:
 
 
 def _without_null(integers: Array) -> Indices:
-    """Return coordinates that meet no null vector but 0, and as many as the rank."""
+    """Return coordinates whose span contains no null vector but 0; there are rank(M) of them."""
     import flint
 
     n = len(integers)
@@ -70,9 +73,9 @@ def _integers(matrix: Array) -> Array:
 
 
 def _pivots_hold(integers: Array, *, zero: bool) -> bool:
-    """Return whether all pivots are positive; with ``zero``, zero ones in zero rows are let by.
+    """Return whether all pivots are positive; ``zero`` also allows zero pivots in zero rows.
 
-    Fraction-free elimination: all divisions are exact.
+    The elimination is fraction-free: all divisions are exact.
 
     Source: Bareiss (1968), Sylvester's identity and multistep integer-preserving Gaussian
     elimination, Mathematics of Computation 22.
