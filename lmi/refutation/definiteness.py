@@ -23,8 +23,8 @@ def is_semidefinite(matrix: Array) -> bool:
     integers = _integers(matrix)
     if _clearly_definite(integers):
         return True
-    # M is semidefinite if its restriction to a complement of its null space is: the kept coordinates
-    # span such a complement.
+    # M is semidefinite if its restriction to a complement of its null space is.  The kept
+    # coordinates span such a complement.
     kept = _without_null(integers)
     inside = integers[np.ix_(kept, kept)]
     return _clearly_definite(inside) or _pivots_hold(inside, zero=True)
