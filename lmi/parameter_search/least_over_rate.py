@@ -14,24 +14,26 @@ from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
-# Held by this much, in units of order one, the LMIs withstand the solver's tolerances: what is
-# least without any margin would miss them by a hair, and show nothing.
+# The least objective is sought with the LMIs satisfied by this margin, in units of order one.  At
+# the minimum without a margin some LMI is singular.  The solver's tolerances would then violate
+# it slightly, and the unknowns would show nothing.
 HELD = 1e-6
 
 
 def least_over_rate(
     value: Callable[[float], float], rates: Sequence[float], *, tolerance: float = 1e-4
 ) -> float | None:
-    """Return about the rate at which ``value`` is least; None where it is finite at none.
+    """Return an approximation of the rate at which ``value`` is least; None if no value is finite.
 
-    Exact for a value with one minimum; where there are more, the one next to the best of
-    ``rates``.  The logarithm of the rate is what is divided.
+    If ``value`` has one local minimum, the result is that minimum, to ``tolerance``.  If it has
+    several, the search is confined to the two intervals next to the best of ``rates``.  The golden
+    section divides the logarithm of the rate, so that ``tolerance`` is relative.
 
     Parameters
     ----------
-    value : rate -> bound, inf where none exists.
+    value : function from the rate to the bound; inf where no bound exists.
     rates : ascending, at least three; the first and the last bound the search.
-    tolerance : relative, of the rate.
+    tolerance : relative tolerance of the rate.
     """
     found = [value(rate) for rate in rates]
     best = int(np.argmin(found))
@@ -55,11 +57,11 @@ def least_over_rate(
 
 
 def unknowns_near_least(condition: Condition, *, held: float = HELD) -> Mapping[str, Floats]:
-    """Return unknowns of about the least objective, unchecked; empty where the solver has none.
+    """Return unknowns near the least objective, without a check; empty if the solver returns none.
 
     Parameters
     ----------
-    held : the margin that is asked for.
+    held : the margin that the LMIs must keep.
     """
     data = assemble(condition)
     raw = Session().solve(cone_program(data, data.objective, (), margin=held))
@@ -68,13 +70,14 @@ def unknowns_near_least(condition: Condition, *, held: float = HELD) -> Mapping[
 
 
 def least_objective(condition: Condition, *, held: float = HELD) -> float:
-    """Return about the least objective; inf where none exists.  For a search, not an answer.
+    """Return an approximate least objective for use in a search; inf if no unknowns were found.
 
     Parameters
     ----------
-    held : the margin that is asked for; 0 asks for none, and nothing is checked.
+    held : the margin that the LMIs must keep.  With 0 no margin is required or checked.
     """
     values = unknowns_near_least(condition, held=held)
+    # The solver keeps the margin only to its tolerance; half of it leaves room for that error.
     if not values or (held > 0 and margin(condition, values) < 0.5 * held):
         return np.inf
     return float(sum(np.sum(cost * values[name]) for name, cost in condition.objective.items()))

@@ -1,14 +1,15 @@
 r"""A primal-dual path to the largest value of a parameter, for homogeneous conditions.
 
-With score s = d theta (so that larger is better) and F_k(x, s) = F_k0(x) - s G_k(x) > 0,
+The score s = d theta is largest at the best value, and the LMIs are F_k(x, s) = F_k0(x) - s G_k(x)
+> 0.  The conditions for the largest s, with multipliers Z_k, are
 
-    largest s        multipliers   sum_k <dF_k/dx, Z_k> = lambda c,   sum_k <G_k(x), Z_k> = 1,
-                                   F_k Z_k = mu I,   c . x = 1 fixes the size of x,
+    sum_k <dF_k/dx, Z_k> = lambda c,   sum_k <G_k(x), Z_k> = 1,   F_k Z_k = mu I,   c . x = 1,
 
-is followed to mu -> 0 by Newton steps of the linearised problem, dF = F(dx, s) - ds G(x), that
-are cut where the product ds G(dx) matters; F itself is evaluated afresh, so x is feasible all the
-way.  One such path costs about as much as one solve at a fixed theta.  What it ends with is judged
-by eigenvalues, like everything else, and no bound is taken from it.
+where c . x = 1 fixes the size of x.  The path of their solutions is followed for mu -> 0 by Newton
+steps.  The linearisation dF = F(dx, s) - ds G(x) omits the product ds G(dx).  F is therefore
+evaluated again at each new point, and the step is shortened until F > 0: x is feasible, in floating
+point, at every point of the path.  One path costs about as much as one solve at a fixed theta.  The
+value at its end is recomputed by eigenvalues, and no bound is taken from the path.
 
 Source: Helmberg, Rendl, Vanderbei and Wolkowicz (1996), SIAM J. Optimization 6(2), for the
 direction; Mehrotra (1992), SIAM J. Optimization 2(4), for predictor and corrector.
@@ -27,11 +28,12 @@ from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil, Values
 from takagi.models.arrays import Floats
 
 STEPS = 60
-# Share of the way to the boundary of the cone that a step takes.
+# A step goes this share of the distance to the boundary of the cone, so that F and Z stay definite.
 INSIDE = 0.9
-# A path is cut shorter than this only where it degenerates.
+# A step shorter than this, relative to a full Newton step, ends the path: it has become singular.
 SHORTEST = 1e-3
-# Numbers in the dense coefficients: beyond, the solver's sparse ones are the better choice.
+# Largest number of dense coefficients.  For larger conditions the sparse matrices of the solver are
+# more efficient.
 LARGEST = 4_000_000
 
 Lists = list[Floats]
@@ -40,15 +42,15 @@ Lists = list[Floats]
 def follow_path(
     pencil: ParameterPencil, start: Values, value: float, near_enough: Callable[[float], float]
 ) -> tuple[float, Values, bool]:
-    """Return the value reached, unknowns that allow it, and whether the path came to its end.
+    """Return the value reached, unknowns that allow it, and whether the path reached its end.
 
-    It does not begin where the condition has more than one unknown, constants in an LMI that
-    counts, or too many numbers.
+    No path is followed if the condition has more than one unknown, constants in a strict LMI, or
+    more than ``LARGEST`` coefficients.
 
     Parameters
     ----------
     start : unknowns that allow ``value``.
-    near_enough : value -> difference that does not matter.
+    near_enough : function from a value to the absolute tolerance there.
     """
     maps = _maps_of(pencil)
     if maps is None or not np.isfinite(value):
@@ -62,7 +64,8 @@ def follow_path(
         if point is None:
             break
         try:
-            # Where the path degenerates numbers overflow; what they lead to is then not feasible.
+            # Numbers may overflow where the path becomes singular.  The point is then not feasible,
+            # and the step is refused.
             with np.errstate(all="ignore"):
                 moved = _moved(maps, point, short)
         except np.linalg.LinAlgError:
@@ -87,7 +90,7 @@ def follow_path(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Map:
-    """The coefficients of one LMI: F = x . D - s x . G, (items, variables, size, size)."""
+    """The coefficients of F = x . D - s x . G; each is (items, variables, size, size)."""
 
     D: Floats
     G: Floats | None
@@ -107,7 +110,7 @@ class _Map:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Point:
-    """x, s, and F and Z of every LMI, all positive definite."""
+    """A point of the path: x, s, and the positive definite F and Z of every LMI."""
 
     x: Floats
     score: float
@@ -115,7 +118,7 @@ class _Point:
     Z: Lists
 
     def gap(self, maps: list[_Map]) -> float:
-        """Return sum <F, Z>, over sum <G, Z>: about how far s is from the largest."""
+        """Return sum <F, Z> / sum <G, Z>, an estimate of the distance from s to the largest s."""
         total = sum(float(np.sum(F * Z)) for F, Z in zip(self.F, self.Z, strict=True))
         weight = sum(
             float(np.sum(one.growth(self.x) * Z)) for one, Z in zip(maps, self.Z, strict=True)
@@ -168,8 +171,8 @@ def _started(maps: list[_Map], x: Floats, score: float) -> _Point | None:
 def _moved(maps: list[_Map], point: _Point, short: float) -> tuple[_Point, float] | None:
     """Return the point after a predictor and a corrector, and the length of the step.
 
-    ``short`` is the difference between the last step and its full length: then the path is met
-    again first.
+    ``short`` is 1 minus the length of the last step.  After a short step the point is far from the
+    path, so the step is centred more: it returns towards the path before it goes on.
     """
     newton = _Newton.of(maps, point)
     dF, dZ = newton.direction(0.0, None)[1:]
@@ -196,7 +199,7 @@ def _moved(maps: list[_Map], point: _Point, short: float) -> tuple[_Point, float
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Newton:
-    """The linearised equations at a point, whose matrix is factorised once for both right sides."""
+    """The linearised equations at a point, with one matrix for predictor and corrector."""
 
     point: _Point
     slopes: Lists
@@ -218,6 +221,8 @@ class _Newton:
             M += _flat(E) @ _flat(turned).T
             slopes.append(E)
             inverses.append(inverse)
+        # Near the end of the path M is badly scaled.  Its diagonal is scaled to ones, and a
+        # multiple of I at rounding level keeps the solve regular.
         scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
         scaled = _symmetric(M * scale * scale[:, None]) + 1e-15 * np.eye(size)
         c = np.append(point.x, 0.0)
@@ -237,7 +242,7 @@ class _Newton:
         return cls(point, slopes, inverses, gradient, solutions, gap, order)
 
     def direction(self, mu: float, bent: Lists | None) -> tuple[Floats, Lists, Lists]:
-        """Return d(x, s), dF and dZ towards F Z = mu I; ``bent`` is the term of second order."""
+        """Return d(x, s), dF and dZ towards F Z = mu I; ``bent`` is the second-order term."""
         right = mu * self.gradient
         right[-1] += 1.0
         for E, each in zip(self.slopes, bent or [], strict=bent is not None):
@@ -258,7 +263,7 @@ def _flat(E: Floats) -> Floats:
 
 
 def _length(S: Lists, dS: Lists) -> float:
-    """Return how far along dS all of S stay positive semidefinite."""
+    """Return the largest a such that S + a dS is positive semidefinite for every S."""
     fastest = 0.0
     for each, d in zip(S, dS, strict=True):
         L = np.linalg.cholesky(each)

@@ -1,10 +1,12 @@
-r"""A condition as pencils in one of its parameters: which value given unknowns allow.
+r"""A condition as matrix pencils in one of its parameters.
 
-With d = 1 where the largest value is sought, -1 for the smallest, an LMI with the parameter is
+Let d = 1 if the largest value is sought and d = -1 if the smallest is sought.  An LMI that contains
+the parameter is affine in it:
 
     sign F_k(x, theta + d s) = sign F_k(x, theta) - s G_k(x),     G_k = -d sign dF_k/dtheta,
 
-so x allows theta + d s for every s up to the smallest eigenvalue of the pencils (F_k, G_k).
+If G_k(x) > 0, the unknowns x satisfy the LMIs at theta + d s for every s below the smallest
+generalised eigenvalue of the pencils (sign F_k, G_k).  They are then said to allow that value.
 """
 
 from __future__ import annotations
@@ -22,18 +24,20 @@ from takagi.models.errors import ModelError
 
 Values = Mapping[str, Floats]
 
-# Share of an LMI's own weight that is added to G, so that x stays inside where G is singular.
+# Share of an LMI's own weight that is added to G.  Where G is singular, t would have no weight in
+# that direction, and the next x could lie on the boundary of the LMI.
 FLOOR = 1e-6
-# Reciprocal condition below which unknowns are not used: near a value that is approached but
-# not attained they degenerate, and the value they show is then meaningless.
+# Unknowns with a reciprocal condition number below this are not used.  If a value is approached but
+# not attained, the unknowns tend to a singular matrix near it.  Rounding errors then dominate the
+# eigenvalues from which the allowed value is computed.
 WORST = 1e-8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParameterPencil:
-    """The condition, its cone data, and of each LMI the part that the parameter multiplies.
+    """The condition, its cone data, and the part of each LMI that the parameter multiplies.
 
-    ``worst`` is the reciprocal condition below which unknowns are not used.
+    ``worst`` is the reciprocal condition number below which unknowns are not used.
     """
 
     condition: Condition
@@ -47,7 +51,7 @@ class ParameterPencil:
     def of(
         cls, condition: Condition, name: str, *, largest: bool, worst: float = WORST
     ) -> ParameterPencil:
-        """Take a condition apart.
+        """Separate a condition into the parts with and without the parameter.
 
         Raises
         ------
@@ -66,7 +70,7 @@ class ParameterPencil:
         return self.condition.with_parameters(**{self.name: value})
 
     def size(self, values: Values, value: float) -> float:
-        """Return the size of the parameter, |F_k| / |G_k| at a value; 0 where none exists."""
+        """Return max |F_k| / max |G_k|, a natural size of the parameter; 0 if G is zero."""
         parameters = self.at(value).parameters
         F = G = 0.0
         for lmi, slope in self._pairs():
@@ -76,9 +80,10 @@ class ParameterPencil:
         return F / G if G > 0 else 0.0
 
     def allowed(self, values: Values, value: float) -> float:
-        """Return the value that the unknowns allow, in eigenvalues relative to ``value``; or nan.
+        """Return the value that the unknowns allow, or nan if they allow none.
 
-        Where G is singular the unknowns must satisfy the LMI at ``value``.
+        The eigenvalues are those of the pencils at ``value``.  If some G_k is singular, the
+        unknowns must satisfy its LMI at ``value``.
         """
         here = self.at(value)
         room = np.inf
@@ -95,7 +100,7 @@ class ParameterPencil:
         return float(np.nan) if room == -np.inf else value + self.d * room
 
     def definiteness(self, values: Values) -> float:
-        """Return the least reciprocal condition of G_k; 0 where one is singular."""
+        """Return the least reciprocal condition number of the G_k; 0 if one is singular."""
         least = 1.0
         for slope in self.slopes:
             if slope is not None:
@@ -104,7 +109,7 @@ class ParameterPencil:
         return least
 
     def conditioning(self, values: Values) -> float:
-        """Return the least reciprocal condition of the unknowns that the parameter multiplies."""
+        """Return the least reciprocal condition number of the unknowns in the parameter's terms."""
         least = 1.0
         for unknown in {term.unknown for slope in self.slopes if slope for term in slope.terms}:
             if unknown.symmetric:
@@ -113,9 +118,10 @@ class ParameterPencil:
         return least
 
     def weighed(self, values: Values, tau: float, value: float) -> Assembled:
-        """Return the cone data at a value, where t weighs tau G_k(values) + a little I.
+        """Return the cone data at a value, with the margin t weighted by tau G_k(values).
 
-        LMIs without the parameter keep their own weight.
+        A small multiple of I is added to that weight; see ``FLOOR``.  LMIs without the parameter
+        keep their own weight.
         """
         columns = []
         for lmi, slope in self._pairs():
@@ -143,8 +149,10 @@ def _slope(lmi: LMI, name: str) -> LMI | None:
 
 
 def _room(F: Floats, G: Floats) -> float:
-    """Return the largest s with F - s G >= 0 for every item, -inf where none exists."""
+    """Return the largest s with F - s G >= 0 for every item; -inf if none was found."""
     growths = np.linalg.eigvalsh(G)
+    # A definite G is factorised: s is the smallest eigenvalue of (F, G).  If G is not definite, F
+    # must be: then F is factorised, and s is the reciprocal of the largest eigenvalue of (G, F).
     definite = growths[:, 0] > WORST * growths[:, -1]
     room = np.inf
     if definite.any():
@@ -159,7 +167,7 @@ def _room(F: Floats, G: Floats) -> float:
 
 
 def _eigenvalues(A: Floats, B: Floats) -> Floats:
-    """Return the eigenvalues of L^-1 A L^-1', B = L L', in rising order."""
+    """Return the eigenvalues of the pencils (A, B), ascending; B = L L' is factorised."""
     L = np.linalg.cholesky(B)
     half = np.linalg.solve(L, A)
     inside = np.linalg.solve(L, half.transpose(0, 2, 1))

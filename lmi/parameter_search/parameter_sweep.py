@@ -1,4 +1,4 @@
-"""One condition at many values of a parameter: assembled once, the solver updated in place."""
+"""Solve one condition at many values of a parameter, assembled once and with one solver."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ def sweep(
     stage: Callable[..., Outcome] = decide,
     **options: Any,
 ) -> Iterator[tuple[float, Outcome]]:
-    """Yield (value, outcome) for each value of the parameter, solved when it is asked for.
+    """Yield (value, outcome) for each value of the parameter; each is solved when it is requested.
 
-    Verdicts, margins and objectives are those of separate calls to solver accuracy; the unknowns
-    may differ in their last digits, because an updated solver keeps the scaling of the first.
+    Verdicts, margins and objectives agree with separate calls, to solver accuracy.  The unknowns
+    may differ in their last digits, because the solver keeps the scaling of the first problem.
 
     Parameters
     ----------
     name : the parameter that is varied.
-    values : any order, any number; may depend on the outcomes so far.
+    values : values in any order and number; a value may depend on the outcomes before it.
     stage : ``decide`` or ``optimise``.
-    options : handed to the stage.
+    options : keyword arguments of the stage.
 
     Raises
     ------
