@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from takagi.models.errors import ModelError
+from takagi.models.plant.dimensions import short
 from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -42,41 +44,105 @@ def inputs_at_equilibrium(
     if not solutions:
         return {s: rest[s] for s in inputs}
     free = {s: rest[s] for s in inputs}
-    return {s: value.subs(free) for s, value in zip(inputs, solutions[0], strict=True)}
+    found = {s: value.subs(free) for s, value in zip(inputs, solutions[0], strict=True)}
+    for variable in plant.inputs:
+        value, side = found[variable.symbol], variable.range
+        if side is not None and not side.lower <= value <= side.upper:
+            raise ModelError(
+                f"plant {plant.name!r}: {variable.label} has to be {_short(value, 9)} to hold the "
+                f"states at rest, outside its range {side}; widen the range, or move the rest"
+            )
+    return found
 
 
 def check_equilibrium(
     plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr], how: EquilibriumOption
 ) -> None:
-    """Raise ModelError unless every row vanishes at the equilibrium, exactly."""
+    """Raise ModelError unless every row vanishes at the equilibrium, exactly.
+
+    The message lists every residual with its equation and unit.
+    """
     import sympy as sp
 
     for variable, row in zip(plant.states, rows, strict=True):
-        residual = row.subs(rest)
-        if residual == 0 or sp.simplify(residual) == 0:
-            continue
-        # Figures are SI, whatever unit the file has.
-        where = ", ".join(f"{s} = {_short(value, 9)}" for s, value in rest.items())
-        size = _short(residual, 6) if residual.is_finite else f"{residual}, not finite"
-        what = "x(t + T) - x" if plant.sample_time is not None else "x'"
-        unit = "" if variable.unit == "-" else f" {variable.unit}"
-        size += unit if plant.sample_time is not None else f"{unit} per second"
-        cure = (
-            "no input makes it vanish; give rest values of the states at which one does"
-            if how == "solve inputs"
-            else "give rest values at which every row vanishes exactly, or let rest='solve inputs' "
-            "(on the command line --solve-rest) find the inputs that hold the states there"
+        require_value(plant, row, rest, f"equation of {variable.name}")
+    left = [
+        (variable, row, residual)
+        for variable, row in zip(plant.states, rows, strict=True)
+        for residual in [row.subs(rest)]
+        if residual != 0 and sp.simplify(residual) != 0
+    ]
+    if not left:
+        return
+    cure = (
+        "no input makes it vanish; give rest values of the states at which one does"
+        if how == "solve inputs"
+        else "give rest values at which every row vanishes exactly, or let rest='solve inputs' "
+        "(on the command line --solve-rest) find the inputs that hold the states there"
+    )
+    if any(not residual.is_rational or _has_table(row) for _, row, residual in left):
+        # exp(350) is no decimal: a ball around one is proved, or a parameter is the rest itself.
+        cure += (
+            "; where no decimals do, write rest = 'solve' for a state or input, and its rest is "
+            "found in a proved ball; or write the equation with its value at rest, such as "
+            "k*exp(b/T0 - b/T) for a*exp(-b/T), or f(p0) for what flows in"
         )
-        if not residual.is_rational or _has_table(row):
-            # exp(350) is no decimal: a parameter that is its own equilibrium value can be.
-            cure += (
-                "; where no decimals do, write the equation with its value at rest, such as "
-                "k*exp(b/T0 - b/T) for a*exp(-b/T), or f(p0) for what flows in"
-            )
-        raise ModelError(
-            f"plant {plant.name!r}, equation of {variable.name}: at rest ({where}) {what} is "
-            f"{size}, not 0, so the model cannot be written around this point; {cure}"
-        )
+    first = left[0][0].name
+    told = "; ".join(
+        residual_text(plant, v, residual, alone=len(left) == 1) for v, _, residual in left
+    )
+    raise ModelError(
+        f"plant {plant.name!r}, equation of {first}: at rest ({rest_text(rest)}) {told}, so the "
+        f"model cannot be written around this point; {cure}"
+    )
+
+
+def rest_text(rest: Mapping[sp.Symbol, sp.Expr]) -> str:
+    """Return the values at rest; figures are SI, whatever unit the file has."""
+    return ", ".join(f"{s} = {_short(value, 9)}" for s, value in rest.items())
+
+
+def residual_text(
+    plant: Plant, variable: Variable, residual: sp.Expr, *, alone: bool = False
+) -> str:
+    """Return what is left of an equation at rest, with its unit; ``alone`` calls the state x."""
+    x, discrete = "x" if alone else variable.name, plant.sample_time is not None
+    what = f"{x}(t + T) - {x}" if discrete else f"{x}'"
+    unit = ("" if variable.unit == "-" else f" {variable.unit}") + " per second" * (not discrete)
+    return f"{what} is {_short(residual, 6)}{unit}, not 0"
+
+
+def require_value(
+    plant: Plant, row: sp.Expr, rest: Mapping[sp.Symbol, sp.Expr], where: str
+) -> None:
+    """Raise ModelError where an expression has no finite real value at rest, with the part."""
+    if _is_finite(row.subs(rest)):
+        return
+    import sympy as sp
+
+    part = next((p for p in sp.postorder_traversal(row) if not _is_finite(p.subs(rest))), row)
+    raise ModelError(
+        f"plant {plant.name!r}, {where}: at rest ({rest_text(rest)}) {_why(part, rest)}, so the "
+        "equation has no value there; give rest values at which it has one"
+    )
+
+
+def _is_finite(value: sp.Expr) -> bool:
+    import sympy as sp
+
+    if value.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+        return False
+    return not value.is_number or value.is_real is not False
+
+
+def _why(part: sp.Expr, rest: Mapping[sp.Symbol, sp.Expr]) -> str:
+    """Return what is wrong with the smallest part that has no value."""
+    if part.is_Pow and part.base.subs(rest) == 0:
+        return f"{short(part.base)} is 0, and the equation divides by it"
+    if part.is_Pow:
+        return f"{short(part.base)} is negative, and the equation takes its root"
+    inner = ", ".join(f"{short(a)} = {_short(a.subs(rest), 6)}" for a in part.args)
+    return f"{short(part)} has no finite value ({inner})"
 
 
 def _short(value: sp.Expr, digits: int) -> str:

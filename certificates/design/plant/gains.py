@@ -10,8 +10,10 @@ the ellipsoid in which the limits hold may shrink to half its mean semi-axis at 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -95,7 +97,7 @@ def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Claim
     """
     from takagi.certificates.claims.plant.certificate import ClaimRequirements
 
-    limits = input_limits(plant, asked)
+    limits = input_limits(plant, model, asked)
     return ClaimRequirements(
         decay_rate=asked.decay_rate if isinstance(asked.decay_rate, float | int) else None,
         input_limits=np.array([limits[v.name] for v in plant.inputs]) if limits else None,
@@ -104,8 +106,10 @@ def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Claim
     )
 
 
-def input_limits(plant: Plant, asked: PlantSettings) -> dict[str, float]:
+def input_limits(plant: Plant, model: TSModel, asked: PlantSettings) -> dict[str, float]:
     """Return input -> largest deviation from its rest; empty where none has a limit.
+
+    The rest is the model's, which may have been solved for.
 
     Raises
     ------
@@ -113,17 +117,18 @@ def input_limits(plant: Plant, asked: PlantSettings) -> dict[str, float]:
         others have not.
     """
     found: dict[str, float] = {}
-    for variable in plant.inputs:
+    for variable, label in zip(plant.inputs, model.inputs, strict=True):
         if variable.name in asked.input_limit:
             found[variable.name] = asked.input_limit[variable.name]
         elif variable.range is not None:
-            room = min(variable.range.upper - variable.rest, variable.rest - variable.range.lower)
+            low, high = model.box[label]
+            room = _rounded_down(min(-low, high))
             if room <= 0:
                 raise ModelError(
                     f"input {variable.label} rests at the end of its range {variable.range}; a "
                     "linear law needs room to either side: move the rest, or widen the range"
                 )
-            found[variable.name] = float(room)
+            found[variable.name] = room
     unlimited = [v.name for v in plant.inputs if v.name not in found]
     if found and unlimited:
         raise ModelError(
@@ -131,6 +136,12 @@ def input_limits(plant: Plant, asked: PlantSettings) -> dict[str, float]:
             "give a limit for every input, or for none"
         )
     return found
+
+
+def _rounded_down(value: Fraction) -> float:
+    """Return a float whose shortest decimal is not above the value."""
+    found = float(value)
+    return found if Fraction(repr(found)) <= value else math.nextafter(found, -math.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +173,7 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
         states=tuple(v.name for v in plant.states), inputs=tuple(v.name for v in plant.inputs)
     )
     asked, told = one_gain(model, asked)
-    limits = input_limits(plant, asked)
+    limits = input_limits(plant, model, asked)
     region = _region(model, asked)
     box = _state_box(model)
     input_limit = None
@@ -212,7 +223,9 @@ def _state_box(model: TSModel) -> Floats:
     """Return the half-width of the box about the origin for each state; inf where it has none."""
     return np.array(
         [
-            float(min(-model.box[label][0], model.box[label][1])) if label in model.box else np.inf
+            _rounded_down(min(-model.box[label][0], model.box[label][1]))
+            if label in model.box
+            else np.inf
             for label in model.states
         ]
     )
