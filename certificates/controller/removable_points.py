@@ -45,9 +45,9 @@ def removable_points(model: TSModel) -> tuple[dict[str, list[dict[str, Any]]], t
     for premise, expression in zip(model.premises, form.factored.premises.values(), strict=True):
         written = expression.xreplace(constants)
         points = []
-        for factor, symbol in _vanishing(written, form.problem.box):
+        for factor, symbol in _vanishing(written, form.problem.sides):
             try:
-                points.append(_stand_in(written, factor, symbol, form.problem.box))
+                points.append(_stand_in(written, factor, symbol, form.problem.sides))
             except ModelError as error:
                 words.append(f"premise {premise.name} is 0/0 where {factor} = 0: {error}")
         if points:

@@ -25,6 +25,7 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.equations.ball import Ball
     from takagi.models.equations.problem import Problem
     from takagi.models.equations.symbolic_form import SymbolicForm
     from takagi.models.plant.variables import Variable
@@ -72,7 +73,9 @@ def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
     return {"premises": model_data["embedding"]["premises"], "trim": trim, **blend}
 
 
-def _exact(rest: float | int | str) -> Fraction:
+def _exact(rest: float | int | str | dict[str, Any]) -> Fraction:
+    if isinstance(rest, dict):
+        return _exact(rest["value"])
     if not isinstance(rest, str):
         return Fraction(repr(rest))
     from takagi.certificates.checker.plant.reading import constant_bracket
@@ -145,7 +148,12 @@ def _plant(form: SymbolicForm) -> dict[str, Any]:
             _variable(variable, symbol, problem)
             for variable, symbol in zip(variables, symbols, strict=True)
         ]
-    found["parameters"] = {p.symbol.name: number_data(p.value) for p in plant.parameters}
+    found["parameters"] = {
+        p.symbol.name: _ball(problem.balls[p.symbol])
+        if p.symbol in problem.balls
+        else number_data(p.value)
+        for p in plant.parameters
+    }
     found["equations"] = _texts(plant.equations)
     found["outputs"] = [
         {"name": y.name, "unit": y.unit, "expression": text}
@@ -160,16 +168,26 @@ def _plant(form: SymbolicForm) -> dict[str, Any]:
 def _variable(variable: Variable, symbol: sp.Symbol, problem: Problem) -> dict[str, Any]:
     rest = problem.rest[variable.symbol]
     found: dict[str, Any] = {"name": variable.name, "unit": variable.unit, "range": None}
-    if not rest.is_Rational:
+    side, ball = problem.box.get(symbol), problem.balls.get(variable.symbol)
+    if ball is not None:
+        found["rest"] = _ball(ball)
+        if side is not None:
+            ends = (side.lower + ball.side.lower, side.upper + ball.side.upper)
+            found["range"] = [number_data(end) for end in ends]
+    elif not rest.is_Rational:
         found["rest"] = text_data(rest)
     else:
         resting = Fraction(int(rest.p), int(rest.q))
         found["rest"] = number_data(resting)
         # The box of the model, which may be less than the plant's ranges.
-        side = problem.box.get(symbol)
         if side is not None:
             found["range"] = [number_data(end + resting) for end in (side.lower, side.upper)]
     return found if symbol.name == variable.name else found | {"symbol": symbol.name}
+
+
+def _ball(ball: Ball) -> dict[str, Any]:
+    found = {"value": number_data(ball.middle), "within": number_data(ball.radius)}
+    return found if ball.equals is None else found | {"equals": text_data(ball.equals)}
 
 
 def _blend(model: TSModel) -> dict[str, Any]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.ball import Ball, balls_of, decimal_near
 from takagi.models.equations.equations import Equations
 from takagi.models.equations.equilibrium import (
     RESTS,
@@ -15,6 +16,7 @@ from takagi.models.equations.equilibrium import (
     inputs_at_equilibrium,
 )
 from takagi.models.equations.premise_units import units_of
+from takagi.models.equations.residuals import require_zero, residuals
 from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
@@ -39,6 +41,8 @@ class Problem:
     names : states, inputs, outputs, disturbances; None names them by symbol and unit.
     steps : how the equations came from the plant's, for the derivation.
     rest : the plant's variables at the equilibrium, which its deviations are taken from.
+    balls : variable or parameter -> the number that it is, where that is no decimal; it stands in
+        the equations under its symbol.
     """
 
     equations: Equations
@@ -50,11 +54,22 @@ class Problem:
     rest: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     name: str = ""
     source: str = ""
+    balls: Mapping[sp.Symbol, Ball] = field(default_factory=dict)
 
     @property
     def where(self) -> Domain:
         """Where bounds shall hold."""
-        return Domain.of_box(self.box) if self.domain is None else self.domain
+        return Domain.of_box(self.sides) if self.domain is None else self.domain
+
+    @property
+    def sides(self) -> dict[sp.Symbol, Interval]:
+        """The box, and the balls of the numbers that are no decimals."""
+        return {**self.box, **{ball.symbol: ball.side for ball in self.balls.values()}}
+
+    @property
+    def middles(self) -> dict[sp.Symbol, sp.Rational]:
+        """The decimals next to these numbers."""
+        return {ball.symbol: rational(ball.middle) for ball in self.balls.values()}
 
 
 def problem_of_plant(
@@ -82,31 +97,46 @@ def problem_of_plant(
     """
     import sympy as sp
 
-    values = {symbol: rational(value) for symbol, value in plant.values.items()}
+    balls = balls_of(plant)
+    values = {s: rational(value) for s, value in plant.values.items() if s not in balls}
     f = cleaned(plant.equations, values)
     seen = cleaned((y.expression for y in plant.outputs), values)
     given = plant.premises if premises is None else premises
     wanted = dict(zip(given, cleaned(given.values(), values), strict=True))
-    over = over_box(domain, plant.box, [v.symbol for v in plant.variables])
-    if plant.mass is None:
-        steps: tuple[Step, ...] = ()
-    else:
-        from takagi.models.equations.mass_matrix import explicit
-
-        mass = sp.Matrix(*plant.mass.shape, cleaned(list(plant.mass), values))
-        f, steps = explicit(mass, f, plant, over)
     if how not in RESTS:
         raise ModelError(f"rest={how!r} was given; {' or '.join(map(repr, RESTS))} is known")
-    rest: dict[sp.Symbol, sp.Expr] = {v.symbol: rational(v.rest) for v in plant.variables}
+    over = over_box(domain, plant.box, [v.symbol for v in plant.variables])
+    if balls and over.rectangle is None:
+        raise ModelError(f"plant {plant.name!r}: on a domain it has to rest at decimals")
+    rest: dict[sp.Symbol, sp.Expr] = {
+        v.symbol: balls[v.symbol].symbol if v.symbol in balls else rational(v.rest)
+        for v in plant.variables
+    }
+    steps: tuple[Step, ...] = ()
+    mass = None
+    if plant.mass is not None:
+        mass = sp.Matrix(*plant.mass.shape, cleaned(list(plant.mass), values))
+    if balls:
+        f = _less_their_rest(plant, f, mass, rest, balls)
+    if mass is not None:
+        from takagi.models.equations.mass_matrix import explicit
+
+        f, steps = explicit(mass, f, plant, over.within(_parameter_sides(plant, balls)))
     if plant.sample_time is not None:
         f = tuple(row - rest[v.symbol] for row, v in zip(f, plant.states, strict=True))
     if how == "solve inputs":
         rest |= inputs_at_equilibrium(plant, f, rest)
+        settled = _with_balls(plant, rest)
+        if settled is not plant:
+            return problem_of_plant(settled, premises, "given", domain)
     check_equilibrium(plant, f, rest, how)
     deviation = _deviation_symbols(plant, rest, wanted)
     moved = {s: rest[s] + deviation[s] for s in rest}
     offsets = [y.subs(rest) for y in seen]
-    over = over.moved({s: (deviation[s], rest[s]) for s in rest})
+    places = {s: (deviation[s], value) for s, value in rest.items() if s not in balls}
+    over = over.moved(places | {s: (deviation[s], sp.S.Zero) for s in rest if s in balls})
+    if balls:
+        over = _settled(over, {deviation[s]: balls[s] for s in rest if s in balls})
     equations = Equations(
         f=tuple(row.subs(moved, simultaneous=True) for row in f),
         states=tuple(deviation[v.symbol] for v in plant.states),
@@ -116,7 +146,10 @@ def problem_of_plant(
             y.subs(moved, simultaneous=True) - offset
             for y, offset in zip(seen, offsets, strict=True)
         ),
-        units={deviation[v.symbol]: v.unit for v in plant.variables} | units_of(plant, given),
+        units={deviation[v.symbol]: v.unit for v in plant.variables}
+        | {balls[v.symbol].symbol: v.unit for v in plant.variables if v.symbol in balls}
+        | {p.symbol: p.unit for p in plant.parameters if p.symbol in balls}
+        | units_of(plant, given),
         sample_time=plant.sample_time,
         scheduling=tuple(deviation[v.symbol] for v in plant.disturbances if v.schedules),
     )
@@ -134,11 +167,74 @@ def problem_of_plant(
             ),
             "disturbances": equations.named(equations.disturbances),
         },
-        steps=(*steps, *_rest_steps(rest, deviation)),
+        steps=(*steps, *_rest_steps(rest, deviation), *_ball_steps(balls)),
         rest=rest,
         name=plant.name,
         source=plant.source,
+        balls=balls,
     )
+
+
+def _less_their_rest(
+    plant: Plant,
+    f: Sequence[sp.Expr],
+    mass: sp.Matrix | None,
+    rest: Mapping[sp.Symbol, sp.Expr],
+    balls: Mapping[sp.Symbol, Ball],
+) -> tuple[sp.Expr, ...]:
+    """Return the rows less their values at rest, which are 0 though no algebra shows it.
+
+    Raises
+    ------
+    ModelError : a value that is not 0 anywhere in the balls.
+    """
+    left = residuals(plant, f, mass, rest)
+    require_zero(plant, left, balls)
+    return tuple(row - value for row, value in zip(f, left, strict=True))
+
+
+def _parameter_sides(plant: Plant, balls: Mapping[sp.Symbol, Ball]) -> dict[sp.Symbol, Interval]:
+    return {p.symbol: balls[p.symbol].side for p in plant.parameters if p.symbol in balls}
+
+
+def _with_balls(plant: Plant, rest: Mapping[sp.Symbol, sp.Expr]) -> Plant:
+    """Return the plant at rest with these inputs where one with a range is no decimal, else it."""
+    bent = [v for v in plant.inputs if v.range is not None and not rest[v.symbol].is_Rational]
+    if not bent:
+        return plant
+    found = []
+    for variable in plant.inputs:
+        value = rest[variable.symbol]
+        if value.is_Rational:
+            found.append(replace(variable, rest=Fraction(int(value.p), int(value.q))))
+        else:
+            middle, radius = decimal_near(value)
+            found.append(replace(variable, rest=middle, within=radius))
+    return replace(plant, inputs=tuple(found))
+
+
+def _settled(over: Domain, balls: Mapping[sp.Symbol, Ball]) -> Domain:
+    """Return the box of deviations that stay in the plant's from anywhere in the balls."""
+    assert over.rectangle is not None
+    box = {}
+    for symbol, side in over.rectangle.items():
+        ball = balls.get(symbol)
+        if ball is not None:
+            side = Interval(side.lower - ball.side.lower, side.upper - ball.side.upper)
+        box[symbol] = side
+    return Domain.of_box(box)
+
+
+def _ball_steps(balls: Mapping[sp.Symbol, Ball]) -> tuple[Step, ...]:
+    import sympy as sp
+
+    if not balls:
+        return ()
+    told = [
+        rf"{sp.latex(ball.symbol)} = {float(ball.middle):.15g} \pm {float(ball.radius):.0e}"
+        for ball in balls.values()
+    ]
+    return (Step("Numbers that are no decimals, in SI units.", r",\quad ".join(told)),)
 
 
 def rational(value: Number) -> sp.Rational:

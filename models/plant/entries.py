@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
 MAX_EXPONENT = 100
+NUMBER = re.compile(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?", re.ASCII)
 
 
 def _decimal(value: object) -> object:
@@ -35,6 +37,29 @@ UnitText = Annotated[
 ]
 
 
+def _number_or_text(value: object) -> object:
+    if isinstance(value, str):
+        if NUMBER.fullmatch(value.strip()):
+            raise ValueError("a number is needed, without quotes")
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float, Decimal)):
+        raise ValueError("a number without quotes, or an expression in quotes, is needed")
+    return _decimal(value)
+
+
+def _rest(value: object) -> object:
+    if isinstance(value, dict):
+        if set(value) != {"near"}:
+            raise ValueError("write rest = { near = 350 }: a value from which it is sought")
+        return {"near": _decimal(value["near"])}
+    return _number_or_text(value)
+
+
+def _parameter(value: object) -> object:
+    """Return the fields of a parameter that is an expression alone."""
+    return {"value": value} if isinstance(value, str) else value
+
+
 def _rate(value: object) -> object:
     if value is None or value == "max":
         return value
@@ -54,6 +79,12 @@ class _Entry(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
+class NearEntry(_Entry):
+    """Where to look for a rest that is to be solved."""
+
+    near: Annotated[Figure, Field(description="a value from which its rest is sought")]
+
+
 class VariableEntry(_Entry):
     """A state, input or disturbance."""
 
@@ -63,16 +94,36 @@ class VariableEntry(_Entry):
         Field(description="[low, high] in the unit: where the model shall hold"),
     ] = None
     rest: Annotated[
-        Figure, Field(description="value at the operating point that the model is written around")
+        Figure | NearEntry | Expression,
+        BeforeValidator(_rest),
+        Field(
+            description="value at the operating point that the model is written around; an "
+            'expression of parameters, in SI; "solve" or { near = value } to have it found'
+        ),
     ] = Decimal(0)
     description: Text = ""
+
+    @property
+    def start(self) -> Decimal:
+        """A figure to begin with: the rest, or where it is looked for."""
+        if isinstance(self.rest, Decimal):
+            return self.rest
+        if isinstance(self.rest, NearEntry):
+            return self.rest.near
+        return Decimal(0) if self.range is None else (self.range[0] + self.range[1]) / 2
 
 
 class ParameterEntry(_Entry):
     """A number with a name."""
 
-    value: Figure
-    unit: UnitText = "-"
+    value: Annotated[
+        Figure | Expression,
+        BeforeValidator(_number_or_text),
+        Field(description="a number in the unit, or an expression of other parameters, in SI"),
+    ]
+    unit: Annotated[
+        UnitText | None, Field(description="of an expression: that which its parameters give it")
+    ] = None
     source: Text = ""
 
 
@@ -204,7 +255,7 @@ class PlantEntry(_Entry):
             "needs a range"
         ),
     ] = {}
-    parameters: dict[Name, ParameterEntry] = {}
+    parameters: dict[Name, Annotated[ParameterEntry, BeforeValidator(_parameter)]] = {}
     tables: dict[Name, TableEntry] = {}
     equations: Annotated[dict[Name, Expression], Field(description="state -> its derivative")]
     mass: Annotated[
@@ -256,8 +307,12 @@ class PlantEntry(_Entry):
 
 def plant_file_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of plant files."""
+    found = PlantEntry.model_json_schema()
+    # A parameter may be its expression alone; the validator makes its fields of it.
+    (named,) = found["properties"]["parameters"]["patternProperties"].values()
+    named |= {"anyOf": [{"$ref": named.pop("$ref")}, {"type": "string", "maxLength": 4000}]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "takagi plant file",
-        **{key: value for key, value in PlantEntry.model_json_schema().items() if key != "title"},
+        **{key: value for key, value in found.items() if key != "title"},
     }

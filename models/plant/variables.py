@@ -22,6 +22,10 @@ class Variable:
     unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
     range : where the model shall hold; None for a variable that no premise may depend on.
     rest : its value at the operating point that the model is written around.
+    within : where its rest is no decimal: how far that may be from ``rest``, the decimal next to
+        it.  The model is written around the rest itself.
+    equals : the expression without variables and parameters that such a rest is, e.g. 100*pi; None
+        for one that was solved for.
     description : in words, e.g. ``"angle from upright"``.
     schedules : of a disturbance: it appears in coefficients alone, so that A, B, C and D may depend
         on it and its column of E is 0.  It needs a range.
@@ -33,6 +37,8 @@ class Variable:
     rest: Fraction = Fraction(0)
     description: str = ""
     schedules: bool = False
+    within: Fraction = Fraction(0)
+    equals: sp.Expr | None = None
 
     @property
     def name(self) -> str:
@@ -46,12 +52,18 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number with a name: exact value, SI unit, and where it comes from."""
+    """A number with a name: exact value, SI unit, and where it comes from.
+
+    Where it is no decimal it ``equals`` an expression without variables and parameters, and lies
+    ``within`` so much of ``value``.
+    """
 
     symbol: sp.Symbol
     value: Fraction
     unit: str = "-"
     source: str = ""
+    within: Fraction = Fraction(0)
+    equals: sp.Expr | None = None
 
 
 @dataclass(frozen=True, slots=True)

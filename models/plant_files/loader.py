@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property, partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from takagi.models.files.units import Unit, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output, Parameter, Variable
+from takagi.models.plant_files.derived_numbers import DerivedNumbers
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -123,16 +125,18 @@ class _Reader:
         self.document = document
         self.entry = entry
         self.lost: list[tuple[str, str, LostPart]] = []
+        self.numbers = DerivedNumbers(document, entry, self.unit, self.expression)
+        self.solved: dict[str, Fraction | None] = {}
 
     def plant(self) -> Plant:
         from takagi.models.plant.table_coverage import check_coverage
 
         entry = self.entry
         self.check_names()
+        parameters = self.numbers.parameters()
         states = self.variables("states", entry.states)
         inputs = self.variables("inputs", entry.inputs)
         disturbances = (*self.variables("disturbances", entry.disturbances), *self.scheduling())
-        parameters = tuple(self.parameter(name) for name in entry.parameters)
         scope = self.scope((*states, *inputs, *disturbances), parameters)
         self.check_rows("equations", entry.equations, needed=True)
         self.check_rows("mass", entry.mass, needed=False)
@@ -164,9 +168,19 @@ class _Reader:
                 source=entry.source,
             ),
         )
+        if self.solved:
+            found = self.at_rest(found)
         self.at("", lambda: check_coverage(found))
         self.check_lost(found)
         return found if entry.blending is None else self.behind_blend(found, scope)
+
+    def at_rest(self, plant: Plant) -> Plant:
+        """Return the plant with the rests that its equations have."""
+        from takagi.models.equations.solved_rest import solve_rest
+
+        field = next(iter(self.solved))
+        starts = {_symbol(place.split(".")[1]): start for place, start in self.solved.items()}
+        return self.at(f"{field}.rest", lambda: solve_rest(plant, starts))
 
     def behind_blend(self, plant: Plant, scope: Scope) -> Plant:
         from takagi.models.plant_files.blending_section import behind_blend
@@ -219,8 +233,33 @@ class _Reader:
         if given.range is not None:
             self.check_range(place, name, given)
             side = Interval(*(unit.to_si(Fraction(end)) for end in given.range))
-        rest = unit.to_si(Fraction(given.rest))
-        return Variable(_symbol(name), unit.si, side, rest, given.description)
+        found = Variable(_symbol(name), unit.si, side, Fraction(0), given.description)
+        if isinstance(given.rest, str) and given.rest != "solve":
+            rest, within, equals = self.numbers.rest(f"{place}.rest", given.rest, unit)
+            self.check_exact(place, within)
+            return replace(found, rest=rest, within=within, equals=equals)
+        if not isinstance(given.rest, Decimal):
+            self.check_solvable(place, name)
+            near = isinstance(given.rest, str)
+            self.solved[place] = None if near else unit.to_si(Fraction(given.start))
+        return replace(found, rest=unit.to_si(Fraction(given.start)))
+
+    def check_solvable(self, place: str, name: str) -> None:
+        if place.split(".")[0] not in ("states", "inputs"):
+            raise self.document.error(
+                f"{place}.rest",
+                f"no equation says where {name} rests, since it comes from outside; give a number",
+            )
+        self.check_exact(place, Fraction(1))
+
+    def check_exact(self, place: str, within: Fraction) -> None:
+        """Refuse a rest that may be no decimal where only decimals are worked with."""
+        if within and (self.entry.blending or place.split(".")[0] not in ("states", "inputs")):
+            raise self.document.error(
+                f"{place}.rest",
+                "a rest that may be no decimal is for states and inputs of a plant without blend; "
+                "give a number",
+            )
 
     def check_range(self, place: str, name: str, given: VariableEntry) -> None:
         """Refuse a range without its rest value, in the figures of the file."""
@@ -230,19 +269,14 @@ class _Reader:
             raise self.document.error(
                 f"{place}.range", f"[{low}, {high}] was given; give the smaller end first"
             )
-        if not low <= given.rest <= high:
+        if not low <= given.start <= high:
             unit = "" if given.unit == "-" else f" {given.unit}"
             found = "" if "rest" in given.model_fields_set else " where no rest is given"
             raise self.document.error(
                 f"{place}.rest" if not found else place,
-                f"{name} rests at {given.rest}{unit}{found}, outside its range [{low}, {high}]"
+                f"{name} rests at {given.start}{unit}{found}, outside its range [{low}, {high}]"
                 f"{unit}; give rest = ... inside it, or widen the range",
             )
-
-    def parameter(self, name: str) -> Parameter:
-        given = self.entry.parameters[name]
-        unit = self.unit(f"parameters.{name}.unit", given.unit)
-        return Parameter(_symbol(name), unit.to_si(Fraction(given.value)), unit.si, given.source)
 
     def unit(self, place: str, text: str) -> Unit:
         return self.at(place, lambda: parse_unit(text))
@@ -260,8 +294,8 @@ class _Reader:
         from takagi.models.plant_files.table_entry import read_table
 
         symbols = {v.name: v.symbol for v in variables}
-        constants = {p.symbol: p.value for p in parameters}
-        symbols |= {symbol.name: symbol for symbol in constants}
+        symbols |= {p.symbol.name: p.symbol for p in parameters}
+        constants = {p.symbol: p.value for p in parameters if p.within == 0}
         tables = {
             name: read_table(self.document, name, table)
             for name, table in self.entry.tables.items()

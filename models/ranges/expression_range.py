@@ -56,7 +56,9 @@ def expression_range(
     return Range(found.outer, found.inner, found.boxes, evidence)
 
 
-def expression_value(expression: sp.Expr, point: Mapping[sp.Symbol, float]) -> float:
+def expression_value(
+    expression: sp.Expr, point: Mapping[sp.Symbol, float] | Mapping[sp.Symbol, Fraction]
+) -> float:
     """Return the expression at a point, also at a removable singularity.
 
     Raises

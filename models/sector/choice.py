@@ -71,7 +71,7 @@ def _best(forms: Sequence[FactoredForm], problem: Problem, choice: Choice) -> Fa
     if len(compared) == 1 or few > MOST_PREMISES:
         return compared[0]
     plant = problem.equations
-    width = HullWidth(problem.box, _columns(plant), _rows(plant), _places(plant), problem.domain)
+    width = HullWidth(problem.sides, _columns(plant), _rows(plant), _places(plant), problem.domain)
     measured = [form for form in compared if len(form.premises) <= MOST_PREMISES]
     # The width is rounded, so that equal hulls are told apart by their number of premises.
     return min(measured, key=lambda form: (float(f"{width(form):.6g}"), len(form.premises)))

@@ -173,7 +173,7 @@ def sector_model(
         steps=(*problem.steps, *domain_steps(problem.domain)),
         names=problem.names,
         box=box_in_fractions(problem),
-        sides=problem.box,
+        sides=problem.sides,
         form=SymbolicForm(f if isinstance(f, Plant) else None, problem, factored),
         tell_rules=True,
         name=problem.name,

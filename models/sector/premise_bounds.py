@@ -113,10 +113,11 @@ def bounded_premise(
     from takagi.models.equations.premise_units import unit_of
     from takagi.models.ranges.expression_range import expression_value
 
-    names = {s.name: s for s in expression.free_symbols}
+    written = expression.xreplace(problem.middles)
+    names = {s.name: s for s in written.free_symbols}
 
     def evaluate(**point: float) -> float:
-        return expression_value(expression, {s: point[n] for n, s in names.items() if n in point})
+        return expression_value(written, {s: point[n] for n, s in names.items() if n in point})
 
     if given == "sampled":
         drawn = sampled_bounds(expression, problem.where, points=SAMPLES, margin=MARGIN)
@@ -208,7 +209,7 @@ def _contradicted(
 
 def _over(expression: sp.Expr, problem: Problem) -> str:
     """Return the variables that vary, with units: `` over q [rad], p [rad/s]``."""
-    varying = sorted(expression.free_symbols, key=str)
+    varying = sorted(expression.free_symbols - set(problem.middles), key=str)
     if not varying:
         return ""
     shape = "" if problem.domain is None else ", not on the whole box"

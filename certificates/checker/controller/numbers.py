@@ -9,7 +9,12 @@ from takagi.certificates.checker.kernel.reader import Number
 
 
 def exact(value: Any) -> Fraction:
-    """Return a number exactly; a text without names, such as ``"sqrt(2)"``, to 36 places."""
+    """Return a number exactly; a text without names, such as ``"sqrt(2)"``, to 36 places.
+
+    Of a number with a ball the decimal is returned.
+    """
+    if isinstance(value, dict):
+        return exact(value["value"])
     if isinstance(value, str) and not isinstance(value, Number):
         # Imported here: few numbers are written as text.
         from takagi.certificates.checker.plant.reading import constant_bracket

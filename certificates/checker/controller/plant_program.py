@@ -84,6 +84,8 @@ class _Writing:
         formulas = [str(p.get("expression", p["name"])) for p in premises]
         self.signals(names_in(formulas))
         found = []
+        for name in sorted(names_in(formulas) & set(self.model.get("parameters", {}))):
+            self.names[name] = (f"parameters.{name}", "SI")
         self.names[self.own("rules")] = ("law.rules", "-")
         for k, (premise, formula) in enumerate(zip(premises, formulas, strict=True)):
             name, unit = premise["name"], premise["unit"]

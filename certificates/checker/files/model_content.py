@@ -175,6 +175,8 @@ def _of_a_plant(one: Difference) -> bool:
     match one.path:
         case ("sample_time",):
             return True
+        case ("parameters", str()):
+            return one.first is not None and one.second is not None
         case ("inputs", str(), "rest"):
             # Its equilibrium value may differ, if it holds the states at equilibrium.
             return False

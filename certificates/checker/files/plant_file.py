@@ -3,11 +3,12 @@ r"""Ties the plant of a certificate to the plant file it is said to come from.
 A hash shows that a file is the one that was recorded; it does not show that the certificate's
 equations are the file's.  Here the TOML file is read again, and compared with the certificate:
 
-    parameters, ranges, rest values, sample time    in SI, exactly
+    parameters, ranges, rest values, sample time    in SI, exactly; expressions by exact algebra
     equations, mass matrix, outputs                 as functions, by exact algebra, and defined on
                                                     the box in every part that the file writes
     names of states, inputs, disturbances           in their order
 
+A rest that the file leaves to be solved may be any rest that the certificate proves.
 The certificate may have other equilibrium inputs if they hold the states at equilibrium. The claim
 ``sector-embedding`` proves that every row vanishes there. Tables have the points of their files as
 knots, and nearly interpolate the values (``table_file``).
@@ -15,6 +16,7 @@ knots, and nearly interpolate the values (``table_file``).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
@@ -28,12 +30,14 @@ from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.files.table_file import NEAR, compare_table
 from takagi.certificates.checker.files.toml_file import read_toml
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
 
 MOST_EXPONENT = 100  # of ten, in a figure
+NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*", re.ASCII)
+MOST_ABOVE = 50  # parameters that depend on one another in a row
 
 
 def compare_plant(model: Any, path: Path) -> str:
@@ -56,6 +60,7 @@ class Comparison:
         self.algebra = Algebra(plant.graph, plant.tables)
         self.ranges = Ranges(plant.evaluator, self.algebra, plant.box)
         self.names: dict[str, int] = {}
+        self.derived: dict[str, int] = {}
         self.blend = FileBlend.of(file, model, path)
 
     def whole(self) -> str:
@@ -141,16 +146,49 @@ class Comparison:
         # Parameters added by the blend are in the model's equations, which a claim covers.
         ours = self.blend.without_parameters(self.model.get("parameters", {}))
         self.same_names(theirs, ours, "parameters")
-        for name, entry in theirs.items():
-            where = f"parameters.{name}"
-            value = self.figure(_get(entry, "value"), _get(entry, "unit", "-"), where)
-            node = self.plant.graph.constant(value)
-            if not self.algebra.equal(node, self.constant(ours[name], f"model.{where}")):
-                stated = in_words(ours[name])
-                raise self.error(
-                    f"{where} is {float(value):.12g} there, {stated} in the certificate"
-                )
-            self.names[name] = node
+        for name in theirs:
+            where, ball = f"parameters.{name}", self.plant.balls.get(name)
+            node = self.parameter(name, theirs, ())
+            equals = None if ball is None else ball.equals
+            if equals is None:
+                equals = self.constant(ours[name], f"model.{where}")
+            if not self.algebra.equal(node, equals):
+                value, stated = self.plant.graph.value(node), in_words(ours[name])
+                shown = "another expression" if value is None else f"{float(value):.12g}"
+                raise self.error(f"{where} is {shown} there, {stated} in the certificate")
+            self.names[name] = node if ball is None else self.plant.graph.variable(name)
+
+    def parameter(self, name: str, theirs: Mapping[str, Any], above: tuple[str, ...]) -> int:
+        """Return the node of a parameter of the file: a figure, or an expression of others."""
+        where = f"parameters.{name}"
+        if name in above or len(above) > MOST_ABOVE:
+            raise self.error(f"{where} depends on itself there, or on too many others")
+        if name not in self.derived:
+            entry = theirs[name]
+            written = entry if isinstance(entry, str) else _get(entry, "value")
+            if isinstance(written, str) and not NUMBER.fullmatch(written):
+                for other in sorted(set(NAME.findall(written)) & set(theirs)):
+                    self.parameter(other, theirs, (*above, name))
+                scope = Scope(dict(self.derived))
+                found = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")
+            else:
+                value = self.figure(written, _get(entry, "unit", "-"), where)
+                found = self.plant.graph.constant(value)
+            self.derived[name] = found
+        return self.derived[name]
+
+    def rests_elsewhere(self, variable: Variable, key: str, given: Any, unit: Any) -> bool:
+        """Return whether the file has another rest; one that is to be solved has no value there."""
+        where = f"{key}.{variable.name}.rest"
+        if key != "disturbances" and (given == "solve" or isinstance(given, dict)):
+            return False
+        ball = self.plant.balls.get(variable.rest_name)
+        own = variable.rest if ball is None or ball.equals is None else ball.equals
+        if isinstance(given, str) and not NUMBER.fullmatch(given):
+            scope = Scope(dict(self.derived))
+            node = read_expression(given, self.plant.graph, scope, f"{self.path}: {where}")
+            return not self.algebra.equal(node, own)
+        return self.plant.graph.value(own) != self.figure(given, unit, where)
 
     def constant(self, written: Any, where: str) -> int:
         """Return the node of a number or constant text of the certificate."""
@@ -165,10 +203,11 @@ class Comparison:
         for variable in ours:
             entry, where = theirs[variable.name], f"{key}.{variable.name}"
             unit = _get(entry, "unit", "-")
-            rest = self.figure(_get(entry, "rest", 0), unit, f"{where}.rest")
-            own = graph.value(variable.rest)
-            if own != rest:
+            if self.rests_elsewhere(variable, key, _get(entry, "rest", 0), unit):
                 moved.append(variable.name)
+            exact, ball = graph.value(variable.rest), self.plant.balls.get(variable.rest_name)
+            own = None if exact is None else (exact, exact)
+            own = own if ball is None else ball.side
             node = graph.variable(variable.symbol)
             self.names[variable.name] = graph.add(variable.rest, node)
             ends = _get(entry, "range", None)
@@ -177,7 +216,7 @@ class Comparison:
                 if not isinstance(ends, list) or len(ends) != 2 or own is None:
                     raise self.error(f"{where}.range cannot be compared")
                 low, high = (self.figure(end, unit, f"{where}.range") for end in ends)
-                side = (low - own, high - own)
+                side = (low - own[0], high - own[1])
             if side != variable.side:
                 raise self.error(
                     f"{where}.range is {_range(side, own)} there, "
@@ -238,10 +277,11 @@ class Comparison:
                 raise self.error(f"{error}, as the file writes it") from error
 
 
-def _range(side: tuple[Fraction, Fraction] | None, rest: Fraction | None) -> str:
+def _range(side: tuple[Fraction, Fraction] | None, rest: tuple[Fraction, Fraction] | None) -> str:
     if side is None or rest is None:
         return "nothing"
-    return f"[{', '.join(f'{float(rest + end):.12g}' for end in side)}]"
+    ends = zip(rest, side, strict=True)
+    return f"[{', '.join(f'{float(own + end):.12g}' for own, end in ends)}]"
 
 
 def _get(entry: Any, key: str, otherwise: Any = None) -> Any:

@@ -4,6 +4,11 @@
 
 A variable with an equilibrium value other than 0 has a name and a ``symbol`` for its deviation.
 Equations use names, premises use names and symbols, entries use only premise names.
+
+A number that is no decimal is a ball, ``{"value": c, "within": r}``: a parameter, which ``equals``
+an expression without variables, or the rest of a state or input, which may equal one too.  It is a
+variable with the range [c - r, c + r], for a rest of x with the name ``x_rest``, which premises may
+use.  ``balls`` proves that the number lies there.
 """
 
 from __future__ import annotations
@@ -40,6 +45,25 @@ class Variable:
     def label(self) -> str:
         return f"{self.symbol} [{self.unit}]"
 
+    @property
+    def rest_name(self) -> str:
+        """The name of its rest, where that is a ball."""
+        return f"{self.name[:60]}_rest"
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A number that is no decimal, with its ball; ``equals`` is None for a rest solved for."""
+
+    name: str
+    middle: Fraction
+    radius: Fraction
+    equals: int | None
+
+    @property
+    def side(self) -> tuple[Fraction, Fraction]:
+        return self.middle - self.radius, self.middle + self.radius
+
 
 @dataclass(frozen=True)
 class Premise:
@@ -67,6 +91,7 @@ class PlantNodes:
     premises: list[Premise] = field(default_factory=list)
     entries: dict[str, Rows] = field(default_factory=dict)
     form: str = "sector"
+    balls: dict[str, Ball] = field(default_factory=dict)
 
     @property
     def evaluator(self) -> Evaluator:
@@ -74,9 +99,10 @@ class PlantNodes:
 
     @property
     def sides(self) -> dict[str, tuple[Fraction, Fraction]]:
-        """Range of the deviation of each variable that has one."""
+        """Range of the deviation of each variable that has one, and of each ball."""
         variables = (*self.states, *self.inputs, *self.disturbances)
-        return {v.symbol: v.side for v in variables if v.side is not None}
+        known = {v.symbol: v.side for v in variables if v.side is not None}
+        return known | {name: ball.side for name, ball in self.balls.items()}
 
     @property
     def box(self) -> dict[str, Interval]:
@@ -112,10 +138,17 @@ class _Reading:
         self.names: dict[str, int] = {}
         self.symbols: dict[str, int] = {}
         self.taken: set[str] = set(FUNCTIONS) | {"pi"}
+        self.balls: dict[str, Ball] = {}
 
     def whole(self) -> PlantNodes:
         for name, value in self.object("parameters").items():
-            exact = self.rational(value, f"{self.where}.parameters.{name[:60]!a}")
+            where = f"{self.where}.parameters.{name[:60]!a}"
+            if isinstance(value, dict):
+                self.add(name, self.ball(name, value, where), self.names, "parameters")
+                if self.balls[name].equals is None:
+                    raise CertificateError(f"{where}.equals: an expression is needed")
+                continue
+            exact = self.rational(value, where)
             self.add(name, self.graph.constant(exact), self.names, "parameters")
         tables = self.tables()
         states, inputs, disturbances = (
@@ -124,6 +157,9 @@ class _Reading:
         if not states or len(states) + len(inputs) + len(disturbances) > MOST_VARIABLES:
             raise CertificateError(f"{self.where}: 1 to {MOST_VARIABLES} variables are needed")
         found = PlantNodes(self.graph, tables, states, inputs, disturbances, self.sample_time())
+        found.balls = self.balls
+        if found.balls and "blending" in self.model:
+            raise CertificateError(f"{self.where}: a blend has decimals at rest and as parameters")
         own = Scope(self.names, {name: table.arguments for name, table in tables.items()})
         found.f = self.row("equations", member(self.model, "equations", self.where), own)
         if len(found.f) != len(states):
@@ -164,6 +200,20 @@ class _Reading:
             return self.graph.constant(Fraction(value))
         return read_expression(value, self.graph, Scope({}), where)
 
+    def ball(self, name: str, given: dict[str, Any], where: str) -> int:
+        """Return the variable that stands for a number that is no decimal."""
+        middle, radius = (
+            self.rational(member(given, key, where), f"{where}.{key}")
+            for key in ("value", "within")
+        )
+        if not 0 < radius < abs(middle) or abs(middle) > LARGEST_SIDE:
+            raise CertificateError(f"{where}.within: a radius is needed that leaves 0 outside")
+        equals = given.get("equals")
+        if equals is not None:
+            equals = read_expression(equals, self.graph, Scope({}), f"{where}.equals")
+        self.balls[name] = Ball(name, middle, radius, equals)
+        return self.graph.variable(name)
+
     def tables(self) -> dict[str, Table]:
         given = self.object("tables")
         for name in given:
@@ -186,7 +236,7 @@ class _Reading:
 
     def variable(self, given: Any, key: str, where: str) -> Variable:
         name = text(given, "name", where)
-        rest = self.constant(member(given, "rest", where), f"{where}.rest")
+        rest, own = self.rest(name, member(given, "rest", where), key, f"{where}.rest")
         resting = self.graph.value(rest)
         symbol = name if resting == 0 else text(given, "symbol", where)
         if resting != 0 and symbol == name:
@@ -201,12 +251,27 @@ class _Reading:
             if not isinstance(ends, list) or len(ends) != 2:
                 raise CertificateError(f"{where}.range: two numbers are needed")
             low, high = [self.rational(end, f"{where}.range") for end in ends]
-            if resting is None:
+            if own is None:
                 raise CertificateError(f"{where}.range: its rest must be a rational number")
-            if not low <= resting <= high or low == high or max(-low, high) > LARGEST_SIDE:
+            if not low <= own[0] <= own[1] <= high or low == high or max(-low, high) > LARGEST_SIDE:
                 raise CertificateError(f"{where}.range: it must increase and contain the rest")
-            side = (low - resting, high - resting)
+            # These deviations stay in the range from anywhere in a ball.
+            side = (low - own[0], high - own[1])
         return Variable(name, symbol, text(given, "unit", where), rest, side)
+
+    def rest(
+        self, name: str, value: Any, key: str, where: str
+    ) -> tuple[int, tuple[Fraction, Fraction] | None]:
+        """Return the node of a rest, and where it lies: a number, or its ball; else None."""
+        if not isinstance(value, dict):
+            node = self.constant(value, where)
+            exact = self.graph.value(node)
+            return node, None if exact is None else (exact, exact)
+        if key == "disturbances":
+            raise CertificateError(f"{where}: a number is needed")
+        own = f"{name[:60]}_rest"
+        self.add(own, self.ball(own, value, where), self.symbols, key)
+        return self.symbols[own], self.balls[own].side
 
     def row(self, key: str, given: Any, scope: Scope, inner: str = "") -> list[int]:
         if not isinstance(given, list) or len(given) > MOST_VARIABLES:

@@ -25,6 +25,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.plant.balls import prove_balls
 from takagi.certificates.checker.plant.derivative import derivative, substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
@@ -73,7 +74,9 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}
     discrete = plant.sample_time is not None
-    for state, row in zip(plant.states, plant.f, strict=True):
+    if plant.balls:
+        prove_balls(plant, algebra, ranges)
+    for state, row in zip(plant.states, [] if plant.balls else plant.f, strict=not plant.balls):
         resting = state.rest if discrete else g.constant(0)
         if not algebra.equal(substituted(g, row, origin), resting):
             raise Refused(f"{state.name} is not shown to be at rest at the point of rest")

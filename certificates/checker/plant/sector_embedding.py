@@ -14,6 +14,9 @@ the file, their trim, and the entries A(z), B(z), ... of the embedding:
 4. Each entry is a polynomial of degree one at most in each premise; step 2 is about it.
 5. So A(z) is the blend of the vertices A_i, which are computed here at the corners of the bounds.
 
+Where the plant has numbers that are no decimals (``balls``), these are proved first, and step 2 has
+f less its value at rest in the place of f.  That value is proved to be 0.
+
 The one exception in step 1 is a variable x_j whose range contains 0 and that stands as a power in
 a denominator, as in sin(x)/x, or a sum of multiples of variables in its place, as in
 sin(x + y)/(x + y) (``linear_sum``).  Where it vanishes, the premise is defined by its limit; step 3
@@ -34,6 +37,7 @@ from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop, weights_of
+from takagi.certificates.checker.plant.balls import prove_balls, residuals
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
@@ -145,6 +149,8 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
     """Return the ranges used in the proof; Refused names the step that could not be proved."""
     algebra = Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
+    if plant.balls:
+        prove_balls(plant, algebra, ranges)
     for state, node in zip(plant.states, plant.f, strict=True):
         ranges.prove_continuous(node, f"the equation of {state.name}")
     for k, node in enumerate(plant.outputs):
@@ -182,7 +188,11 @@ def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str,
             g.total(g.multiply(m, rate) for m, rate in zip(row, rates, strict=True))
             for row in plant.mass
         ]
-    for state, rate, node in zip(plant.states, rates, plant.f, strict=True):
+    equations = plant.f
+    if plant.balls:
+        pairs = zip(equations, residuals(plant), strict=True)
+        equations = [g.subtract(node, left) for node, left in pairs]
+    for state, rate, node in zip(plant.states, rates, equations, strict=True):
         if not algebra.equal(rate, node):
             raise Refused(f"the entries do not give the equation of {state.name}")
     variables = (*plant.states, *plant.inputs, *plant.disturbances)

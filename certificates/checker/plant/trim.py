@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.reading import PlantNodes
@@ -24,6 +24,7 @@ def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
     CertificateError : a law without trim, or with another one.
     """
     trim, evaluator = member(gains, "trim", where), plant.evaluator
+    balls = {name: enclose(*ball.side) for name, ball in plant.balls.items()}
     largest = Fraction(0)
     for key, variables in (("state", plant.states), ("input", plant.inputs)):
         if not variables:
@@ -33,7 +34,7 @@ def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
             exact = plant.graph.value(variable.rest)
             if exact == stated:
                 continue
-            found = evaluator.value(variable.rest, {})
+            found = evaluator.value(variable.rest, balls)
             if found is None:
                 raise CertificateError(f"the rest of {variable.name} has no value")
             low, high = (Fraction(end, ONE) for end in found)

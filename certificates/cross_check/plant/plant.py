@@ -93,6 +93,7 @@ def read_plant(model: Any) -> TreePlant:
     Raises
     ------
     Refusal : a part is missing or does not fit, or a name stands for two things.
+    NotReplayed : a rest that was solved for, or a parameter that is no decimal.
     """
     meaning: dict[str, Tree] = {}
     tables, parameters = (model.get(key, {}) for key in ("tables", "parameters"))
@@ -100,6 +101,7 @@ def read_plant(model: Any) -> TreePlant:
         raise Refusal("tables and parameters are objects")
     taken = {*FUNCTIONS, "pi", *tables}
     for name, value in parameters.items():
+        _decimals(value)
         meaning[_new(name, taken)] = number(_constant(value))
     groups = []
     for key in ("states", "inputs", "disturbances"):
@@ -185,6 +187,12 @@ def _constant(value: Any) -> fmpq:
     return found
 
 
+def _decimals(value: Any) -> None:
+    """Raise NotReplayed for a number that is no decimal and stands with its ball."""
+    if isinstance(value, dict):
+        raise NotReplayed("a plant with numbers that are no decimals")
+
+
 def _understood(tree: Tree, names: set[str], tables: dict[str, Any]) -> None:
     for name in names_in(tree):
         if name not in names and name != "pi":
@@ -201,6 +209,7 @@ def _calls(tree: Tree) -> list[str]:
 
 
 def _variable(given: Any, taken: set[str], meaning: dict[str, Tree]) -> Variable:
+    _decimals(entry(given, "rest"))
     name, rest = line(given, "name"), parsed(entry(given, "rest"))
     if list(names_in(rest)) not in ([], ["pi"]):
         raise Refusal("rest: a number is needed")

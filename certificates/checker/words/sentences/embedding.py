@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.plant.reading import PlantNodes
 from takagi.certificates.checker.plant.vertices import corners_of
-from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 
 def said(
@@ -35,7 +35,21 @@ def said(
     if removable:
         names = ", ".join(sorted(removable))
         found += f"; where {names} = 0 a quotient means its limit"
-    return name, found + "; standard library alone" + _trim(off)
+    return name, found + _balls(plant) + "; standard library alone" + _trim(off)
+
+
+def _balls(plant: PlantNodes) -> str:
+    """Return the clauses about numbers that are no decimals."""
+    rests = {v.rest_name: v.name for v in (*plant.states, *plant.inputs)}
+
+    def told(names: list[str]) -> str:
+        balls = [(rests.get(name, name), plant.balls[name]) for name in names]
+        return ", ".join(f"{n} = {exactly(b.middle)} +- {exactly(b.radius)}" for n, b in balls)
+
+    solved = [name for name in rests if name in plant.balls]
+    others = [name for name in plant.balls if name not in rests]
+    found = f"; its own rest is proved to lie in {told(solved)}" if solved else ""
+    return found + (f"; with {told(others)}" if others else "")
 
 
 def _where(plant: PlantNodes) -> str:

@@ -1,0 +1,140 @@
+r"""Numbers that are no decimals: derived parameters, and rests that were solved for.
+
+A certificate gives such a number as a ball: a decimal c and a radius r.  In the graph it is a
+variable with the range [c - r, c + r].  Two kinds are proved here, before anything uses them:
+
+1. A number that ``equals`` an expression without variables: its enclosure lies in the ball.
+2. The rests s that were solved for.  F(s) are the rows of f at rest (in discrete time less M x*),
+   without those that vanish by algebra; as many as there are s.  With the slopes F' over the balls
+   and a regular matrix Y near the inverse of F'(c),
+
+       |Y F(c)|_i + sum_k |I - Y F'|_ik r_k < r_i   for every i.
+
+   So s - Y F(s) maps the balls into themselves and is a contraction there.  It has one fixed point,
+   and F vanishes there: Y is regular, because |I - Y F'| < 1 in the norm max |s_i| / r_i.
+
+In F the numbers of 1 are replaced by what they equal.
+Source: Krawczyk (1969), Computing 4, 187-201; Neumaier (1990), Interval Methods, section 5.1
+(recalled).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.arithmetic.interval import ONE, enclose, product
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.plant.derivative import derivative, substituted
+from takagi.certificates.checker.plant.evaluate import Box
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.ranges import Ranges
+from takagi.certificates.checker.plant.reading import Ball, PlantNodes
+
+MOST_SOLVED = 12
+Ends = tuple[Fraction, Fraction]
+
+
+def residuals(plant: PlantNodes) -> list[int]:
+    """Return the rows of f at rest, in discrete time less M x*: 0 at the plant's rest."""
+    g = plant.graph
+    left = [g.constant(0)] * len(plant.states)
+    if plant.sample_time is not None:
+        left = [v.rest for v in plant.states]
+    if plant.mass is not None:
+        left = [
+            g.total(g.multiply(m, part) for m, part in zip(row, left, strict=True))
+            for row in plant.mass
+        ]
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    origin = {v.symbol: g.constant(0) for v in variables}
+    rows = zip(plant.f, left, strict=True)
+    return [substituted(g, g.subtract(node, part), origin) for node, part in rows]
+
+
+def prove_balls(plant: PlantNodes, algebra: Algebra, ranges: Ranges) -> None:
+    """Prove that every ball holds its number, and that all ``residuals`` vanish for these.
+
+    Raises
+    ------
+    Refused : a ball that is not shown to hold its number, or no rest in the balls.
+    """
+    g = plant.graph
+    closed: dict[str, int] = {}
+    for ball in plant.balls.values():
+        if ball.equals is not None:
+            ranges.prove_defined(ball.equals, ball.name)
+            found = ranges.evaluator.value(ball.equals, {})
+            if found is None or not found.within(*ball.side):
+                raise Refused(f"{ball.name} is not shown to lie in its ball")
+            closed[ball.name] = ball.equals
+    rows = []
+    for node in residuals(plant):
+        ranges.prove_defined(node, "an equation at rest")
+        row = substituted(g, node, closed)
+        if not algebra.vanishes(node) and not algebra.vanishes(row):
+            ranges.prove_defined(row, "an equation at rest")
+            rows.append(row)
+    solved = [ball for ball in plant.balls.values() if ball.equals is None]
+    if len(rows) != len(solved) or len(rows) > MOST_SOLVED:
+        raise Refused(
+            f"{len(rows)} equations do not vanish by algebra at rest, for {len(solved)} values "
+            "that were solved for"
+        )
+    if rows:
+        _prove_zero(ranges, rows, solved)
+
+
+def _prove_zero(ranges: Ranges, rows: list[int], solved: list[Ball]) -> None:
+    """Prove that the rows vanish at one point of the balls of ``solved``."""
+    g, size = ranges.graph, range(len(rows))
+    slopes = [[derivative(g, row, ball.name) for ball in solved] for row in rows]
+    for node in (node for line in slopes for node in line):
+        if any(g[part].op == "sign" for part in g.below([node])):
+            raise Refused("an absolute value has a kink at rest")
+        ranges.prove_defined(node, "a slope at rest")
+    box = {ball.name: enclose(*ball.side) for ball in solved}
+    centre = {ball.name: enclose(ball.middle, ball.middle) for ball in solved}
+    at = [_value(ranges, row, centre) for row in rows]
+    over = [[_value(ranges, node, box) for node in line] for line in slopes]
+    Y = _inverse([[_value(ranges, node, centre)[0] for node in line] for line in slopes])
+    for i, ball in enumerate(solved):
+        reach = _largest(_combined(Y[i], at))
+        for k in size:
+            low, high = _combined(Y[i], [over[j][k] for j in size])
+            reach += _largest((int(i == k) - high, int(i == k) - low)) * solved[k].radius
+        if not reach < ball.radius:
+            raise Refused(f"no rest is shown in the ball of {ball.name}")
+
+
+def _value(ranges: Ranges, node: int, box: Box) -> Ends:
+    found = ranges.evaluator.value(node, box)
+    if found is None:
+        raise Refused("an equation at rest has no value in the balls")
+    return Fraction(found[0], ONE), Fraction(found[1], ONE)
+
+
+def _combined(factors: list[Fraction], parts: list[Ends]) -> Ends:
+    """Return the range of a sum of multiples."""
+    terms = [product((c, c), part) for c, part in zip(factors, parts, strict=True)]
+    return sum((t[0] for t in terms), Fraction(0)), sum((t[1] for t in terms), Fraction(0))
+
+
+def _largest(ends: Ends) -> Fraction:
+    return max(abs(ends[0]), abs(ends[1]))
+
+
+def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
+    """Return the exact inverse; a matrix that is singular is refused."""
+    size = len(rows)
+    work = [[*row, *(Fraction(i == k) for k in range(size))] for i, row in enumerate(rows)]
+    for i in range(size):
+        pivot = max(range(i, size), key=lambda k: abs(work[k][i]))
+        if work[pivot][i] == 0:
+            raise Refused("the slopes at rest are singular")
+        work[i], work[pivot] = work[pivot], work[i]
+        work[i] = [value / work[i][i] for value in work[i]]
+        for k in range(size):
+            if k != i and work[k][i] != 0:
+                factor = work[k][i]
+                work[k] = [a - factor * b for a, b in zip(work[k], work[i], strict=True)]
+    return [row[size:] for row in work]

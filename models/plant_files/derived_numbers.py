@@ -1,0 +1,152 @@
+"""Parameters and rests of a plant file that are expressions of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from takagi.models.equations.ball import decimal_near
+from takagi.models.errors import ModelError
+from takagi.models.files.units import PURE, Dimension, Unit, parse_unit
+from takagi.models.plant.variables import Parameter
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.expressions.parser import Scope
+    from takagi.models.files.toml_document import Document
+    from takagi.models.plant.entries import ParameterEntry, PlantEntry
+
+
+@dataclass(eq=False)
+class DerivedNumbers:
+    """The parameters of a file, each read once, in whatever order they depend on one another.
+
+    Attributes
+    ----------
+    unit : place in the file and text -> unit.
+    read : place in the file, text and scope -> expression.
+    """
+
+    document: Document
+    entry: PlantEntry
+    unit: Callable[[str, str], Unit]
+    read: Callable[[str, str, Scope], sp.Expr]
+    found: dict[str, Parameter] = field(default_factory=dict)
+    closed: dict[str, sp.Expr] = field(default_factory=dict)
+
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Return the parameters in the order of the file.
+
+        Raises
+        ------
+        ModelError : with file, line and field: a circle, an expression that is no finite real
+            number, another unit than its own.
+        """
+        for name in self.entry.parameters:
+            self._parameter(name, ())
+        return tuple(self.found[name] for name in self.entry.parameters)
+
+    def rest(self, place: str, text: str, unit: Unit) -> tuple[Fraction, Fraction, sp.Expr | None]:
+        """Return a rest that is an expression of parameters: decimal, radius, what it equals."""
+        expression = self._expression(place, text, ())
+        self._check_unit(place, expression, unit.dimension)
+        return self._number(place, expression)
+
+    def _parameter(self, name: str, above: tuple[str, ...]) -> None:
+        import sympy as sp
+
+        place, given = f"parameters.{name}", self.entry.parameters[name]
+        if name in above:
+            circle = " -> ".join((*above[above.index(name) :], name))
+            raise self.document.error(
+                place, f"{name} depends on itself: {circle}; give one of these a number"
+            )
+        if name in self.found:
+            return
+        symbol = sp.Symbol(name, real=True)
+        if not isinstance(given.value, str):
+            unit = self.unit(f"{place}.unit", given.unit or "-")
+            value = unit.to_si(Fraction(given.value))
+            self.found[name] = Parameter(symbol, value, unit.si, given.source)
+            self.closed[name] = sp.Rational(value.numerator, value.denominator)
+            return
+        expression = self._expression(place, given.value, (*above, name))
+        unit = self._own_unit(place, given, expression)
+        value, within, equals = self._number(place, expression)
+        self.found[name] = Parameter(symbol, value, unit.si, given.source, within, equals)
+        self.closed[name] = self._closed(expression)
+
+    def _expression(self, place: str, text: str, above: tuple[str, ...]) -> sp.Expr:
+        """Return the expression in the parameters that it names, after these are read."""
+        from takagi.models.expressions.parser import Scope
+        from takagi.models.expressions.tokens import tokens_of
+
+        try:
+            used = {token.text for token in tokens_of(text) if token.kind == "name"}
+        except ModelError as error:
+            raise self.document.error(place, str(error)) from error
+        for name in sorted(used & self.entry.parameters.keys()):
+            self._parameter(name, above)
+        known = {name: self.found[name] for name in self.found if name in used}
+        constants = {p.symbol: p.value for p in known.values() if p.within == 0}
+        return self.read(place, text, Scope({n: p.symbol for n, p in known.items()}, constants))
+
+    def _closed(self, expression: sp.Expr) -> sp.Expr:
+        return expression.subs({self.found[n].symbol: c for n, c in self.closed.items()})
+
+    def _number(self, place: str, expression: sp.Expr) -> tuple[Fraction, Fraction, sp.Expr | None]:
+        """Return value, radius and what it equals; the last two only where it is no fraction."""
+        import sympy as sp
+
+        value = self._closed(expression)
+        exact = value if value.is_Rational else sp.nsimplify(value) if value.is_rational else value
+        if exact.is_Rational:
+            return Fraction(int(exact.p), int(exact.q)), Fraction(0), None
+        if exact.has(sp.zoo, sp.nan, sp.oo, -sp.oo) or sp.N(exact, 20).is_real is not True:
+            raise self.document.error(
+                place,
+                "has no finite real value: it divides by 0, or takes a root or logarithm of a "
+                "negative number; correct it, or a parameter that it depends on",
+            )
+        try:
+            return (*decimal_near(exact), exact)
+        except ModelError as error:
+            raise self.document.error(place, str(error)) from error
+
+    def _own_unit(self, place: str, given: ParameterEntry, expression: sp.Expr) -> Unit:
+        """Return the unit that is stated, if it fits, or that the parameters make."""
+        if given.unit is None:
+            found = self._dimension(place, expression)
+            return parse_unit(str(PURE if found is None else found))
+        unit = self.unit(f"{place}.unit", given.unit)
+        if not unit.is_si:
+            raise self.document.error(
+                f"{place}.unit",
+                f"{given.unit!r} was given, but an expression has its SI value; write {unit.si!r}",
+            )
+        self._check_unit(place, expression, unit.dimension)
+        return unit
+
+    def _check_unit(self, place: str, expression: sp.Expr, stated: Dimension) -> None:
+        found = self._dimension(place, expression)
+        if self.entry.units == "checked" and found not in (None, stated):
+            raise self.document.error(
+                place, f"the expression has the unit {found}, but {stated} is stated; correct one"
+            )
+
+    def _dimension(self, place: str, expression: sp.Expr) -> Dimension | None:
+        from takagi.models.plant.dimensions import dimension_of
+
+        if self.entry.units != "checked":
+            return None
+        units: Mapping[sp.Symbol, Dimension] = {
+            p.symbol: parse_unit(p.unit).dimension for p in self.found.values()
+        }
+        values = {p.symbol: p.value for p in self.found.values()}
+        try:
+            return dimension_of(expression, units, values, place=place)
+        except ModelError as error:
+            raise self.document.error(place, str(error).removeprefix(f"{place}: ")) from error
