@@ -315,7 +315,9 @@ class _Parser:
 
         self.check_size(found.bits, found.degree, token)
         if found.expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
-            raise self.error(token, f"this is {found.expression}, not a finite real number")
+            bent = found.expression.has(sp.I)
+            why = "takes a root or logarithm of what is negative" if bent else "divides by 0"
+            raise self.error(token, f"this is not a finite real number: it {why}; correct it")
         if found.expression.is_number and found.expression.is_real is False:
             raise self.error(token, f"{found.expression} is not a real number")
         return found

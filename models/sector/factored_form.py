@@ -61,15 +61,18 @@ def _one() -> sp.Rational:
 
 
 def _parted(entries: Mapping[Place, Sum]) -> tuple[dict[Place, sp.Expr], dict[Place, Sum]]:
-    """Return the constant and the varying part of each entry."""
+    """Return the constant part of each entry, a fraction, and the rest of it.
+
+    A number such as pi is in the rest: vertices are fractions, so that it takes a premise.
+    """
     import sympy as sp
 
     constant = {
-        place: sp.Add(*(c * atom for atom, c in value.items() if not atom.free_symbols))
+        place: sp.Add(*(c * atom for atom, c in value.items() if atom.is_Rational))
         for place, value in entries.items()
     }
     varying = {
-        place: {atom: c for atom, c in value.items() if atom.free_symbols}
+        place: {atom: c for atom, c in value.items() if not atom.is_Rational}
         for place, value in entries.items()
     }
     return constant, varying
@@ -194,9 +197,9 @@ def _factors(atom: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
     import sympy as sp
 
     parts = list(sp.Mul.make_args(atom))
-    number = sp.Mul(*(part for part in parts if not part.free_symbols))
+    number = sp.Mul(*(part for part in parts if part.is_Rational))
     poles = [p for p in parts if p.is_Pow and p.base.is_Symbol and p.exp.is_negative]
-    rest = [p for p in parts if p.free_symbols and p not in poles]
+    rest = [p for p in parts if not p.is_Rational and p not in poles]
     for pole in poles:
         partner = next((p for p in rest if p.subs(pole.base, 0) == 0), None)
         if partner is None:

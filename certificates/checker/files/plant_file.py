@@ -153,7 +153,8 @@ class Comparison:
             if equals is None:
                 equals = self.constant(ours[name], f"model.{where}")
             if not self.algebra.equal(node, equals):
-                value, stated = self.plant.graph.value(node), in_words(ours[name])
+                value = self.plant.graph.value(node)
+                stated = in_words(ours[name] if ball is None else ours[name]["equals"])
                 shown = "another expression" if value is None else f"{float(value):.12g}"
                 raise self.error(f"{where} is {shown} there, {stated} in the certificate")
             self.names[name] = node if ball is None else self.plant.graph.variable(name)

@@ -85,3 +85,115 @@ def test_an_equation_without_a_value_at_rest_says_which_part(tmp_path: Path) -> 
     root = TWO.replace("u - k*q", "u - k*p*sqrt(q/p - 2)")
     with pytest.raises(ModelError, match=r"is negative, and the equation takes its root"):
         sector_model(filed(tmp_path / "root.toml", root).model)
+
+
+PARTS = """
+format = 1
+kind = "plant"
+units = "unchecked"
+[states]
+x = { range = [0.5, 1.5], rest = REST }
+[inputs]
+u = { range = [0, 20], rest = INPUT }
+[parameters]
+a = "b + 1"
+b = "c*2"
+c = { value = THREE }
+[equations]
+x = "u - a*x^2"
+"""
+
+
+def parts(path: Path, rest: str = "1", given: str = '"solve"', three: str = "3") -> PlantFile:
+    text = PARTS.replace("REST", rest).replace("INPUT", given).replace("THREE", three)
+    return filed(path / "parts.toml", text)
+
+
+def test_derived_parameters_are_exact_in_any_order(tmp_path: Path) -> None:
+    plant = parts(tmp_path).model
+
+    assert {p.symbol.name: p.value for p in plant.parameters} == {"a": 7, "b": 6, "c": 3}
+    assert plant.inputs[0].rest == 7
+    assert plant.inputs[0].within == 0
+    assert parts(tmp_path, rest='"a/7"').model.states[0].rest == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"three": '"a - 1"'}, r"parts.toml:10: field 'parameters.a': .* a -> b -> c -> a; give"),
+        ({"three": '"1/(2 - 2)"'}, "parameters.c': .*division by zero"),
+        ({"three": '"sqrt(-2)"'}, "takes a root or logarithm of what is negative"),
+        ({"three": '"u"'}, "parameters.c': column 1: 'u' is not known"),
+        ({"three": '"7"'}, "a number is needed, without quotes"),
+        ({"three": "true"}, "a number without quotes, or an expression in quotes"),
+        ({"rest": '"solve"'}, "the rests of x, u are to be found, but only 1 of the equations"),
+        ({"rest": '"nowhere"'}, "states.x.rest': column 1: 'nowhere' is not known"),
+        ({"rest": "{ close = 1 }"}, "write rest = { near = 350 }"),
+        ({"rest": '{ near = "1" }'}, "a number is needed, without quotes"),
+        ({"rest": "{ near = 9 }", "given": "7"}, r"x rests at 9, outside its range \[0.5, 1.5\]"),
+        ({"rest": '"sqrt(2)*c"', "given": "7"}, "outside its range"),
+        ({"rest": '"solve"', "given": "20"}, r"x = 1.69031 outside \[0.5, 1.5\]; widen"),
+        ({"three": "9", "rest": "1.2"}, r"u = 27.36 outside \[0, 20\]; widen the ranges"),
+    ],
+)
+def test_what_cannot_be_is_named_with_place_and_cure(
+    tmp_path: Path, changes: dict[str, str], message: str
+) -> None:
+    with pytest.raises(ModelError, match=message) as found:
+        sector_model(parts(tmp_path, **changes).model)
+    assert not any(word in str(found.value) for word in ("zoo", "nan", "*I", "oo,"))
+
+
+STEADY = """
+format = 1
+kind = "plant"
+units = "unchecked"
+[states]
+x = { range = [-2, 2], rest = X }
+y = { range = [-9, 9], rest = "solve" }
+[inputs]
+u = { range = [-5, 5], rest = U }
+[equations]
+x = "x^3 - x + u"
+y = "x - y"
+"""
+
+
+def steady(path: Path, x: str, u: str) -> PlantFile:
+    return filed(path / "steady.toml", STEADY.replace("= X", f"= {x}").replace("= U", f"= {u}"))
+
+
+def test_several_rests_are_all_listed_and_one_is_chosen_near(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"several rests .*: x = .*; or x = .*; or x = .*; say"):
+        sector_model(steady(tmp_path, '"solve"', "0").model)
+
+    one = steady(tmp_path, "{ near = 0.9 }", "0").model
+    assert [(v.rest, v.within) for v in one.states] == [(1, 0), (1, 0)]
+
+
+def test_where_no_rest_exists_every_residual_is_listed(tmp_path: Path) -> None:
+    text = STEADY.replace("x^3 - x + u", "x^2 + 1 + y - x").replace("= X", '= "solve"')
+    with pytest.raises(ModelError, match=r"x' is .*, not 0.*no rest of x, y was found"):
+        sector_model(filed(tmp_path / "none.toml", text.replace("= U", "= 0")).model)
+
+
+def test_more_equations_than_values_are_refused(tmp_path: Path) -> None:
+    """Both rows vanish at x = sqrt(2) alone, but a ball of one value cannot show both."""
+    text = STEADY.replace("x^3 - x + u", "x^2 - 2").replace("x - y", "2*x^2 - 4 + y")
+    text = text.replace("[-2, 2], rest = X", "[1, 2], rest = X").replace(
+        'rest = "solve"', "rest = 0"
+    )
+    with pytest.raises(ModelError, match="more equations than values to find"):
+        sector_model(
+            filed(
+                tmp_path / "both.toml", text.replace("= X", '= "solve"').replace("= U", "= 0")
+            ).model
+        )
+
+
+def test_a_disturbance_rests_at_a_number(tmp_path: Path) -> None:
+    text = PARTS.replace("REST", "1").replace("INPUT", '"solve"').replace("THREE", "3")
+    text = text.replace("[parameters]", '[disturbances]\nw = { rest = "solve" }\n[parameters]')
+    with pytest.raises(ModelError, match="no equation says where w rests"):
+        sector_model(filed(tmp_path / "w.toml", text.replace('"u - a', '"w + u - a')).model)

@@ -1,0 +1,371 @@
+"""Plants that do not rest at decimals: textbook plants are proved, forged balls are not.
+
+Sources: Seborg, Edgar, Mellichamp, Doyle, Process Dynamics and Control, example 2.5 (the stirred
+tank, with the figures that are used in the literature); Khalil, Nonlinear Systems, exercise 1.18
+(a ball under a magnet, the force proportional to (i/z)^2).  Both recalled.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import Verdict, check
+from takagi.certificates.checker.files.model_content import OtherModel
+from takagi.certificates.checker.files.plant_file import compare_plant
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
+from takagi.models.plant_files.loader import PlantFile, load_plant
+from takagi.models.sector.model import sector_model
+from takagi.models.ts.model import TSModel
+
+MAGNET = """
+format = 1
+kind = "plant"
+name = "Ball under a magnet"
+[states]
+z = { unit = "mm", range = [8, 12], rest = "z0" }
+v = { unit = "m/s", range = [-0.2, 0.2] }
+i = { unit = "A", range = [0.6, 1.4], rest = "solve" }
+[inputs]
+u = { unit = "V", range = [0, 24], rest = "solve" }
+[parameters]
+m = { value = 50, unit = "g" }
+g = { value = 9.81, unit = "m/s^2" }
+c = { value = 5e-5, unit = "N m^2/A^2" }
+R = { value = 10, unit = "Ohm" }
+L = { value = 0.1, unit = "H" }
+z0 = { value = 10, unit = "mm" }
+[equations]
+z = "v"
+v = "g - c/m*(i/z)^2"
+i = "(u - R*i)/L"
+"""
+
+TANK = """
+format = 1
+kind = "plant"
+name = "Stirred tank"
+[states]
+C = { unit = "mol/L", range = [0.3, 0.7], rest = { near = 0.5 } }
+T = { unit = "K", range = [340, 360], rest = { near = 350 } }
+[inputs]
+Tc = { unit = "K", range = [280, 320], rest = 300 }
+[parameters]
+q = { value = 100, unit = "L/min" }
+V = { value = 100, unit = "L" }
+Cf = { value = 1, unit = "mol/L" }
+Tf = { value = 350, unit = "K" }
+k0 = { value = 7.2e10, unit = "1/min" }
+E = { value = 8750, unit = "K" }
+rho = { value = 1000, unit = "g/L" }
+cp = { value = 0.239, unit = "J/(g K)" }
+dH = { value = -5e4, unit = "J/mol" }
+UA = { value = 5e4, unit = "J/(min K)" }
+[equations]
+C = "q/V*(Cf - C) - k0*exp(-E/T)*C"
+T = "q/V*(Tf - T) - dH/(rho*cp)*k0*exp(-E/T)*C + UA/(V*rho*cp)*(Tc - T)"
+"""
+
+FAN = """
+format = 1
+kind = "plant"
+name = "Fan at 1500 rpm"
+[states]
+w = { unit = "rad/s", range = [100, 220], rest = "w0" }
+i = { unit = "A", range = [-10, 30], rest = "solve" }
+[inputs]
+u = { unit = "V", range = [0, 300], rest = "solve" }
+[parameters]
+c = { value = "P/w0^3", source = "nominal load" }
+w0 = "2*pi*n0"
+n0 = { value = 1500, unit = "1/min" }
+P = { value = 500, unit = "W" }
+J = { value = 0.02, unit = "kg m^2" }
+k = { value = 0.8, unit = "N m/A" }
+R = { value = 2, unit = "Ohm" }
+L = { value = 0.05, unit = "H" }
+[equations]
+w = "(k*i - c*w^2)/J"
+i = "(u - R*i - k*w)/L"
+"""
+
+DISCRETE = """
+format = 1
+kind = "plant"
+units = "unchecked"
+sample_time = 0.1
+[states]
+q = { range = [0.1, 1.4], rest = "solve" }
+[inputs]
+u = { range = [0, 5], rest = 2 }
+[equations]
+q = "q + 0.1*(u - exp(q))"
+"""
+
+ARM = """
+format = 1
+kind = "plant"
+units = "unchecked"
+[states]
+q = { range = [0.1, 1.2], rest = "solve" }
+p = { range = [-1, 1], rest = "solve" }
+[inputs]
+u = { range = [0, 5], rest = 2 }
+[equations]
+q = "p"
+p = "u - 3*sin(q) - p/2"
+[mass]
+p = { p = "1 + q^2/10" }
+"""
+
+PLANTS = {"magnet": MAGNET, "tank": TANK, "fan": FAN, "discrete": DISCRETE, "arm": ARM}
+
+
+def filed(folder: Path, text: str, name: str = "plant.toml") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def document(model: TSModel) -> dict[str, Any]:
+    """The model's embedding alone as a certificate, without gains."""
+    return {"model": plant_data(model), "claim": embedding_claim(model)}
+
+
+def verdict(given: dict[str, Any]) -> tuple[Verdict, str]:
+    """What the checker's embedding claim says of a document."""
+    from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
+    from takagi.certificates.checker.plant.sector_embedding import check_embedding
+    from takagi.certificates.checker.words.saying import in_words
+
+    read = read_text(json.dumps(given), "document")
+    by = check_secant_embedding if given["claim"]["kind"] == "secant-embedding" else check_embedding
+    found = in_words(by(read["claim"], read["model"], None, "claim"))
+    return found.verdict, found.text
+
+
+@pytest.fixture(scope="module")
+def documents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+    folder = tmp_path_factory.mktemp("plants")
+    return {
+        name: document(sector_model(load_plant(filed(folder, text, f"{name}.toml"))))
+        for name, text in PLANTS.items()
+    }
+
+
+@pytest.mark.parametrize("name", ["magnet", "tank", "fan"])
+def test_a_textbook_plant_is_proved_as_its_book_prints_it(tmp_path: Path, name: str) -> None:
+    """Design, certificate, replay from the file: all claims about the plant at its own rest."""
+    path = filed(tmp_path, PLANTS[name])
+    file = PlantFile.of(path)
+    design = design_plant(file.model, file.settings, files=file.files)
+
+    assert isinstance(design, PlantDesign)
+    assert design.proved
+    written = tmp_path / "certificate.json"
+    written.write_text(json.dumps(design.document), encoding="utf-8")
+    found = check(written, model=path)
+    assert found.verdict is Verdict.PROVED
+    assert "its own rest is proved to lie in" in found.claims[0].text
+
+
+def test_the_rests_are_those_of_the_equations(tmp_path: Path) -> None:
+    """Closed forms by hand: i0 = z0 sqrt(m g/c), u0 = R i0; ln 2; asin(2/3); 50 pi."""
+    found = {}
+    for name, text in PLANTS.items():
+        plant = load_plant(filed(tmp_path, text))
+        found[name] = {v.name: (float(v.rest), float(v.within)) for v in plant.variables}
+    current = 0.01 * math.sqrt(0.05 * 9.81 / 5e-5)
+    speed = 50 * math.pi
+    for name, variable, wanted in (
+        ("magnet", "i", current),
+        ("magnet", "u", 10 * current),
+        ("fan", "w", speed),
+        ("fan", "i", 500 / speed / 0.8),
+        ("discrete", "q", math.log(2)),
+        ("arm", "q", math.asin(2 / 3)),
+    ):
+        value, within = found[name][variable]
+        assert 0 < within < 1e-10
+        assert value == pytest.approx(wanted, rel=1e-14)
+    assert found["arm"]["p"] == (0.0, 0.0)
+    assert found["magnet"]["z"] == (0.01, 0.0)
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_each_embedding_is_proved_and_says_where_it_rests(
+    documents: dict[str, dict[str, Any]], name: str
+) -> None:
+    found, words = verdict(documents[name])
+
+    assert found is Verdict.PROVED
+    assert "its own rest is proved to lie in" in words
+
+
+@pytest.mark.parametrize("name", ["tank", "fan"])
+def test_secants_are_proved_about_the_same_rest(tmp_path: Path, name: str) -> None:
+    given = document(secant_model(load_plant(filed(tmp_path, PLANTS[name]))))
+    assert verdict(given)[0] is Verdict.PROVED
+
+    forged = moved(given, ("states", 1), Fraction(1, 10**9))
+    assert verdict(forged)[0] is Verdict.UNDECIDED
+
+
+def moved(given: dict[str, Any], place: tuple[str, int], by: Fraction) -> dict[str, Any]:
+    """The document with one ball moved by a share of its value."""
+    found = copy.deepcopy(given)
+    rest = found["model"][place[0]][place[1]]["rest"]
+    rest["value"] = str(Fraction(repr(rest["value"])) * (1 + by))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("magnet", ("states", 2)),
+        ("magnet", ("inputs", 0)),
+        ("tank", ("states", 0)),
+        ("tank", ("states", 1)),
+        ("fan", ("states", 0)),
+        ("fan", ("states", 1)),
+        ("fan", ("inputs", 0)),
+        ("discrete", ("states", 0)),
+        ("arm", ("states", 0)),
+    ],
+)
+def test_a_ball_that_was_moved_is_not_proved(
+    documents: dict[str, dict[str, Any]], name: str, place: tuple[str, int]
+) -> None:
+    for share in (Fraction(1, 10**12), Fraction(-1, 10**12), Fraction(1, 1000)):
+        found, words = verdict(moved(documents[name], place, share))
+        assert found is Verdict.UNDECIDED
+        assert "ball" in words
+
+
+def test_a_parameter_s_ball_that_was_moved_is_not_proved(
+    documents: dict[str, dict[str, Any]],
+) -> None:
+    forged = copy.deepcopy(documents["fan"])
+    ball = forged["model"]["parameters"]["c"]
+    ball["value"] = str(Fraction(repr(ball["value"])) + 2 * Fraction(repr(ball["within"])))
+    assert verdict(forged) == (
+        Verdict.UNDECIDED,
+        "not proved: c is not shown to lie in its ball",
+    )
+
+    other = copy.deepcopy(documents["fan"])
+    other["model"]["parameters"]["c"]["equals"] = "1/(251*pi^3)"
+    assert verdict(other)[0] is Verdict.UNDECIDED
+
+
+def test_a_ball_narrower_than_what_is_known_is_not_proved(
+    documents: dict[str, dict[str, Any]],
+) -> None:
+    forged = copy.deepcopy(documents["tank"])
+    for state in forged["model"]["states"]:
+        state["rest"]["within"] = "1/10^25"
+    assert verdict(forged)[0] is Verdict.UNDECIDED
+
+
+def test_rows_that_do_not_vanish_are_no_rest(documents: dict[str, dict[str, Any]]) -> None:
+    """One more constant in an equation, one ball too few: no proof, whatever the balls say."""
+    forged = copy.deepcopy(documents["tank"])
+    forged["model"]["equations"][0] += " + 1/10^9"
+    assert verdict(forged)[0] is Verdict.UNDECIDED
+
+    fewer = copy.deepcopy(documents["tank"])
+    rest = fewer["model"]["states"][0]["rest"]
+    fewer["model"]["states"][0]["rest"] = rest["value"]
+    for premise in fewer["model"]["embedding"]["premises"]:
+        premise["expression"] = premise["expression"].replace("C_rest", str(rest["value"]))
+    found, words = verdict(fewer)
+    assert found is Verdict.UNDECIDED
+    assert "2 equations do not vanish by algebra at rest, for 1 values" in words
+
+
+@pytest.mark.parametrize(
+    ("ball", "message"),
+    [
+        ({"value": 0.5, "within": 0}, "within"),
+        ({"value": 0.5, "within": -1e-3}, "within"),
+        ({"value": 1e-3, "within": 1e-3}, "leaves 0 outside"),
+        ({"value": 0.5}, "within"),
+        ({"within": 1e-3}, "value"),
+        ({"value": "z", "within": 1e-3}, "value"),
+    ],
+)
+def test_a_ball_that_is_none_is_refused(
+    documents: dict[str, dict[str, Any]], ball: dict[str, Any], message: str
+) -> None:
+    forged = copy.deepcopy(documents["discrete"])
+    forged["model"]["states"][0]["rest"] = ball
+    with pytest.raises(CertificateError, match=message):
+        verdict(forged)
+
+
+def test_a_parameter_s_ball_needs_what_it_equals(documents: dict[str, dict[str, Any]]) -> None:
+    forged = copy.deepcopy(documents["fan"])
+    del forged["model"]["parameters"]["c"]["equals"]
+    with pytest.raises(CertificateError, match="an expression is needed"):
+        verdict(forged)
+
+
+def test_equations_may_not_use_a_rest_s_name(documents: dict[str, dict[str, Any]]) -> None:
+    forged = copy.deepcopy(documents["discrete"])
+    forged["model"]["equations"][0] += " + q_rest - q_rest"
+    with pytest.raises(CertificateError, match="q_rest"):
+        verdict(forged)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"),
+    [
+        ("fan", 'value = "P/w0^3"', 'value = "P/w0^3*1.001"', "parameters.c is another expression"),
+        ("fan", '"2*pi*n0"', '"2*pi*n0 + n0"', "is another expression there, "),
+        ("fan", 'rest = "w0"', 'rest = "1.1*w0"', "w rests elsewhere there"),
+        ("fan", 'rest = "w0"', "rest = 157", "w rests elsewhere there"),
+        ("fan", '"2*pi*n0"', '"2*pi*n0*c/c"', "parameters.c depends on itself"),
+        ("tank", "range = [340, 360]", "range = [340, 361]", "states.T.range"),
+        ("tank", "rest = { near = 350 }", "rest = 350", "T rests elsewhere there"),
+        ("magnet", 'rest = "z0"', 'rest = "z0/2"', "z rests elsewhere there"),
+    ],
+)
+def test_another_file_is_told_from_the_certificate_s(
+    documents: dict[str, dict[str, Any]],
+    tmp_path: Path,
+    name: str,
+    old: str,
+    new: str,
+    message: str,
+) -> None:
+    assert PLANTS[name].count(old) == 1
+    model = read_text(json.dumps(documents[name]), "document")["model"]
+    compare_plant(model, filed(tmp_path, PLANTS[name]))
+    other = filed(tmp_path, PLANTS[name].replace(old, new), "other.toml")
+    with pytest.raises((OtherModel, CertificateError), match=message):
+        compare_plant(model, other)
+
+
+def test_the_same_numbers_written_otherwise_are_the_same_plant(
+    documents: dict[str, dict[str, Any]], tmp_path: Path
+) -> None:
+    """Another order, another form of the expressions, a number for what is one."""
+    model = read_text(json.dumps(documents["fan"]), "document")["model"]
+    text = FAN.replace('w0 = "2*pi*n0"\n', "").replace("[equations]", 'w0 = "n0*pi*2"\n[equations]')
+    text = text.replace('"P/w0^3"', '"P/(w0*w0^2)"')
+    assert compare_plant(model, filed(tmp_path, text)) == ""
+
+    magnet = read_text(json.dumps(documents["magnet"]), "document")["model"]
+    given = MAGNET.replace('rest = "z0"', "rest = 10")
+    assert compare_plant(magnet, filed(tmp_path, given)) == ""
