@@ -24,6 +24,7 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.models.control_systems.law_systems import law_system
     from takagi.models.control_systems.plant_systems import nonlinear_system, statespace
+    from takagi.models.equations.solved_rest import solve_rest
     from takagi.models.equations.step import Step
     from takagi.models.errors import ModelError
     from takagi.models.files.library import built_in_models
@@ -110,6 +111,7 @@ __all__ = [
     "sampled_bounds",
     "secant_embedding",
     "sector_model",
+    "solve_rest",
     "statespace",
     "table_function",
     "wind_observer_model",

@@ -19,6 +19,7 @@ from takagi.models.equations.ball import decimal_near
 from takagi.models.equations.problem import cleaned, rational
 from takagi.models.equations.residuals import refuse_residuals, residuals
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
 
@@ -34,7 +35,7 @@ SAME = Fraction(1, 10**9)  # of the size: two rests that are no nearer are two
 SIMPLE = 1000  # largest denominator of a rest that is tried as a fraction
 
 
-def solve_rest(plant: Plant, starts: Mapping[sp.Symbol, Fraction | None]) -> Plant:
+def solve_rest(plant: Plant, starts: Mapping[sp.Symbol, Number | None]) -> Plant:
     """Return the plant with the rests found that ``starts`` names, at values near the given ones.
 
     A rest that is a short decimal or fraction is found exactly; another one has the decimal next
@@ -52,18 +53,18 @@ def solve_rest(plant: Plant, starts: Mapping[sp.Symbol, Fraction | None]) -> Pla
                 "inputs rest where the equations say, give the others a number"
             )
     search = _Search(plant, [v for v in plant.variables if v.symbol in starts])
-    found = search.only(starts)
-    exact = search.fractions(found)
+    found = search.only({s: None if v is None else exact(v) for s, v in starts.items()})
+    simple = search.fractions(found)
     return replace(
         plant,
-        states=tuple(_resting(v, found, exact) for v in plant.states),
-        inputs=tuple(_resting(v, found, exact) for v in plant.inputs),
+        states=tuple(_resting(v, found, simple) for v in plant.states),
+        inputs=tuple(_resting(v, found, simple) for v in plant.inputs),
     )
 
 
-def _resting(variable: Variable, found: Found, exact: Found) -> Variable:
-    if variable.symbol in exact:
-        return replace(variable, rest=exact[variable.symbol], within=Fraction(0), equals=None)
+def _resting(variable: Variable, found: Found, simple: Found) -> Variable:
+    if variable.symbol in simple:
+        return replace(variable, rest=simple[variable.symbol], within=Fraction(0), equals=None)
     if variable.symbol not in found:
         return variable
     middle, radius = decimal_near(found[variable.symbol])

@@ -3,6 +3,7 @@
 loader             the file as a whole
 table_entry        a table that it names
 blending_section, design_section    its sections ``[blending]`` and ``[design]``
+derived_numbers    parameters and rests that are expressions
 entry_problem      what is wrong with a field, in words
 """
 
@@ -13,9 +14,10 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.models.plant_files.loader import PlantFile, load_plant, plant_files
 
 __all__ = [
+    "PlantFile",
     "load_plant",
     "plant_files",
 ]

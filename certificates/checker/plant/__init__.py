@@ -9,6 +9,7 @@
     linear_sum          the same for a sum in place of x
     ranges              bounds and signs over a box, by bisection
     reading             the plant of a certificate as nodes;  trim: the trims of law and plant
+    balls               numbers that are no decimals, and rests that were solved for
     vertices            entries that are multi-affine in the premises, and their corners
     sector_embedding, secant_embedding, effort_blend   the claims: the model contains the plant
 

@@ -16,18 +16,16 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import Verdict, check
+from takagi.certificates import Verdict, check
+from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
-from takagi.models.plant_files.loader import PlantFile, load_plant
-from takagi.models.sector.model import sector_model
-from takagi.models.ts.model import TSModel
+from takagi.certificates.document import embedding_claim, plant_data
+from takagi.models import TSModel, sector_model
+from takagi.models.plant_files import load_plant, plant_files
 
 MAGNET = """
 format = 1
@@ -168,8 +166,7 @@ def documents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, A
 def test_a_textbook_plant_is_proved_as_its_book_prints_it(tmp_path: Path, name: str) -> None:
     """Design, certificate, replay from the file: all claims about the plant at its own rest."""
     path = filed(tmp_path, PLANTS[name])
-    file = PlantFile.of(path)
-    design = design_plant(file.model, file.settings, files=file.files)
+    design = design_plant(load_plant(path), files=plant_files(path))
 
     assert isinstance(design, PlantDesign)
     assert design.proved

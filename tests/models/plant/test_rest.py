@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.result import PlantDesign
-from takagi.models.errors import ModelError
-from takagi.models.plant_files.loader import PlantFile
-from takagi.models.sector.model import sector_model
+from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.models import Interval, ModelError, Plant, Variable, sector_model, solve_rest
+from takagi.models.plant_files import PlantFile
 
 SQUARE = """
 format = 1
@@ -169,7 +169,7 @@ def test_several_rests_are_all_listed_and_one_is_chosen_near(tmp_path: Path) -> 
         sector_model(steady(tmp_path, '"solve"', "0").model)
 
     one = steady(tmp_path, "{ near = 0.9 }", "0").model
-    assert [(v.rest, v.within) for v in one.states] == [(1, 0), (1, 0)]
+    assert all(v.rest == 1 and v.within == 0 for v in one.states)
 
 
 def test_where_no_rest_exists_every_residual_is_listed(tmp_path: Path) -> None:
@@ -197,3 +197,17 @@ def test_a_disturbance_rests_at_a_number(tmp_path: Path) -> None:
     text = text.replace("[parameters]", '[disturbances]\nw = { rest = "solve" }\n[parameters]')
     with pytest.raises(ModelError, match="no equation says where w rests"):
         sector_model(filed(tmp_path / "w.toml", text.replace('"u - a', '"w + u - a')).model)
+
+
+def test_a_plant_in_python_has_its_rest_found() -> None:
+    """x' = u - x^2, rest u = 2: x = sqrt(2), within 13 digits."""
+    x, u = sp.symbols("x u", real=True)
+    states = (Variable(x, range=Interval.of("0.5", 2), rest=Fraction(1)),)
+    plant = Plant(equations=(u - x**2,), states=states, inputs=(Variable(u, rest=Fraction(2)),))
+
+    for start in (None, 1.5):
+        (found,) = solve_rest(plant, {x: start}).states
+        assert abs(float(found.rest) - 2**0.5) < 1e-15
+        assert found.within == Fraction(1, 10**13)
+    with pytest.raises(ModelError, match="only states and inputs rest where"):
+        solve_rest(plant, {sp.Symbol("y"): None})
