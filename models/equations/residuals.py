@@ -19,14 +19,27 @@ if TYPE_CHECKING:
 def residuals(
     plant: Plant, f: Sequence[sp.Expr], mass: sp.Matrix | None, rest: Mapping[sp.Symbol, sp.Expr]
 ) -> list[sp.Expr]:
-    """Return the rows of f at rest, in discrete time less M x*: 0 where the plant rests."""
+    """Return the rows of f at rest, in discrete time less M x*: 0 where the plant rests.
+
+    Raises
+    ------
+    ModelError : a row that has no value there as it is written, such as sin(x)/x at 0.
+    """
     import sympy as sp
 
     left = sp.zeros(len(f), 1)
     if plant.sample_time is not None:
         left = sp.Matrix([rest[v.symbol] for v in plant.states])
         left = left if mass is None else mass * left
-    return [(row - part).subs(rest) for row, part in zip(f, left, strict=True)]
+    found = [(row - part).subs(rest) for row, part in zip(f, left, strict=True)]
+    for variable, row in zip(plant.states, found, strict=True):
+        if row.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+            raise ModelError(
+                f"plant {plant.name!r}, equation of {variable.name}: it divides by 0 at rest, so "
+                "that no rest can be found from it; write it without that quotient, or give all "
+                "rests as numbers"
+            )
+    return found
 
 
 def require_zero(plant: Plant, left: Sequence[sp.Expr], balls: Mapping[sp.Symbol, Ball]) -> None:

@@ -175,7 +175,7 @@ def _of_a_plant(one: Difference) -> bool:
     match one.path:
         case ("sample_time",):
             return True
-        case ("parameters", str()):
+        case ("parameters", str()):  # An expression alone, without fields.
             return one.first is not None and one.second is not None
         case ("inputs", str(), "rest"):
             # Its equilibrium value may differ, if it holds the states at equilibrium.

@@ -30,7 +30,13 @@ from takagi.certificates.cross_check.plant.expression import (
     times,
 )
 from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
-from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_loop, read_plant
+from takagi.certificates.cross_check.plant.plant import (
+    TreePlant,
+    Variable,
+    plant_loop,
+    read_plant,
+    require_decimals,
+)
 
 SHARES = (fmpq(2, 7), fmpq(5, 11), fmpq(11, 13), fmpq(1), fmpq(0))
 MOST_BOXES, MOST_ROWS = 6_000, 6
@@ -43,6 +49,7 @@ def embedded(model: Any, gains: Any) -> Obligations:
         raise Refusal("a claim about a plant, and the model is none")
     plant = read_plant(model)
     plant_loop(model)
+    require_decimals(plant)
     if plant.form != "sector":
         raise Refusal(f"embedding.form is {plant.form!a}, not 'sector'")
     if gains is not None:

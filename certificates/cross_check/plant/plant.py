@@ -81,6 +81,7 @@ class TreePlant:
     entries: dict[str, list[list[Tree]]]
     tables: tuple[str, ...]
     form: str = "sector"
+    balls: tuple[str, ...] = ()
 
     @property
     def variables(self) -> list[Variable]:
@@ -93,22 +94,25 @@ def read_plant(model: Any) -> TreePlant:
     Raises
     ------
     Refusal : a part is missing or does not fit, or a name stands for two things.
-    NotReplayed : a rest that was solved for, or a parameter that is no decimal.
     """
     meaning: dict[str, Tree] = {}
     tables, parameters = (model.get(key, {}) for key in ("tables", "parameters"))
     if not isinstance(tables, dict) or not isinstance(parameters, dict):
         raise Refusal("tables and parameters are objects")
     taken = {*FUNCTIONS, "pi", *tables}
+    balls: list[str] = []
     for name, value in parameters.items():
-        _decimals(value)
-        meaning[_new(name, taken)] = number(_constant(value))
+        if isinstance(value, dict):
+            meaning[_new(name, taken)] = ("name", name)
+            balls.append(name)
+        else:
+            meaning[_new(name, taken)] = number(_constant(value))
     groups = []
     for key in ("states", "inputs", "disturbances"):
         listed = model.get(key, [])
         if not isinstance(listed, list):
             raise Refusal(f"{key}: a list is needed")
-        groups.append([_variable(one, taken, meaning) for one in listed])
+        groups.append([_variable(one, taken, meaning, balls) for one in listed])
     states, inputs, pushes = groups
     count = len(states) + len(inputs) + len(pushes)
     if not states or count > MOST_VARIABLES:
@@ -119,6 +123,7 @@ def read_plant(model: Any) -> TreePlant:
     n = len(states)
     known = {v.symbol for group in groups for v in group}
     own = set(meaning) - {v.symbol for group in groups for v in group if v.symbol != v.name}
+    own -= set(balls) - set(parameters)
 
     def read(written: Any, names: set[str] = own) -> Tree:
         tree = parsed(written, {name: t for name, t in meaning.items() if t[0] == "number"})
@@ -164,6 +169,7 @@ def read_plant(model: Any) -> TreePlant:
         entries=entries,
         tables=tuple(tables),
         form=form,
+        balls=tuple(balls),
     )
 
 
@@ -187,9 +193,9 @@ def _constant(value: Any) -> fmpq:
     return found
 
 
-def _decimals(value: Any) -> None:
-    """Raise NotReplayed for a number that is no decimal and stands with its ball."""
-    if isinstance(value, dict):
+def require_decimals(plant: TreePlant) -> None:
+    """Raise NotReplayed where a rest or a parameter is a ball: its proof has no reading here."""
+    if plant.balls:
         raise NotReplayed("a plant with numbers that are no decimals")
 
 
@@ -208,11 +214,24 @@ def _calls(tree: Tree) -> list[str]:
     return found + [name for part in parts for name in _calls(part)]
 
 
-def _variable(given: Any, taken: set[str], meaning: dict[str, Tree]) -> Variable:
-    _decimals(entry(given, "rest"))
-    name, rest = line(given, "name"), parsed(entry(given, "rest"))
-    if list(names_in(rest)) not in ([], ["pi"]):
-        raise Refusal("rest: a number is needed")
+def _ball(written: dict[str, Any]) -> Side:
+    """Return where a number that is no decimal lies."""
+    middle, radius = _constant(entry(written, "value")), _constant(entry(written, "within"))
+    return middle - radius, middle + radius
+
+
+def _variable(given: Any, taken: set[str], meaning: dict[str, Tree], balls: list[str]) -> Variable:
+    name, written = line(given, "name"), entry(given, "rest")
+    if isinstance(written, dict):
+        own = f"{name}_rest"
+        rest, lies = ("name", _new(own, taken)), _ball(written)
+        meaning[own] = rest
+        balls.append(own)
+    else:
+        rest = parsed(written)
+        if list(names_in(rest)) not in ([], ["pi"]):
+            raise Refusal("rest: a number is needed")
+        lies = None
     resting = value_of(rest)
     symbol = name if resting == 0 else line(given, "symbol")
     _new(name, taken)
@@ -225,11 +244,13 @@ def _variable(given: Any, taken: set[str], meaning: dict[str, Tree]) -> Variable
     side = None
     if given.get("range") is not None:
         low, high = (_constant(end) for end in _rows(given["range"], 2))
-        if resting is None:
+        if resting is not None:
+            lies = (resting, resting)
+        if lies is None:
             raise Refusal("range: its rest must be a rational number")
-        if not low <= resting <= high or low == high:
+        if not low <= lies[0] <= lies[1] <= high or low == high:
             raise Refusal("range: it must increase, and contain the rest")
-        side = (low - resting, high - resting)
+        side = (low - lies[0], high - lies[1])
     return Variable(name, symbol, line(given, "unit"), rest, side)
 
 

@@ -26,7 +26,13 @@ from takagi.certificates.cross_check.kernel.reading import Refusal, entry
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.embedding import Search, identical, trim_fits, within
 from takagi.certificates.cross_check.plant.expression import Tree, minus, number, plus, put
-from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_loop, read_plant
+from takagi.certificates.cross_check.plant.plant import (
+    TreePlant,
+    Variable,
+    plant_loop,
+    read_plant,
+    require_decimals,
+)
 from takagi.certificates.cross_check.plant.slope import has_kink, slope_of
 
 
@@ -36,6 +42,7 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
         raise Refusal("a claim about a plant, and the model is none")
     plant = read_plant(model)
     plant_loop(model)
+    require_decimals(plant)
     if plant.form != "secant":
         raise Refusal(f"embedding.form is {plant.form!a}, not 'secant'")
     if plant.mass is not None:

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict, check
+from takagi.certificates.audit import cross_checked_document
 from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
@@ -24,7 +25,7 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import embedding_claim, plant_data
-from takagi.models import TSModel, sector_model
+from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files import load_plant, plant_files
 
 MAGNET = """
@@ -175,6 +176,11 @@ def test_a_textbook_plant_is_proved_as_its_book_prints_it(tmp_path: Path, name: 
     found = check(written, model=path)
     assert found.verdict is Verdict.PROVED
     assert "its own rest is proved to lie in" in found.claims[0].text
+
+    fields = path.read_text(encoding="utf-8").replace("near = 350", "near = 351")
+    fields = fields.replace('w0 = "2*pi*n0"', 'w0 = { value = "pi*n0*2" }')
+    same = filed(tmp_path, fields, "same.toml")
+    assert check(written, model=same).verdict is Verdict.PROVED
 
 
 def test_the_rests_are_those_of_the_equations(tmp_path: Path) -> None:
@@ -366,3 +372,19 @@ def test_the_same_numbers_written_otherwise_are_the_same_plant(
     magnet = read_text(json.dumps(documents["magnet"]), "document")["model"]
     given = MAGNET.replace('rest = "z0"', "rest = 10")
     assert compare_plant(magnet, filed(tmp_path, given)) == ""
+
+
+def test_the_second_checker_replays_all_but_the_embedding(tmp_path: Path) -> None:
+    design = design_plant(load_plant(filed(tmp_path, FAN)))
+    assert isinstance(design, PlantDesign)
+    found = cross_checked_document(design.document)
+
+    assert found.agrees
+    assert [row.second for row in found.rows[1:]] == ["PROVED"] * (len(found.rows) - 1)
+    assert found.left_open == ("Fan at 1500 rpm is its Takagi-Sugeno model",)
+
+
+def test_a_rest_where_an_equation_is_a_limit_is_refused(tmp_path: Path) -> None:
+    text = ARM.replace("3*sin(q)", "2*sin(p)/p")
+    with pytest.raises(ModelError, match="equation of p: it divides by 0 at rest"):
+        load_plant(filed(tmp_path, text.replace('-1, 1], rest = "solve"', "-1, 1], rest = 0")))
