@@ -210,9 +210,11 @@ def _telescoped(rest: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option
     variables = [s for s in (*plant.states, *signals) if s in rest.free_symbols]
     origin = rest.subs(dict.fromkeys(variables, 0))
     if not variables or (origin != 0 and sp.simplify(origin) != 0):
+        bent = origin.has(sp.zoo, sp.nan, sp.oo, -sp.oo)
+        there = "without a value, since it divides by 0," if bent else str(origin)
         raise ModelError(
             f"row {row + 1}: {rest} does not vanish with any state: it is "
-            f"{origin} at the origin, so it cannot be written as coefficients times states; move "
+            f"{there} at the origin, so it cannot be written as coefficients times states; move "
             "the equilibrium to the origin (x - x*, or the rest values of a Plant), or give A "
             "factored by hand"
         )

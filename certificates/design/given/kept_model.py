@@ -28,6 +28,7 @@ from takagi.certificates.controller.content import plain
 from takagi.certificates.design.given.plant_gains import read_gains, read_plant_law
 from takagi.certificates.document.certificate_file import as_read, content_of, files_sha256
 from takagi.models.arrays import Floats
+from takagi.models.equations.ball import balls_of
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
@@ -123,11 +124,14 @@ def _premises(plant: Plant, law: Mapping[str, Any]) -> dict[sp.Symbol, sp.Expr]:
         for name, v in variables.items()
         if v.rest != 0 and f"delta_{name}" not in variables
     }
-    back = {
-        symbol: variables[name.removeprefix("delta_")].symbol
-        - sp.Rational(*variables[name.removeprefix("delta_")].rest.as_integer_ratio())
-        for name, symbol in moved.items()
-    }
+    balls = balls_of(plant)
+    symbols |= {ball.symbol.name: ball.symbol for ball in balls.values()}
+    back = {}
+    for name, symbol in moved.items():
+        variable = variables[name.removeprefix("delta_")]
+        ball = balls.get(variable.symbol)
+        rest = sp.Rational(*variable.rest.as_integer_ratio()) if ball is None else ball.symbol
+        back[symbol] = variable.symbol - rest
     found = {}
     for premise in law.get("premises", []):
         name, text = premise.get("name"), premise.get("expression")

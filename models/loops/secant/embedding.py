@@ -115,6 +115,11 @@ class _Loop:
     def of(cls, plant: Plant, law: Feedback, exogenous: tuple[sp.Symbol, ...]) -> _Loop:
         import sympy as sp
 
+        if any(one.within for one in (*plant.variables, *plant.parameters)):
+            raise ModelError(
+                f"plant {plant.name!r} has numbers that are no decimals, which secants of a given "
+                "law do not take; give its rests and parameters as decimals"
+            )
         values = {symbol: rational(value) for symbol, value in plant.values.items()}
         rows = cleaned(plant.equations, values)
         if plant.mass is not None:

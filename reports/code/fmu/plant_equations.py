@@ -297,7 +297,12 @@ def _row(numbers: Sequence[Any]) -> tuple[Decimal, ...]:
 
 
 def _decimal(number: Any) -> Decimal:
-    """Return a number of a certificate, which may be a fraction: then to 28 digits."""
+    """Return a number of a certificate, which may be a fraction: then to 28 digits.
+
+    Of a number that is no decimal it is the decimal that stands with its ball.
+    """
+    if isinstance(number, Mapping):
+        return _decimal(number["value"])
     if isinstance(number, str) and "/" in number:
         exact = Fraction(number)
         return Decimal(exact.numerator) / Decimal(exact.denominator)

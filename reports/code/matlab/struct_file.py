@@ -99,7 +99,9 @@ def _vertices(model: Mapping[str, Any], law: Mapping[str, Any]) -> dict[str, Flo
 
 
 def _float(value: Any) -> float:
-    """Return a number of a certificate; some are written as fractions."""
+    """Return a number of a certificate; some are written as fractions, some stand with a ball."""
+    if isinstance(value, Mapping):
+        return _float(value["value"])
     return float(Fraction(str(value)))
 
 

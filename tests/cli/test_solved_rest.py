@@ -1,0 +1,82 @@
+"""A plant at 1500 rpm, from its file to every export: the rest is 50 pi rad/s, no decimal."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from takagi.cli.main import main
+
+FAN = """
+format = 1
+kind = "plant"
+name = "Fan at 1500 rpm"
+[states]
+w = { unit = "rad/s", range = [100, 220], rest = "w0" }
+i = { unit = "A", range = [-10, 30], rest = "solve" }
+[inputs]
+u = { unit = "V", range = [0, 300], rest = "solve" }
+[parameters]
+w0 = "2*pi*n0"
+c = { value = "P/w0^3", source = "nominal load" }
+n0 = { value = 1500, unit = "1/min" }
+P = { value = 500, unit = "W" }
+J = { value = 0.02, unit = "kg m^2" }
+k = { value = 0.8, unit = "N m/A" }
+R = { value = 2, unit = "Ohm" }
+L = { value = 0.05, unit = "H" }
+[equations]
+w = "(k*i - c*w^2)/J"
+i = "(u - R*i - k*w)/L"
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The design, beside its file."""
+    found = tmp_path_factory.mktemp("fan")
+    (found / "fan.toml").write_text(FAN, encoding="utf-8")
+    assert main(["design", str(found / "fan.toml"), "--out", str(found / "build")]) == 0
+    return found
+
+
+def test_the_certificate_is_about_this_file_and_these_gains(folder: Path) -> None:
+    build = folder / "build"
+    files = ["--model", str(folder / "fan.toml"), "--gains", str(build / "gains.json")]
+
+    again = str(folder / "again.json")
+    assert main(["check", str(build / "certificate.json"), *files, "--cross"]) == 0
+    assert main(["certify", str(folder / "fan.toml"), *files[2:], "--out", again]) == 0
+
+
+@pytest.mark.parametrize("kind", ["c", "st", "csv", "mat"])
+def test_the_law_is_exported_with_the_decimals_at_rest(folder: Path, kind: str) -> None:
+    out = folder / kind
+    assert main(["export", str(folder / "build/gains.json"), "--to", kind, "--out", str(out)]) == 0
+
+    texts = [f.read_text(encoding="utf-8") for f in out.iterdir() if f.suffix != ".mat"]
+    assert any("157.0796326794896" in text for text in texts)
+
+
+def test_the_loop_settles_at_the_plant_s_own_rest(folder: Path) -> None:
+    """The plant with its own numbers under the filed law, by another integrator."""
+    gains = json.loads((folder / "build/gains.json").read_text(encoding="utf-8"))["law"]
+    (premise,) = gains["premises"]
+    trim, K = gains["trim"], np.array(gains["K"])
+    speed = 50 * math.pi
+    drag = 500 / speed**3
+
+    def rates(_: float, x: np.ndarray) -> list[float]:
+        z = drag * (x[0] - speed) + 2 * drag * speed
+        high = (float(premise["upper"]) - z) / (float(premise["upper"]) - float(premise["lower"]))
+        gain = high * K[0] + (1 - high) * K[1]
+        (u,) = trim["input"] - gain @ (x - trim["state"])
+        return [(0.8 * x[1] - drag * x[0] ** 2) / 0.02, (u - 2 * x[1] - 0.8 * x[0]) / 0.05]
+
+    end = solve_ivp(rates, (0, 3), [speed - 10, 5.0], rtol=1e-10, atol=1e-12).y[:, -1]
+    assert end == pytest.approx([speed, 500 / speed / 0.8], rel=1e-8)
