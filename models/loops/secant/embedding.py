@@ -115,7 +115,7 @@ class _Loop:
     def of(cls, plant: Plant, law: Feedback, exogenous: tuple[sp.Symbol, ...]) -> _Loop:
         import sympy as sp
 
-        if any(one.within for one in (*plant.variables, *plant.parameters)):
+        if any(v.within for v in plant.variables) or any(p.within for p in plant.parameters):
             raise ModelError(
                 f"plant {plant.name!r} has numbers that are no decimals, which secants of a given "
                 "law do not take; give its rests and parameters as decimals"
