@@ -183,7 +183,7 @@ class Comparison:
         where = f"{key}.{variable.name}.rest"
         if key != "disturbances" and (given == "solve" or isinstance(given, dict)):
             return False
-        ball = self.plant.balls.get(variable.rest_name)
+        ball = variable.ball
         own = variable.rest if ball is None or ball.equals is None else ball.equals
         if isinstance(given, str) and not NUMBER.fullmatch(given):
             scope = Scope(dict(self.derived))
@@ -206,7 +206,7 @@ class Comparison:
             unit = _get(entry, "unit", "-")
             if self.rests_elsewhere(variable, key, _get(entry, "rest", 0), unit):
                 moved.append(variable.name)
-            exact, ball = graph.value(variable.rest), self.plant.balls.get(variable.rest_name)
+            exact, ball = graph.value(variable.rest), variable.ball
             own = None if exact is None else (exact, exact)
             own = own if ball is None else ball.side
             node = graph.variable(variable.symbol)

@@ -33,22 +33,21 @@ Rows = list[list[int]]
 
 @dataclass(frozen=True)
 class Variable:
-    """A state, input or disturbance; ``side`` is the range of the deviation where it is known."""
+    """A state, input or disturbance; ``side`` is the range of the deviation where it is known.
+
+    ``ball`` is its rest's, where that is no decimal: names alone do not tell it from a parameter's.
+    """
 
     name: str
     symbol: str
     unit: str
     rest: int
     side: tuple[Fraction, Fraction] | None
+    ball: Ball | None = None
 
     @property
     def label(self) -> str:
         return f"{self.symbol} [{self.unit}]"
-
-    @property
-    def rest_name(self) -> str:
-        """The name of its rest, where that is a ball."""
-        return f"{self.name[:60]}_rest"
 
 
 @dataclass(frozen=True)
@@ -236,7 +235,7 @@ class _Reading:
 
     def variable(self, given: Any, key: str, where: str) -> Variable:
         name = text(given, "name", where)
-        rest, own = self.rest(name, member(given, "rest", where), key, f"{where}.rest")
+        rest, own, ball = self.rest(name, member(given, "rest", where), key, f"{where}.rest")
         resting = self.graph.value(rest)
         symbol = name if resting == 0 else text(given, "symbol", where)
         if resting != 0 and symbol == name:
@@ -257,21 +256,21 @@ class _Reading:
                 raise CertificateError(f"{where}.range: it must increase and contain the rest")
             # These deviations stay in the range from anywhere in a ball.
             side = (low - own[0], high - own[1])
-        return Variable(name, symbol, text(given, "unit", where), rest, side)
+        return Variable(name, symbol, text(given, "unit", where), rest, side, ball)
 
     def rest(
         self, name: str, value: Any, key: str, where: str
-    ) -> tuple[int, tuple[Fraction, Fraction] | None]:
-        """Return the node of a rest, and where it lies: a number, or its ball; else None."""
+    ) -> tuple[int, tuple[Fraction, Fraction] | None, Ball | None]:
+        """Return the node of a rest, where it lies (None: not known), and its ball."""
         if not isinstance(value, dict):
             node = self.constant(value, where)
             exact = self.graph.value(node)
-            return node, None if exact is None else (exact, exact)
+            return node, None if exact is None else (exact, exact), None
         if key == "disturbances":
             raise CertificateError(f"{where}: a number is needed")
         own = f"{name[:60]}_rest"
         self.add(own, self.ball(own, value, where), self.symbols, key)
-        return self.symbols[own], self.balls[own].side
+        return self.symbols[own], self.balls[own].side, self.balls[own]
 
     def row(self, key: str, given: Any, scope: Scope, inner: str = "") -> list[int]:
         if not isinstance(given, list) or len(given) > MOST_VARIABLES:

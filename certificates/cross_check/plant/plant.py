@@ -103,6 +103,9 @@ def read_plant(model: Any) -> TreePlant:
     balls: list[str] = []
     for name, value in parameters.items():
         if isinstance(value, dict):
+            _ball(value)
+            if list(names_in(parsed(entry(value, "equals")))) not in ([], ["pi"]):
+                raise Refusal(f"the number {name[:40]!a} equals no number")
             meaning[_new(name, taken)] = ("name", name)
             balls.append(name)
         else:
@@ -217,6 +220,8 @@ def _calls(tree: Tree) -> list[str]:
 def _ball(written: dict[str, Any]) -> Side:
     """Return where a number that is no decimal lies."""
     middle, radius = _constant(entry(written, "value")), _constant(entry(written, "within"))
+    if not 0 < radius < abs(middle):
+        raise Refusal("a number that is no decimal needs a radius that leaves 0 outside")
     return middle - radius, middle + radius
 
 

@@ -374,6 +374,37 @@ def test_the_same_numbers_written_otherwise_are_the_same_plant(
     assert compare_plant(magnet, filed(tmp_path, given)) == ""
 
 
+CUBIC = """
+format = 1
+kind = "plant"
+name = "A parameter with the name of a rest"
+units = "unchecked"
+[states]
+x = { range = [-0.5, 0.5] }
+[inputs]
+u = { range = [-8, 8] }
+[parameters]
+x_rest = "sqrt(2)"
+[equations]
+x = "u + x^3 - x_rest*x"
+"""
+
+
+def test_a_parameter_is_no_rest_whatever_its_name(tmp_path: Path) -> None:
+    """`x_rest` is a parameter here: the state x rests at 0, and no sentence says otherwise."""
+    plant = load_plant(filed(tmp_path, CUBIC))
+    given = document(sector_model(plant))
+    found, told = verdict(given)
+    assert found is Verdict.PROVED
+    assert "its own rest" not in told and "with x_rest = 1.41421356" in told
+    model = read_text(json.dumps(given), "document")["model"]
+    assert compare_plant(model, tmp_path / "plant.toml") == ""
+
+    elsewhere = CUBIC.replace("range = [-0.5, 0.5]", 'range = [0.9, 1.9], rest = "x_rest"')
+    with pytest.raises((OtherModel, CertificateError), match=r"x\.(range|rest)"):
+        compare_plant(model, filed(tmp_path, elsewhere, "other.toml"))
+
+
 def test_the_second_checker_replays_all_but_the_embedding(tmp_path: Path) -> None:
     design = design_plant(load_plant(filed(tmp_path, FAN)))
     assert isinstance(design, PlantDesign)

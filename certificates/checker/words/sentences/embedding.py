@@ -40,13 +40,13 @@ def said(
 
 def _balls(plant: PlantNodes) -> str:
     """Return the clauses about numbers that are no decimals."""
-    rests = {v.rest_name: v.name for v in (*plant.states, *plant.inputs)}
+    rests = {v.ball.name: v.name for v in (*plant.states, *plant.inputs) if v.ball}
 
     def told(names: list[str]) -> str:
         balls = [(rests.get(name, name), plant.balls[name]) for name in names]
         return ", ".join(f"{n} = {exactly(b.middle)} +- {exactly(b.radius)}" for n, b in balls)
 
-    solved = [name for name in rests if name in plant.balls]
+    solved = list(rests)
     others = [name for name in plant.balls if name not in rests]
     found = f"; its own rest is proved to lie in {told(solved)}" if solved else ""
     return found + (f"; with {told(others)}" if others else "")
