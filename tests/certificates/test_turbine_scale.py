@@ -43,8 +43,10 @@ def test_a_larger_rotor_gets_smaller_bands() -> None:
     assert found.speed_overlap == 0.062
     assert found.torque_overlap == 920000.0
     # Slow beside wake and tower, which are twice as slow: 1.1 in place of 2.0 rad/s.
-    assert found.wind_filter == 9.6
-    assert default_settings(nrel5mw()).wind_filter == 5.0
+    assert found.wind_filter == 23.0
+    assert found.speed_filter == 5.0
+    assert default_settings(nrel5mw()).wind_filter == 12.0
+    assert default_settings(nrel5mw()).speed_filter == 8.0
 
 
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])

@@ -157,7 +157,7 @@ def test_what_limits_names_the_gain_of_the_loop_first(loop: LoopSettings) -> Non
 def test_the_overlap_costs_energy_at_rated_wind(overlap: float, percent: float) -> None:
     """Probed apart from this code, with b = 0.6 of the frozen wake's, at 11.45 m/s: regression."""
     turbine = nrel5mw()
-    schedule = effort_schedule(turbine, overlap=overlap)
+    schedule = effort_schedule(turbine, overlap=overlap, effectiveness_share=0.6)
     gains = EffortGains(np.ones(len(schedule.wind)), np.ones(len(schedule.wind) - 1))
     law = EffortSharingLaw.of(turbine, schedule, gains)
 
