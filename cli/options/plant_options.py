@@ -51,7 +51,7 @@ def plant_options(
         typer.Option(
             metavar="STATE=VALUE",
             help="Plants: half-width of the box of initial states, in the state's unit or with "
-            "one: angle=10deg; repeated for every state.",
+            "one: angle=10deg; may be repeated. A state not named starts at rest.",
         ),
     ] = None,
     gain_bound: Annotated[
