@@ -98,7 +98,7 @@ class PythonLaw:
         limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
         self._program = SampledLaw(design.law, sample_time, 0.0, *limits)
         self._law, self._watch = design.law, design.observer.observer
-        self._started = False
+        self._started, self._speed = False, 0.0
         self._kept = exp(-sample_time * design.speed_filter)
 
     def sample(self, measured: float, pitch: float, guess: float) -> Command:
