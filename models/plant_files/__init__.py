@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.models.plant_files.loader import PlantFile, load_plant, plant_files
 
 __all__ = [
+    "PlantFile",
     "load_plant",
     "plant_files",
 ]

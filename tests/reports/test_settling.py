@@ -8,8 +8,8 @@ from scipy.linalg import expm
 
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models import Interval, Plant, Variable
+from takagi.reports.loops import half_widths, settling_time
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.settling import half_widths, settling_time
 
 X, V, U = sp.symbols("x v u", real=True)
 

@@ -9,7 +9,7 @@ import pytest
 from takagi.models import ModelError
 from takagi.models.files import built_in_kinds
 from takagi.models.plant import PlantSettings
-from takagi.models.plant_files.loader import PlantFile
+from takagi.models.plant_files import PlantFile
 
 PLANT = """
 format = 1
