@@ -2,6 +2,7 @@
 
 import json
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from takagi.certificates.claims.turbine.running_loop.running import Machine, Run
 from takagi.certificates.claims.turbine.running_loop.signals import Signals, combined, decay_form
 from takagi.certificates.document import effort_sharing_law_data, turbine_data
 from takagi.lmi.turbine import effort_gains
-from takagi.models import nrel5mw
+from takagi.models import Turbine, nrel5mw
 from takagi.models.laws import EffortSharingLaw, effort_schedule
 from takagi.models.turbine.aerodynamics import rotor_torque
 
@@ -30,17 +31,17 @@ L1, L2, CORNER, FILTER = 1.7942, 48.8767, 4.0, 12.0
 F = Fraction
 
 
-def machine():
+def machine() -> Machine:
     return Machine(F("1.7942"), F("48.8767"), (F("1.5"), F("37.5")), F(4), F(12), (F(40), F(80)))
 
 
 @pytest.fixture(scope="module")
-def nrel():
+def nrel() -> Turbine:
     return nrel5mw()
 
 
 @pytest.fixture(scope="module")
-def subject(nrel):
+def subject(nrel: Turbine) -> Subject:
     schedule = effort_schedule(nrel, effectiveness_share=1.0)
     gains = effort_gains(nrel, schedule).gains
     law = EffortSharingLaw.of(nrel, schedule, gains, wind_filter=FILTER)
@@ -54,13 +55,13 @@ def subject(nrel):
     )
 
 
-def cell(subject, wind):
+def cell(subject: Subject, wind: Fraction) -> tuple[int, tuple[Fraction, Fraction]]:
     nodes = subject.law.wind
     k = max(i for i in range(len(nodes) - 1) if nodes[i] <= wind)
     return k, (wind, min(wind + F(1, 50), nodes[k + 1]))
 
 
-def test_uncertain_factor_of_one_state():
+def test_uncertain_factor_of_one_state() -> None:
     # x' = a x with a in [-3, -1] falls at 1 and not at more.
     signals = Signals(1)
     rate = signals.times("a", (F(-3), F(-1)), signals.state(0))
@@ -72,7 +73,9 @@ def test_uncertain_factor_of_one_state():
 
 
 @pytest.mark.parametrize("wind", ["5", "8", "12.1", "15", "22"])
-def test_function_falls_along_the_nonlinear_loop(subject, nrel, wind):
+def test_function_falls_along_the_nonlinear_loop(
+    subject: Subject, nrel: Turbine, wind: str
+) -> None:
     k, winds = cell(subject, F(wind))
     found, why = running_candidate(subject, machine(), k, winds, decay=F(1, 500))
     assert found is not None, why
@@ -89,7 +92,7 @@ def test_function_falls_along_the_nonlinear_loop(subject, nrel, wind):
             assert 2 * xi @ P @ rate < -2 * float(found.decay) * (xi @ P @ xi) * 0.999
 
 
-def test_changed_function_fails(subject):
+def test_changed_function_fails(subject: Subject) -> None:
     k, winds = cell(subject, F(8))
     found, why = running_candidate(subject, machine(), k, winds)
     assert found is not None, why
@@ -105,7 +108,7 @@ def test_changed_function_fails(subject):
     assert inequality_failure(unstable, found) == "the decay inequality fails"
 
 
-def nonlinear(subject, nrel, loop, v, xi, rng):
+def nonlinear(subject: Subject, nrel: Turbine, loop: Running, v: float, xi: Any, rng: Any) -> Any:
     """Return the states' rates from the law's formulas; None where pitch is below its limit."""
     law, plant = subject.law, subject.plant
     nodes = np.array(law.wind, dtype=float)
@@ -113,16 +116,16 @@ def nonlinear(subject, nrel, loop, v, xi, rng):
               for name in ("speed", "effort", "effectiveness", "gamma", "limit")}  # fmt: skip
     J, eps, E, b0 = nrel.inertia, float(law.overlap), float(law.effort_torque), float(loop.b0)
 
-    def psi(s):
+    def psi(s: float) -> float:
         return 0.0 if s <= -eps else s if s >= eps else (s + eps) ** 2 / (4 * eps)
 
-    def at(name, w):
+    def at(name: str, w: float) -> float:
         return float(np.interp(w, nodes, column[name]))
 
-    def torque(speed, pitch, wind):
+    def torque(speed: float, pitch: float, wind: float) -> float:
         return float(rotor_torque(nrel, speed, pitch, wind)) / J
 
-    def balance(x):
+    def balance(x: float) -> tuple[float, float]:
         U = at("effort", v) - at("gamma", v) * x
         beta = float(law.pitch_min) + psi(U) / at("effectiveness", v)
         held = float(law.rated_torque) - E * psi(-U)

@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from importlib import import_module
 from math import floor, log10
+from typing import Any
 
 import numpy as np
 
@@ -115,8 +117,7 @@ def _pieces(loop: Running) -> Iterator[tuple[Signals, list[Signal]]]:
 
 def _solved(loop: Running, decay: Fraction) -> tuple[Rows, list[list[Fraction]]] | None:
     """Return P and multipliers that a solver finds, in decimals."""
-    import cvxpy as cp
-
+    cp: Any = import_module("cvxpy")
     sides = loop.sides
     unit = np.array([
         float(side)

@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import (
@@ -114,7 +115,7 @@ class Running:
         self.m = self.law.effort_torque * self.plant.gear_per_inertia
         self.b = self.over(self.law.effectiveness, winds)
         self.b_reach = self.over(self.law.effectiveness, self.reach)
-        self.b0 = _short(sum(self.b) / 2)
+        self.b0 = _short((self.b[0] + self.b[1]) / 2)
         self.q = self.over(self.law.effort, winds)
         self.rest = self._rest(subject)
         reach = sides.effort + self.rest
@@ -195,7 +196,7 @@ class Running:
         box = Box(self.sides.speed, self.sides.pitch, self.sides.signal, FULL / 100)
         # The same tables with nodes at the cell's own ends: they are lines in between.
         law, columns = self.law, ("speed", "effort", "effectiveness", "limit", "gamma")
-        ends = {name: [self.at(getattr(law, name), v) for v in self.winds] for name in columns}
+        ends: Any = {name: [self.at(getattr(law, name), v) for v in self.winds] for name in columns}
         short = replace(law, wind=list(self.winds), **ends)
         within = Subject(self.plant, short, box, subject.uncertainty)
         left = Fraction(residual(Moving(within, 0, NIL), (FULL, FULL)), ONE)
@@ -323,7 +324,10 @@ class Running:
         """Return by name the row h and the bound that |h xi| must keep inside the set."""
         factors, sides = self.factors, self.sides
         w, gamma, q = (factors[name] for name in ("speed slope", "gamma", "effort slope"))
-        mid, off = [sum(x) / 2 for x in (w, gamma, q)], [(x[1] - x[0]) / 2 for x in (w, gamma, q)]
+        mid, off = (
+            [(x[0] + x[1]) / 2 for x in (w, gamma, q)],
+            [(x[1] - x[0]) / 2 for x in (w, gamma, q)],
+        )
         signal = combined((1, {M: FULL}), (-1, {X: FULL}), (-mid[0], {S: FULL}))
         effort = combined((mid[2], {S: FULL}), (mid[1], signal))
         away = off[0] * sides.schedule
