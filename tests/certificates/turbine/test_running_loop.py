@@ -15,17 +15,20 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import (
     Subject,
     Uncertainty,
 )
-from takagi.certificates.claims.turbine.running_loop.candidate import (
+from takagi.certificates.claims.turbine.running_loop import (
+    Machine,
+    Running,
+    Signals,
+    combined,
+    decay_form,
     inequality_failure,
     running_candidate,
 )
-from takagi.certificates.claims.turbine.running_loop.running import Machine, Running
-from takagi.certificates.claims.turbine.running_loop.signals import Signals, combined, decay_form
 from takagi.certificates.document import effort_sharing_law_data, turbine_data
 from takagi.lmi.turbine import effort_gains
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws import EffortSharingLaw, effort_schedule
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine import rotor_torque
 
 L1, L2, CORNER, FILTER = 1.7942, 48.8767, 4.0, 12.0
 F = Fraction

@@ -6,3 +6,33 @@ candidate   a quadratic function for one cell of winds, with its inequalities in
 
 No claim is made of these yet: no checker replays them, so nothing here is PROVED.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.certificates.claims.turbine.running_loop.candidate import (
+        inequality_failure,
+        running_candidate,
+    )
+    from takagi.certificates.claims.turbine.running_loop.running import Machine, Running
+    from takagi.certificates.claims.turbine.running_loop.signals import (
+        Signals,
+        combined,
+        decay_form,
+    )
+
+__all__ = [
+    "Machine",
+    "Running",
+    "Signals",
+    "combined",
+    "decay_form",
+    "inequality_failure",
+    "running_candidate",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)
