@@ -1,20 +1,11 @@
 """The running loop's candidate: the nonlinear loop, written anew here, does what it says."""
 
-import json
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.kernel.reader import read_text
-from takagi.certificates.checker.turbine.effort_sharing.inputs import (
-    Box,
-    Law,
-    Plant,
-    Subject,
-    Uncertainty,
-)
 from takagi.certificates.claims.turbine.running_loop import (
     Machine,
     Running,
@@ -22,9 +13,9 @@ from takagi.certificates.claims.turbine.running_loop import (
     combined,
     decay_form,
     inequality_failure,
+    loop_subject,
     running_candidate,
 )
-from takagi.certificates.document import effort_sharing_law_data, turbine_data
 from takagi.lmi.turbine import effort_gains
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws import EffortSharingLaw, effort_schedule
@@ -44,21 +35,15 @@ def nrel() -> Turbine:
 
 
 @pytest.fixture(scope="module")
-def subject(nrel: Turbine) -> Subject:
+def subject(nrel: Turbine) -> Any:
     schedule = effort_schedule(nrel, effectiveness_share=1.0)
     gains = effort_gains(nrel, schedule).gains
     law = EffortSharingLaw.of(nrel, schedule, gains, wind_filter=FILTER)
-    parts = {"model": turbine_data(nrel, []), "gains": effort_sharing_law_data(law)}
-    data = read_text(json.dumps(parts), "document")
-    return Subject(
-        Plant.read(data["model"]),
-        Law.read(data["gains"]),
-        Box(F("0.03"), F("0.01"), F("0.03"), F("0.01")),
-        Uncertainty((F("0.9"), F("1.1")), False, (F(1), F(1))),
-    )
+    sides = (F("0.03"), F("0.01"), F("0.03"), F("0.01"))
+    return loop_subject(nrel, law, sides, (F("0.9"), F("1.1")))
 
 
-def cell(subject: Subject, wind: Fraction) -> tuple[int, tuple[Fraction, Fraction]]:
+def cell(subject: Any, wind: Fraction) -> tuple[int, tuple[Fraction, Fraction]]:
     nodes = subject.law.wind
     k = max(i for i in range(len(nodes) - 1) if nodes[i] <= wind)
     return k, (wind, min(wind + F(1, 50), nodes[k + 1]))
@@ -76,9 +61,7 @@ def test_uncertain_factor_of_one_state() -> None:
 
 
 @pytest.mark.parametrize("wind", ["5", "8", "12.1", "15", "22"])
-def test_function_falls_along_the_nonlinear_loop(
-    subject: Subject, nrel: Turbine, wind: str
-) -> None:
+def test_function_falls_along_the_nonlinear_loop(subject: Any, nrel: Turbine, wind: str) -> None:
     k, winds = cell(subject, F(wind))
     found, why = running_candidate(subject, machine(), k, winds, decay=F(1, 500))
     assert found is not None, why
@@ -95,7 +78,7 @@ def test_function_falls_along_the_nonlinear_loop(
             assert 2 * xi @ P @ rate < -2 * float(found.decay) * (xi @ P @ xi) * 0.999
 
 
-def test_changed_function_fails(subject: Subject) -> None:
+def test_changed_function_fails(subject: Any) -> None:
     k, winds = cell(subject, F(8))
     found, why = running_candidate(subject, machine(), k, winds)
     assert found is not None, why
@@ -111,7 +94,7 @@ def test_changed_function_fails(subject: Subject) -> None:
     assert inequality_failure(unstable, found) == "the decay inequality fails"
 
 
-def nonlinear(subject: Subject, nrel: Turbine, loop: Running, v: float, xi: Any, rng: Any) -> Any:
+def nonlinear(subject: Any, nrel: Turbine, loop: Running, v: float, xi: Any, rng: Any) -> Any:
     """Return the states' rates from the law's formulas; None where pitch is below its limit."""
     law, plant = subject.law, subject.plant
     nodes = np.array(law.wind, dtype=float)

@@ -2,6 +2,7 @@
 
 signals     linear signals with uncertain factors, and the matrix of the decay inequality
 running     the loop's factors enclosed over a box, and its equations as signals
+subject     turbine and law as the checker reads them
 candidate   a quadratic function for one cell of winds, with its inequalities in exact arithmetic
 
 No claim is made of these yet: no checker replays them, so nothing here is PROVED.
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
         combined,
         decay_form,
     )
+    from takagi.certificates.claims.turbine.running_loop.subject import loop_subject
 
 __all__ = [
     "Machine",
@@ -32,6 +34,7 @@ __all__ = [
     "combined",
     "decay_form",
     "inequality_failure",
+    "loop_subject",
     "running_candidate",
 ]
 
