@@ -6,4 +6,5 @@ law_options            of its law: set-points, schedule, ramps
 synthesis_options      of the search for its gains
 uncertainty_options    of its certificate: inertia, power coefficient, wake
 plant_options          what may be asked for a plant, over its file's ``[design]``
+time_budget            how long a search for a plant's gains may take
 """

@@ -3,6 +3,8 @@
 result          the finished design
 design          how it is made: model, gains as they are emitted, certificate
 gains           what is asked, as a question to the solver layer
+many_rules      which gains are sought where there are many rules; how long that takes:
+                work_estimate
 secant_model    a model of slopes, for gains that need no measured premise
 blend_regions   gains of a plant behind a blend, region by region
 """
