@@ -26,8 +26,8 @@ def time_options(
     """Declare how long a design for a plant may take."""
 
 
-def budget_asked(written: str | None) -> dict[str, float]:
-    """Return the argument ``budget`` [s] of ``design_plant``; empty where none was given.
+def budget_asked(written: str | None, default: float) -> float:
+    """Return the budget [s] of a search for gains.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def budget_asked(written: str | None) -> dict[str, float]:
     from takagi.models.files.units import parse_unit
 
     if written is None:
-        return {}
+        return default
     match = _TIME.fullmatch(written)
     if match is None or not match.group(2):
         raise ModelError(
@@ -53,4 +53,4 @@ def budget_asked(written: str | None) -> dict[str, float]:
     seconds = float(meant.to_si(Fraction(value)))
     if not seconds > 0:
         raise ModelError(f"option --time {written}: a time above 0 is needed, such as 60s")
-    return {"budget": seconds}
+    return seconds

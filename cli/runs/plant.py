@@ -36,13 +36,14 @@ class PlantMaker:
     def design(self, tell: Tell) -> PlantDesign | NoDesign:
         """Return the finished design."""
         from takagi.certificates.design.plant.design import design_plant
+        from takagi.certificates.design.plant.many_rules import BUDGET
 
         found = design_plant(
             *self._question(),
             files=self.source.files,
             tell=tell,
             announce=lambda words: print(f"takagi: {words}", file=sys.stderr, flush=True),
-            **budget_asked(self.asked.get("time")),
+            budget=budget_asked(self.asked.get("time"), BUDGET),
         )
         given = as_typed(self.asked)
         if isinstance(found, NoDesign) and given:

@@ -90,22 +90,19 @@ def design_plant(
     if way.announcement and announce is not None:
         announce(way.announcement)
     with clock("gains"):
-        if way.shortened:
-            found = shortened_gains(plant, model, asked, way)
-        else:
-            found = find_gains(plant, model, asked)
-    first = _rounded(work, found) if found.design.found else None
-    if way.shortened and (first is None or not first.proved):
+        found = (shortened_gains(plant, model, asked, way) if way.shortened
+                 else find_gains(plant, model, asked))  # fmt: skip
+    made = _rounded(work, found) if found.design.found else None
+    if way.shortened and (made is None or not made.proved):
         with clock("gains over few premises"):
             few = gains_of_few_premises(plant, model, asked, budget)
-        if few is not None:
-            second = _rounded(work, few)
-            if second.proved:
-                return second
-    if first is None:
-        with clock("what would help"):
-            return NoDesign("\n".join((*(n for n in (way.note,) if n), _reason(found, model))))
-    return first
+        again = None if few is None else _rounded(work, few)
+        if again is not None and again.proved:
+            return again
+    if made is not None:
+        return made
+    with clock("what would help"):
+        return NoDesign("\n".join((*([way.note] if way.note else []), _reason(found, model))))
 
 
 def certify_plant(
