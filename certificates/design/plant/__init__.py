@@ -17,12 +17,23 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.design import certify_plant, design_plant
+    from takagi.certificates.design.plant.many_rules import (
+        chosen_way,
+        gains_of_few_premises,
+        model_of_premises,
+    )
     from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.certificates.design.plant.work_estimate import effects, work_of
 
 __all__ = [
     "PlantDesign",
     "certify_plant",
+    "chosen_way",
     "design_plant",
+    "effects",
+    "gains_of_few_premises",
+    "model_of_premises",
+    "work_of",
 ]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)

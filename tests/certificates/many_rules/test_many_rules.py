@@ -13,28 +13,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from takagi.certificates.design.plant.design import design_plant
-from takagi.certificates.design.plant.many_rules import (
+from takagi.certificates.design.plant import (
+    PlantDesign,
     chosen_way,
+    design_plant,
+    effects,
     gains_of_few_premises,
     model_of_premises,
+    work_of,
 )
-from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.design.plant.work_estimate import effects, work_of
-from takagi.cli.main import main
-from takagi.models.loading import read_model
-from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant.plant import Plant
-from takagi.models.sector.model import sector_model
-from takagi.models.ts.model import TSModel
+from takagi.models import Plant, TSModel, load_model, sector_model
+from takagi.models.plant import PlantSettings
 
 HERE = Path(__file__).parent
-VALVE = HERE / "tank_with_valve.toml"
 
 
 def plant_of(path: Path) -> Plant:
     """Return the plant of a file."""
-    found = read_model(str(path)).model
+    found = load_model(path)
     assert isinstance(found, Plant)
     return found
 
@@ -42,7 +38,7 @@ def plant_of(path: Path) -> Plant:
 @pytest.fixture(scope="module")
 def valve() -> tuple[Plant, TSModel]:
     """The plant with 4 states and 5 premises, and its model."""
-    plant = plant_of(VALVE)
+    plant = plant_of(HERE / "tank_with_valve.toml")
     return plant, sector_model(plant)
 
 
@@ -108,37 +104,3 @@ def test_the_estimate_counts_what_is_posed(valve: tuple[Plant, TSModel]) -> None
         each.seconds / 2
     )
     assert effects(valve[1]).shape == (5,) and (effects(valve[1]) > 0).all()
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ("0s", "a time above 0 is needed"),
-        ("-5min", "a time above 0 is needed"),
-        ("60", "a number with a unit is needed"),
-        ("soon", "a number with a unit is needed"),
-        ("1e999s", "--time 1e999s"),
-        ("3kg", "is no unit of time"),
-    ],
-)
-def test_a_time_that_is_none_is_refused(
-    given: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Status 2, with what is needed; nothing is written."""
-    out = tmp_path / "out"
-    assert main(["design", str(VALVE), "--out", str(out), f"--time={given}"]) == 2
-    said = capsys.readouterr().err
-    assert words in said and "internal error" not in said
-    assert not out.exists()
-
-
-def test_the_announcement_goes_to_standard_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The answer alone is on standard output."""
-    asked = ["certify", str(VALVE), "--out", str(tmp_path / "c.json"), "--time", "10s"]
-    assert main(asked) == 0
-    captured = capsys.readouterr()
-    assert captured.err.startswith("takagi: 32 rules by 5 premises")
-    assert "Chosen: one gain for all rules" in captured.err
-    assert "Chosen" not in captured.out
