@@ -204,16 +204,21 @@ def _settling_rate(written: str) -> float:
 
 def _time(option: str, written: str) -> float:
     """Return a time in s of a text such as 10ms; a number alone is in s."""
-    from takagi.models.files.units import parse_unit
-
     match = _PAIR.fullmatch(f"time={written}")
     if match is None:
         raise ModelError(f"option {option}: {written!r} was given; a time such as 10ms is needed")
-    value, unit = match.group(2), match.group(3).strip() or "s"
+    unit = match.group(3).strip() or "s"
+    return seconds_of(match.group(2), unit, f"option {option} {written}")
+
+
+def seconds_of(number: str, unit: str, option: str) -> float:
+    """Return a time in s; ``option`` opens the message where the unit is none of time."""
+    from takagi.models.files.units import parse_unit
+
     try:
         meant = parse_unit(unit)
     except ModelError as error:
-        raise ModelError(f"option {option} {written}: {error}") from error
+        raise ModelError(f"{option}: {error}") from error
     if meant.dimension != parse_unit("s").dimension:
-        raise ModelError(f"option {option} {written}: {unit!r} is no unit of time")
-    return float(meant.to_si(Fraction(value)))
+        raise ModelError(f"{option}: {unit!r} is no unit of time; 60s and 10ms have one")
+    return float(meant.to_si(Fraction(number)))

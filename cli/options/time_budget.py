@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from fractions import Fraction
 from typing import Annotated
 
 import typer
 
+from takagi.cli.options.plant_options import seconds_of
 from takagi.models.errors import ModelError
 
 _TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
@@ -33,8 +33,6 @@ def budget_asked(written: str | None, default: float) -> float:
     ------
     ModelError : no number with a unit of time, or a time that is not positive.
     """
-    from takagi.models.files.units import parse_unit
-
     if written is None:
         return default
     match = _TIME.fullmatch(written)
@@ -43,14 +41,7 @@ def budget_asked(written: str | None, default: float) -> float:
             f"option --time: {written!r} was given; a number with a unit is needed, such as 60s "
             "or 5min"
         )
-    value, unit = match.groups()
-    try:
-        meant = parse_unit(unit)
-    except ModelError as error:
-        raise ModelError(f"option --time {written}: {error}") from error
-    if meant.dimension != parse_unit("s").dimension:
-        raise ModelError(f"option --time {written}: {unit!r} is no unit of time; 60s is one")
-    seconds = float(meant.to_si(Fraction(value)))
+    seconds = seconds_of(match.group(1), match.group(2), f"option --time {written}")
     if not seconds > 0:
         raise ModelError(f"option --time {written}: a time above 0 is needed, such as 60s")
     return seconds

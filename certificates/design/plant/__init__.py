@@ -18,7 +18,7 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.design import certify_plant, design_plant
     from takagi.certificates.design.plant.many_rules import (
-        chosen_way,
+        gain_choice,
         gains_of_few_premises,
         model_of_premises,
     )
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 __all__ = [
     "PlantDesign",
     "certify_plant",
-    "chosen_way",
     "design_plant",
     "effects",
+    "gain_choice",
     "gains_of_few_premises",
     "model_of_premises",
     "work_of",

@@ -27,7 +27,7 @@ from takagi.certificates.design.plant.gains import (
 )
 from takagi.certificates.design.plant.many_rules import (
     BUDGET,
-    chosen_way,
+    gain_choice,
     gains_of_few_premises,
     shortened_gains,
 )
@@ -86,14 +86,16 @@ def design_plant(
         first = _rounded(work, regional)
         if first.proved:
             return first
-    way = chosen_way(model, one_gain(model, asked)[0], budget)
-    if way.announcement and announce is not None:
-        announce(way.announcement)
+    choice = gain_choice(model, one_gain(model, asked)[0], budget)
+    if choice.announcement and announce is not None:
+        announce(choice.announcement)
     with clock("gains"):
-        found = (shortened_gains(plant, model, asked, way) if way.shortened
-                 else find_gains(plant, model, asked))  # fmt: skip
+        if choice.shortened:
+            found = shortened_gains(plant, model, asked, choice)
+        else:
+            found = find_gains(plant, model, asked)
     made = _rounded(work, found) if found.design.found else None
-    if way.shortened and (made is None or not made.proved):
+    if choice.shortened and (made is None or not made.proved):
         with clock("gains over few premises"):
             few = gains_of_few_premises(plant, model, asked, budget)
         again = None if few is None else _rounded(work, few)
@@ -102,7 +104,8 @@ def design_plant(
     if made is not None:
         return made
     with clock("what would help"):
-        return NoDesign("\n".join((*([way.note] if way.note else []), _reason(found, model))))
+        reason = _reason(found, model)
+        return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
 def certify_plant(

@@ -32,7 +32,7 @@ SHOWN = 3  # premises in the announcement
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class GainChoice:
     """How gains are sought: what is announced before, ``""`` for short work, and the notes.
 
     Attributes
@@ -45,7 +45,7 @@ class Way:
     note: str = ""
 
 
-def chosen_way(model: TSModel, asked: PlantSettings, budget: float) -> Way:
+def gain_choice(model: TSModel, asked: PlantSettings, budget: float) -> GainChoice:
     """Return how gains are sought within ``budget`` [s], by estimates alone.
 
     A relaxation that was asked for is kept, however long it takes.
@@ -54,25 +54,27 @@ def chosen_way(model: TSModel, asked: PlantSettings, budget: float) -> Way:
     single = work_of(len(model.A), sizes, asked, one_gain=True)
     if asked.relaxation == ONE_GAIN:
         said = f"one gain for all rules: {single.words}"
-        return Way(False, "" if single.seconds < LONG else f"{_head(model)}; {said}")
+        return GainChoice(False, "" if single.seconds < LONG else f"{_head(model)}; {said}")
     each = work_of(len(model.A), sizes, asked, one_gain=False, merged=bool(model.premises))
     if each.seconds < LONG or len(model.A) == 1:
-        return Way(False)
+        return GainChoice(False)
     told = f"{_head(model)}; a gain for every rule: {each.words}"
     if asked.relaxation is not None or each.seconds <= budget:
-        return Way(False, f"{told}. {_less(model, asked, each, single)}")
+        return GainChoice(False, f"{told}. {_less(model, asked, each, single)}")
     note = (
         f"one gain for all {len(model.A)} rules: a gain for every rule would take "
         f"{each.words}, more than the {budget:g} s of --time"
     )
     chosen = f"Chosen: one gain for all rules, {single.words}, because the budget is {budget:g} s"
-    return Way(True, f"{told}. {chosen} (--time). {_less(model, asked, each, single)}", note)
+    return GainChoice(True, f"{told}. {chosen} (--time). {_less(model, asked, each, single)}", note)
 
 
-def shortened_gains(plant: Plant, model: TSModel, asked: PlantSettings, way: Way) -> FoundGains:
+def shortened_gains(
+    plant: Plant, model: TSModel, asked: PlantSettings, choice: GainChoice
+) -> FoundGains:
     """Return one gain for all rules; what answers that there is none is returned too."""
     found = find_gains(plant, model, replace(asked, relaxation=ONE_GAIN))
-    return replace(found, notes=(way.note, *found.notes), explainable=False)
+    return replace(found, notes=(choice.note, *found.notes), explainable=False)
 
 
 def gains_of_few_premises(
@@ -145,18 +147,14 @@ def _formula(model: TSModel, premise: int) -> str:
 
 
 def _less(model: TSModel, asked: PlantSettings, each: WorkEstimate, single: WorkEstimate) -> str:
-    """Return what would halve the work."""
+    """Return what takes less time."""
     if len(model.premises) < 2:
         return f"--relaxation {ONE_GAIN} takes {single.words}."
     least = model.premises[int(np.argmin(effects(model)))]
     sizes = (len(model.states), len(model.inputs))
     fewer = work_of(len(model.A) // 2, sizes, asked, one_gain=False)
     return (
-        f"Less than half of {_seconds(each)} takes a plant with one premise less, such as "
-        f"{least.name}, which has the least effect: {_seconds(fewer)}; a given --decay-rate is one "
-        f"problem in the place of several; --relaxation {ONE_GAIN} takes {_seconds(single)}."
+        f"What takes less: a plant with one premise less, {fewer.time}; {least.name} has the least "
+        "effect. A given --decay-rate, which is one problem in the place of several. --relaxation "
+        f"{ONE_GAIN}, {single.time}."
     )
-
-
-def _seconds(work: WorkEstimate) -> str:
-    return work.words.removeprefix("about ").partition(" and ")[0]

@@ -39,9 +39,14 @@ class WorkEstimate:
     megabytes: float
 
     @property
+    def time(self) -> str:
+        """The time to one or two digits, with its unit."""
+        return _time(self.seconds)
+
+    @property
     def words(self) -> str:
         """Time and memory to one or two digits."""
-        return f"about {_time(self.seconds)} and {_memory(self.megabytes)}"
+        return f"about {self.time} and {_memory(self.megabytes)}"
 
 
 def work_of(

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from takagi.certificates.design.plant import (
     PlantDesign,
-    chosen_way,
     design_plant,
     effects,
+    gain_choice,
     gains_of_few_premises,
     model_of_premises,
     work_of,
@@ -62,19 +63,19 @@ def test_the_time_decides_between_one_gain_and_one_for_every_rule(
     """32 rules fit into two minutes by the estimate, not into ten seconds."""
     _, model = valve
     asked = PlantSettings()
-    plenty, little = chosen_way(model, asked, 120.0), chosen_way(model, asked, 10.0)
+    plenty, little = gain_choice(model, asked, 120.0), gain_choice(model, asked, 10.0)
     assert not plenty.shortened and "Chosen" not in plenty.announcement
     assert plenty.announcement.startswith("32 rules by 5 premises")
     assert little.shortened and little.note
-    kept = chosen_way(model, replace(asked, relaxation="tanaka-wang"), 10.0)
+    kept = gain_choice(model, replace(asked, relaxation="tanaka-wang"), 10.0)
     assert not kept.shortened and kept.announcement
 
 
 def test_a_quick_design_is_left_alone_and_silent(valve: tuple[Plant, TSModel]) -> None:
     """Short work is neither announced nor changed, whatever the budget."""
     smaller, _ = model_of_premises(valve[1], [0, 1])
-    way = chosen_way(smaller, PlantSettings(), 0.001)
-    assert (way.shortened, way.announcement, way.note) == (False, "", "")
+    choice = gain_choice(smaller, PlantSettings(), 0.001)
+    assert (choice.shortened, choice.announcement, choice.note) == (False, "", "")
 
 
 def test_gains_over_few_premises_are_put_on_all_rules(valve: tuple[Plant, TSModel]) -> None:
@@ -89,6 +90,28 @@ def test_gains_over_few_premises_are_put_on_all_rules(valve: tuple[Plant, TSMode
     assert found is not None and found.notes[0].startswith("gains that depend on z")
     gains = np.asarray(found.design.require()[0])
     assert 1 < len(np.unique(gains.round(12), axis=0)) < len(model.A)
+
+
+def test_gains_over_few_premises_are_proved_with_all_rules(
+    valve: tuple[Plant, TSModel], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where one gain is not found, and the time is not enough for a gain for every rule."""
+    from takagi.certificates.design.plant import design, many_rules
+
+    one_gain = many_rules.shortened_gains
+
+    def nothing(*given: Any) -> Any:
+        found = one_gain(*given)
+        answer = replace(found.design.answer, status="infeasible")
+        return replace(found, design=replace(found.design, answer=answer))
+
+    monkeypatch.setattr(design, "shortened_gains", nothing)
+    found = design_plant(valve[0], budget=20.0)
+
+    assert isinstance(found, PlantDesign) and found.proved
+    assert found.notes[0].startswith("gains that depend on z2, z3, z5 alone")
+    assert found.gains is not None and len(np.unique(found.gains, axis=0)) == 8
+    assert not isinstance(design_plant(valve[0], budget=1.0), PlantDesign)
 
 
 def test_the_estimate_counts_what_is_posed(valve: tuple[Plant, TSModel]) -> None:
