@@ -188,7 +188,7 @@ def test_the_short_certificate_is_proved_by_both(short_rates: dict[str, Any], re
 
 
 @pytest.mark.parametrize("name", DAMAGES)
-@pytest.mark.parametrize("k", [0, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("k", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_each_number_of_a_cell_counts(
     short_rates: dict[str, Any], reseal: Any, name: str, k: int
 ) -> None:
