@@ -72,4 +72,4 @@ def test_it_recovers_within_a_minute(turbine: Turbine) -> None:
 
     assert off[late].max() < 0.025
     assert off[last].max() < 0.01
-    assert np.abs(history.law_states[late, 0]).max() < 0.05
+    assert np.abs(history.law_states[last, 0]).max() < 0.05
