@@ -48,10 +48,7 @@ def reduced() -> bool:
 
 @pytest.fixture(scope="session")
 def turbine_design() -> TurbineDesign:
-    """The design of the NREL 5-MW turbine at its two-step gains, made once: fifteen seconds.
-
-    The default, gains and function together, takes a minute more and is tested where it is made.
-    """
+    """The default design of the NREL 5-MW turbine, made once: fifteen seconds."""
     from takagi.certificates import DesignSettings, design_turbine
     from takagi.models import nrel5mw
     from takagi.models.turbine import model_files

@@ -68,7 +68,7 @@ def test_the_stored_certificate_is_proved() -> None:
         "wind-rate",
         "actuator-rates",
     ]
-    assert "wind filter of 5 s" in found.claims[1].text
+    assert "wind filter of 12 s" in found.claims[1].text
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def turned(stored: Any) -> Fraction:
     nodes = [Fraction(str(node)) for node in stored["gains"]["wind"]]
     fed = [k for k, limit in enumerate(stored["gains"]["feedforward_limit"]) if Fraction(limit) > 0]
     whole = ranges(stored)
-    return max(one.bend(nodes[k], nodes[k + 1], Fraction(5)) for one in whole for k in fed)
+    return max(one.bend(nodes[k], nodes[k + 1], Fraction(12)) for one in whole for k in fed)
 
 
 # Page, sentence with the number, what is proved, and whether it is a bound from above.

@@ -23,7 +23,8 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import bound, gain_file_of, plain
 
 # Members that model and law do not determine; they are taken from the file.
-FREE = ("name", "turbine", "plant", "notes", "trim", "start", "observer", "certificate")
+FREE = ("name", "turbine", "plant", "notes", "trim", "start", "observer", "measurement",
+        "certificate")  # fmt: skip
 NEEDED = ("trim", "observer")  # of a turbine's file
 MOST = 3
 
@@ -99,10 +100,24 @@ def _of_today(
     if document["gains"]["name"] != "pdc":
         if not all(isinstance(found.get(key), Mapping) for key in NEEDED):
             return document
+        _require_measurement(found.get("measurement"))
         observer = {key: v for key, v in found["observer"].items() if key != "equations"}
         found |= {"observer": observer, "states": file.get("states", [])}
     found.setdefault("certificate", {})
     return bound(document, found)
+
+
+def _require_measurement(stated: Any) -> None:
+    """Refuse a low-pass on the measured speed that is none; a file may lack it."""
+    if stated is None:
+        return
+    corner = stated.get("speed_filter") if isinstance(stated, Mapping) else None
+    good = isinstance(corner, int | float) and not isinstance(corner, bool) and corner > 0
+    if not good or len(stated) != 1:
+        raise CertificateError(
+            f"the gain file's measurement is {str(stated)[:60]}; a corner above 0 is needed, "
+            'such as {"speed_filter": 8.0} in rad/s, or leave the member out'
+        )
 
 
 def _compare_earlier(

@@ -20,6 +20,7 @@ from takagi.cli.options.law_options import (
     PitchEffectivenessShare,
     RampPlacement,
     RampShape,
+    SpeedFilter,
     TorqueSetpoint,
     TrackingTime,
     WindFilter,
@@ -28,6 +29,7 @@ from takagi.cli.options.law_options import (
 from takagi.cli.options.synthesis_options import (
     OF_SYNTHESIS,
     ObjectiveName,
+    OneStep,
     TwoStep,
     synthesis_settings,
 )
@@ -110,11 +112,13 @@ def turbine_options(
     ramp_placement: RampPlacement = None,
     tracking_time: TrackingTime = None,
     wind_filter: WindFilter = None,
+    speed_filter: SpeedFilter = None,
     bandwidth: Bandwidth = None,
     inertia: Inertia = None,
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
     two_step: TwoStep = False,
+    one_step: OneStep = False,
     objective: ObjectiveName = None,
 ) -> None:
     """Declare what a design for a wind turbine may be asked for."""

@@ -26,7 +26,7 @@ PitchEffectivenessShare = Annotated[
     typer.Option(
         metavar="SHARE",
         help="Turbines: pitch effectiveness that the law divides by, over the frozen wake's [-]; "
-        "0.6 unless given. Less moves pitch more. Law coherent.",
+        "1 unless given. Less moves pitch more. Law coherent.",
     ),
 ]
 RampShape = Annotated[
@@ -56,17 +56,27 @@ WindFilter = Annotated[
     float | None,
     typer.Option(
         metavar="SECONDS",
-        help="Turbines: low-pass on the wind estimate [s]; 5 unless given. A fast one, 0.05, is "
+        help="Turbines: low-pass on the wind estimate [s]; 12 unless given. A fast one, 0.05, is "
         "for a wind that is measured, by a lidar say: the wind rate that is proved is then larger, "
         "but an estimate from rotor speed makes the loop swing. Law coherent.",
     ),
 ]
+SpeedFilter = Annotated[
+    float | None,
+    typer.Option(
+        metavar="RAD/S",
+        help="Turbines: corner of the low-pass on the measured rotor speed [rad/s] that goes out "
+        "with the law, 0 for none; 8 unless given. It keeps the drivetrain's "
+        "torsion out of the loop, and is not in the proof. Law coherent.",
+    ),
+]
 
 # Which of these options a law has.
-OF_COHERENT = ("pitch_effectiveness_share", "wind_filter")
+OF_COHERENT = ("pitch_effectiveness_share", "wind_filter", "speed_filter")
 OF_PAPER = ("ramp_shape", "ramp_placement", "tracking_time")
 # A slower filter suits no turbine, and the design would search for minutes before failing.
 LONGEST_FILTER = 100.0  # s
+SLOWEST_CORNER = 0.5  # rad/s
 
 
 def law_settings(
@@ -80,6 +90,7 @@ def law_settings(
     ramp_placement: float | None = None,
     tracking_time: float | None = None,
     wind_filter: float | None = None,
+    speed_filter: float | None = None,
 ) -> dict[str, Any]:
     """Return the fields of ``DesignSettings`` that were asked for.
 
@@ -91,7 +102,7 @@ def law_settings(
     if torque_setpoint is not None:
         found["torque_setpoint"] = _torque(torque_setpoint, turbine, speed_setpoint)
     if (share := pitch_effectiveness_share) is not None:
-        needed = "above 0 and at most 10 is needed, such as 0.6"
+        needed = "above 0 and at most 10 is needed, such as 1"
         _require(0 < share <= 10, f"--pitch-effectiveness-share: {share:g} was given; {needed}")
         found["effectiveness_share"] = share
     if ramp_shape is not None:
@@ -118,6 +129,13 @@ def law_settings(
             "that hardly moves knows no wind",
         )
         found["wind_filter"] = time
+    if (corner := speed_filter) is not None:
+        _require(
+            corner == 0 or SLOWEST_CORNER <= corner < math.inf,
+            f"--speed-filter: {corner:g} was given; at least {SLOWEST_CORNER:g} rad/s is needed, "
+            "or 0 for none: a slower low-pass hides the speed from the law",
+        )
+        found["speed_filter"] = corner
     return found
 
 

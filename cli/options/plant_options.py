@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -30,6 +31,14 @@ def plant_options(
             metavar="RATE", help='Plants: decay rate [1/s], or "max"; a moderate one unless given.'
         ),
     ] = None,
+    settle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Plants: time in which the square root of V falls to 2 %, such as 2s, in place "
+            "of a decay rate.",
+        ),
+    ] = None,
     relaxation: Annotated[
         str | None,
         typer.Option(
@@ -51,7 +60,7 @@ def plant_options(
         typer.Option(
             metavar="STATE=VALUE",
             help="Plants: half-width of the box of initial states, in the state's unit or with "
-            "one: angle=10deg; repeated for every state.",
+            "one: angle=10deg; may be repeated. A state not named starts at rest.",
         ),
     ] = None,
     gain_bound: Annotated[
@@ -109,9 +118,15 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     if given.get("solve_rest"):
         changes["rest"] = "solve inputs"
     if given.get("sample_time") is not None:
-        changes["sample_time"] = _time(given["sample_time"])
+        changes["sample_time"] = _time("--sample-time", given["sample_time"])
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
+    if given.get("settle") is not None:
+        if "decay_rate" in changes:
+            raise ModelError(
+                "options --settle and --decay-rate both say how fast the loop is; leave one out"
+            )
+        changes["decay_rate"] = _settling_rate(given["settle"])
     for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
         if given.get(name):
             changes[name] = values_in_si(option_of(name), given[name], variables)
@@ -179,20 +194,31 @@ def _rate(written: str) -> float | str:
         ) from error
 
 
-def _time(written: str) -> float:
-    """Return a time in s of a text such as 10ms; a number alone is in s."""
-    from takagi.models.files.units import parse_unit
+def _settling_rate(written: str) -> float:
+    """Return the rate in 1/s at which exp(-rate t) is 2 % after the time."""
+    time = _time("--settle", written)
+    if time <= 0:
+        raise ModelError(f"option --settle: {written!r} was given; a time above 0 is needed")
+    return math.log(50) / time
 
+
+def _time(option: str, written: str) -> float:
+    """Return a time in s of a text such as 10ms; a number alone is in s."""
     match = _PAIR.fullmatch(f"time={written}")
     if match is None:
-        raise ModelError(
-            f"option --sample-time: {written!r} was given; a time such as 10ms is needed"
-        )
-    value, unit = match.group(2), match.group(3).strip() or "s"
+        raise ModelError(f"option {option}: {written!r} was given; a time such as 10ms is needed")
+    unit = match.group(3).strip() or "s"
+    return seconds_of(match.group(2), unit, f"option {option} {written}")
+
+
+def seconds_of(number: str, unit: str, option: str) -> float:
+    """Return a time in s; ``option`` opens the message where the unit is none of time."""
+    from takagi.models.files.units import parse_unit
+
     try:
         meant = parse_unit(unit)
     except ModelError as error:
-        raise ModelError(f"option --sample-time {written}: {error}") from error
+        raise ModelError(f"{option}: {error}") from error
     if meant.dimension != parse_unit("s").dimension:
-        raise ModelError(f"option --sample-time {written}: {unit!r} is no unit of time")
-    return float(meant.to_si(Fraction(value)))
+        raise ModelError(f"{option}: {unit!r} is no unit of time; 60s and 10ms have one")
+    return float(meant.to_si(Fraction(number)))

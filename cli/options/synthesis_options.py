@@ -1,4 +1,4 @@
-"""What may be asked of the search for a turbine's gains: in one step or two, and what for."""
+"""What may be asked of the search for a turbine's gains: in two steps or one, and what for."""
 
 from __future__ import annotations
 
@@ -9,15 +9,23 @@ import typer
 from takagi.models.errors import ModelError
 
 # Options that the law coherent alone has.
-OF_SYNTHESIS = ("two_step", "objective")
+OF_SYNTHESIS = ("two_step", "one_step", "objective")
 
 TwoStep = Annotated[
     bool,
     typer.Option(
         "--two-step",
-        help="Turbines: find the gains wind by wind and prove them afterwards: about a minute "
-        "less, for a smaller wind class and slower decay. Without it, gains and proof are found "
-        "together. Law coherent.",
+        help="Turbines: find the gains wind by wind and prove them afterwards, as is done unless "
+        "--one-step or --objective is given. Law coherent.",
+    ),
+]
+OneStep = Annotated[
+    bool,
+    typer.Option(
+        "--one-step",
+        help="Turbines: move gains and proof together, from the two-step gains on: about two "
+        "minutes more, for a larger wind class and faster decay; pitch then travels more. Law "
+        "coherent.",
     ),
 ]
 ObjectiveName = Annotated[
@@ -25,31 +33,35 @@ ObjectiveName = Annotated[
     typer.Option(
         "--objective",
         metavar="NAME",
-        help="Turbines: what gains found together make better: balanced (wind class, and some "
-        "decay), wind-class, decay, calm-pitch or calm-tower; balanced unless given. The first "
-        "three give up no wind class that the two-step gains have on average or "
+        help="Turbines: what gains found in one step make better: balanced (wind class, and some "
+        "decay), wind-class, decay, calm-pitch or calm-tower; --one-step alone means balanced. The "
+        "first three give up no wind class that the two-step gains have on average or "
         "at the weakest wind, the calm ones up to 15 %. Law coherent.",
     ),
 ]
 
 
-def synthesis_settings(*, two_step: bool, objective: str | None) -> dict[str, Any]:
+def synthesis_settings(*, two_step: bool, one_step: bool, objective: str | None) -> dict[str, Any]:
     """Return the fields of ``DesignSettings`` that these options set.
 
     Raises
     ------
-    ModelError : an objective that has no such name, or one beside --two-step.
+    ModelError : an objective that has no such name, or --two-step beside one step.
     """
     from takagi.lmi.turbine.one_step.objective import objective_named
 
-    if objective is None:
-        return {"synthesis": "two-step"} if two_step else {}
     if two_step:
-        raise ModelError(
-            f"options --two-step and --objective {objective}: an objective steers the search in "
-            "one step; leave one of the two out"
-        )
+        if one_step:
+            raise ModelError("options --two-step and --one-step: leave one of the two out")
+        if objective is not None:
+            raise ModelError(
+                f"options --two-step and --objective {objective}: an objective steers the search "
+                "in one step; leave one of the two out"
+            )
+        return {"synthesis": "two-step"}
+    if objective is None:
+        return {"synthesis": "one-step"} if one_step else {}
     try:
-        return {"objective": objective_named(objective)}
+        return {"synthesis": "one-step", "objective": objective_named(objective)}
     except ModelError as error:
         raise ModelError(f"option --objective: {error}") from error

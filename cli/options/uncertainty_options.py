@@ -28,7 +28,7 @@ PowerCoefficient = Annotated[
     typer.Option(
         metavar="LOW HIGH",
         help="Turbines: true over tabulated power coefficient that the certificate must cover, "
-        "such as 0.98 1.02; the table's own unless given. Law coherent.",
+        "such as 0.99 1.01; the table's own unless given. Law coherent.",
     ),
 ]
 EquilibriumWake = Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Groups, as_typed
 from takagi.cli.options.plant_options import plant_options, plant_settings, sampled_options
+from takagi.cli.options.time_budget import budget_asked, time_options
 from takagi.cli.progress import Tell
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ class PlantMaker:
     """What verbs ask of a plant, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a plant"
-    groups: ClassVar[Groups] = (plant_options, sampled_options)
+    groups: ClassVar[Groups] = (plant_options, sampled_options, time_options)
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
     has_maps: ClassVar[bool] = False
@@ -34,8 +36,15 @@ class PlantMaker:
     def design(self, tell: Tell) -> PlantDesign | NoDesign:
         """Return the finished design."""
         from takagi.certificates.design.plant.design import design_plant
+        from takagi.certificates.design.plant.many_rules import BUDGET
 
-        found = design_plant(*self._question(), files=self.source.files, tell=tell)
+        found = design_plant(
+            *self._question(),
+            files=self.source.files,
+            tell=tell,
+            announce=lambda words: print(f"takagi: {words}", file=sys.stderr, flush=True),
+            budget=budget_asked(self.asked.get("time"), BUDGET),
+        )
         given = as_typed(self.asked)
         if isinstance(found, NoDesign) and given:
             relax = f"Asked for on the command line: {given}; relax that first."

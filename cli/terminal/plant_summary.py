@@ -44,6 +44,7 @@ def as_text(design: PlantDesign) -> str:
     if design.law is not None and design.gains is not None:
         lines += _gains(design)
     lines += _set(design)
+    lines += _motion(design)
     lines += _claims(design)
     lines += [line for note in design.notes for line in _told("note", note)]
     if model.sample_time is not None:
@@ -147,6 +148,26 @@ def _set(design: PlantDesign) -> list[str]:
             "rate or larger inputs give more"
         )
     return _told("set", text)
+
+
+def _motion(design: PlantDesign) -> list[str]:
+    """Return how far states get from anywhere in the proved set, and when they are at rest."""
+    from takagi.reports.loops.plant_loop import plant_loop
+    from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
+    from takagi.reports.page.rounded_bounds import at_most
+
+    loop = plant_loop(design)
+    reach, time = half_widths(loop), settling_time(loop)
+    if reach is None:
+        return []
+    parts = [
+        _kept(f"|{label.split(' [')[0]}| <= {at_most(float(most), 4)}{_unit(label)}")
+        for label, most in zip(design.model.states, reach, strict=True)
+    ]
+    text = f"from anywhere in the set {', '.join(parts)}"
+    if time is not None:
+        text += f"; within {at_most(time)} s all are below {SETTLED:.0%} of that"
+    return _told("motion", text)
 
 
 def _unit(label: str) -> str:

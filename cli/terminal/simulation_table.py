@@ -65,7 +65,8 @@ def _without(found: Simulation) -> str:
     if asked.without:
         words += f", without {' and '.join(asked.without)}"
     if asked.speed_filter is not None:
-        words += f", speed through {asked.speed_filter:g} rad/s"
+        through = f"through {asked.speed_filter:g} rad/s" if asked.speed_filter else "unfiltered"
+        words += f", speed {through}"
     return words + (f", ripple {asked.ripple:g}" if asked.ripple else "")
 
 

@@ -61,7 +61,9 @@ def turbine_simulation(
     speed_filter: Annotated[
         float | None,
         typer.Option(
-            metavar="RAD/S", help="Turbines: corner of a low-pass on the measured speed [rad/s]."
+            metavar="RAD/S",
+            help="Turbines: corner of a low-pass on the measured speed [rad/s], 0 for none; each "
+            "law's own unless given.",
         ),
     ] = None,
     ripple: Annotated[

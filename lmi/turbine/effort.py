@@ -44,7 +44,9 @@ class EffortSettings:
         torque.  At most the other; region 2.5 goes from one to the other.
     speed_error : e_max of the operating set [rad/s].
     torque_share : largest share of the torque reserve to zero that the set may use [-].
-    integral_share : integral rate over the slowest loop rate [-].
+    integral_share : integral rate over the slowest loop rate, where pitch acts [-].  A fast
+        integral moves pitch with every gust near rated wind, where pitch is weak.
+    partial_integral_share : the same where torque alone acts.
     inertia : true over nominal inertia that every gain must serve.
     """
 
@@ -52,7 +54,8 @@ class EffortSettings:
     partial_bandwidth: float = 0.3
     speed_error: float = 0.03
     torque_share: float = 0.6
-    integral_share: float = 0.3
+    integral_share: float = 0.15
+    partial_integral_share: float = 0.3
     inertia: tuple[float, float] = (0.9, 1.1)
 
 
@@ -121,7 +124,8 @@ def _node(
     most = asked.torque_share * reserve / asked.speed_error
     aimed = min(_bandwidth(schedule, asked, k), most)
     slowest = _least_gain(turbine, schedule, asked, k, aimed) * aimed - stiffness[1]
-    integral = asked.integral_share * max(slowest, 0.1 * aimed)
+    share = _over_region_25(schedule, k, asked.partial_integral_share, asked.integral_share)
+    integral = share * max(slowest, 0.1 * aimed)
     gains = [1 / inertia for inertia in asked.inertia]
     A = [[[a, 0.0], [-1.0, 0.0]] for a in stiffness for _ in gains]
     B = [[[-gain], [0.0]] for _ in stiffness for gain in gains]
@@ -143,12 +147,16 @@ def _node(
 
 
 def _bandwidth(schedule: EffortSchedule, asked: EffortSettings, k: int) -> float:
-    """Return the bandwidth at a node: partial, full, or between them over region 2.5."""
+    partial = min(asked.partial_bandwidth, asked.bandwidth)
+    return _over_region_25(schedule, k, partial, asked.bandwidth)
+
+
+def _over_region_25(schedule: EffortSchedule, k: int, partial: float, full: float) -> float:
+    """Return a node's value of what is partial below region 2.5, full above, linear over it."""
     begin = schedule.wind[np.argmax(schedule.rotor_speed)]
     beyond = schedule.wind[schedule.trim_effort >= 0]
     end = beyond[0] if len(beyond) else schedule.wind[-1]
-    ends = (min(asked.partial_bandwidth, asked.bandwidth), asked.bandwidth)
-    return float(np.interp(schedule.wind[k], (begin, max(end, begin + 1e-6)), ends))
+    return float(np.interp(schedule.wind[k], (begin, max(end, begin + 1e-6)), (partial, full)))
 
 
 def _stiffness(
@@ -177,7 +185,8 @@ def _least_gain(
 
 
 def _check(asked: EffortSettings) -> None:
-    for name in ("bandwidth", "partial_bandwidth", "speed_error", "torque_share", "integral_share"):
+    shares = ("torque_share", "integral_share", "partial_integral_share")
+    for name in ("bandwidth", "partial_bandwidth", "speed_error", *shares):
         value = getattr(asked, name)
         if not 0 < value < 100:
             raise ModelError(f"{name} = {value!r} was given; a positive number is needed")

@@ -26,14 +26,15 @@ class PlantSettings:
     rest : ``"given"`` takes the rest values of the plant, ``"solve inputs"`` solves for those of
         the inputs.
     decay_rate : alpha [1/s] with V' <= -2 alpha V; ``"max"`` for nine tenths of the largest, which
-        needs bounded gains; None for a moderate one, the last that is not bought by more than
-        doubled commands (``takagi.certificates.design.plant.gains``).
+        needs bounded gains or limited inputs; None for a moderate one
+        (``takagi.certificates.design.plant.moderate_rate``).
     relaxation : of the double sum, as ``takagi.lmi.pdc`` names it; None takes all pairs of rules,
         and richer ones where these have no gains.
     input_limit : input -> largest deviation from its rest; one that is not named takes the range
         of the input, if it has one.
-    initial : state -> half-width of the box of initial deviations that the limits shall cover.
-        Without it the ellipsoid in which all limits hold is made as large as possible.
+    initial : state -> half-width of the box of initial deviations that the limits shall cover;
+        a state that is not named starts at rest.  Without any, the ellipsoid in which all limits
+        hold is made as large as possible.
     gain_bound : on the spectral norm of every gain, in the units of the model.
     damping : least damping ratio of the poles at the vertices, below 1; continuous time.
     fastest : largest size of those poles [1/s]; continuous time.
@@ -91,12 +92,6 @@ class PlantSettings:
                         f"{field_name} of {name}: there is no {what} of that name"
                         f"{did_you_mean(name, known)}; the plant has {listed}"
                     )
-        missing = [name for name in states if name not in self.initial]
-        if self.initial and missing:
-            raise ModelError(
-                f"initial has no {', '.join(missing)}; a box of initial states has a half-width "
-                "for every state"
-            )
 
 
 def _word(name: str, given: str, known: tuple[str, ...]) -> None:

@@ -320,6 +320,7 @@ def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
     speed, wind = trim["rotor_speed"], trim["wind"]
     known = {
         "speed": (speed[0], (Decimal(0), 2 * max(speed))),
+        "measured_speed": (speed[0], (Decimal(0), 2 * max(speed))),
         "pitch": (trim["pitch"][0], (limits["pitch"][0], limits["pitch"][1])),
         "wind_guess": (wind[0], (wind[0], wind[-1])),
         "wind_estimate": (wind[0], (wind[0], wind[-1])),

@@ -103,6 +103,12 @@ class ObserverEntry(Strict):
     equations: list[str]
 
 
+class MeasurementEntry(Strict):
+    """What is done to the measured speed before observer and law read it."""
+
+    speed_filter: float = Field(gt=0, description="corner of the one-pole low-pass [rad/s]")
+
+
 class RotorEntry(Strict):
     """What observer and premises need of the rotor: T_r = torque_constant v^2 c_Q."""
 
@@ -152,6 +158,7 @@ class GainFile(Envelope):
     start: StartEntry | None
     trim: Columns
     limits: dict[str, Numbers | float]
+    measurement: MeasurementEntry | None = None
     observer: ObserverEntry
     rotor: RotorEntry
     certificate: TurbineCertificateEntry

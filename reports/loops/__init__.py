@@ -3,6 +3,7 @@
 turbine_local        a turbine's law at its trims as linear feedback
 plant_loop           plant, model, gains, proved function
 plant_local          poles and margins of a plant at rest and at the vertices
+settling             when motions from the proved set are at rest
 plant_motion         the nonlinear plant under its law, in time
 overlap_claims       what is proved of a published law, overlap by overlap
 proved_kinds         which claims of a certificate are proved, and of which kinds
@@ -17,10 +18,13 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_motion import motions, plant_rate
+    from takagi.reports.loops.settling import half_widths, settling_time
 
 __all__ = [
+    "half_widths",
     "motions",
     "plant_rate",
+    "settling_time",
 ]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from takagi.certificates.checker.kernel.reader import member, number, read_json
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.given.runnable_law import law_from_gains
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
@@ -49,10 +51,26 @@ def filed_laws(
             f"{path}: the law is de-rated to {held:.6g} N m and baseline has no de-rated form; "
             "leave --law baseline out"
         )
-    stated = member(read_json(Path(path)), "observer", str(path))
+    document = read_json(Path(path))
+    stated = member(document, "observer", str(path))
     l1, l2 = (float(number(stated, name, f"{path}: observer")) for name in ("l1", "l2"))
     laws = {law.name: law, **{name: BaselineLaw(turbine) for name in beside}}
-    return _as_held(turbine, held), ChosenLaws(laws, WindObserver(turbine, l1, l2))
+    return _as_held(turbine, held), ChosenLaws(
+        laws, WindObserver(turbine, l1, l2), _speed_filter(document, law.name, path)
+    )
+
+
+def _speed_filter(document: Any, law: str, path: Path) -> dict[str, float]:
+    """Return law -> corner of the file's low-pass [rad/s]; files without one have no entry."""
+    if "measurement" not in document:
+        return {}
+    corner = float(number(document["measurement"], "speed_filter", f"{path}: measurement"))
+    if not corner > 0:
+        raise CertificateError(
+            f"{path}: measurement.speed_filter is {corner:g} rad/s; it must be above 0, or the "
+            "member must not be there"
+        )
+    return {law: corner}
 
 
 def _as_held(turbine: Turbine, torque: float) -> Turbine:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -46,10 +46,17 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChosenLaws:
-    """Laws by name, and the observer in their loops (None where no law uses an estimate)."""
+    """Laws by name, and the observer in their loops (None where no law uses an estimate).
+
+    Attributes
+    ----------
+    speed_filters : law's name -> corner of its low-pass on the measured speed [rad/s]; a law that
+        is not named has none outside itself.
+    """
 
     laws: Mapping[str, Law]
     observer: Observer | None
+    speed_filters: Mapping[str, float] = field(default_factory=dict)
 
 
 def chosen_laws(
@@ -85,7 +92,8 @@ def chosen_laws(
     asked = replace(settings, law="coherent")
     design = design_turbine(turbine, asked, files=files, tell=tell)
     laws = {name: _law(name, design) for name in asked_for}
-    return ChosenLaws(laws, design.observer.observer)
+    filters = {"coherent": design.speed_filter} if design.speed_filter else {}
+    return ChosenLaws(laws, design.observer.observer, filters)
 
 
 def require_law_names(names: Sequence[str]) -> tuple[str, ...]:

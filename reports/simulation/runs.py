@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.sampled import SampledLaw, require_times
@@ -111,7 +111,8 @@ class PlantParts:
     ----------
     wake : one of ``WAKES``: one that needs time, or one in equilibrium.
     without : of ``PARTS``, those that are left out.
-    speed_filter : corner of a low-pass on the measured speed [rad/s]; None for none.
+    speed_filter : corner of a low-pass on the measured speed, for every law [rad/s]; 0 for none,
+        None for each law's own.
     ripple : three swings of the wind a turn, over the wind [-].
 
     Raises
@@ -148,7 +149,7 @@ def simulation_plant(turbine: Turbine, parts: PlantParts) -> SimulatedTurbine:
         torsion=False if "torsion" in parts.without else None,
         torque_lag=0.0 if "torque-lag" in parts.without else None,
         wake=parts.wake == "dynamic",
-        speed_filter=parts.speed_filter,
+        speed_filter=parts.speed_filter or None,
         ripple=parts.ripple,
     )
 
@@ -198,14 +199,24 @@ def run_simulation(
     sampled = {
         name: SampledLaw(law, sample_time, computation_time) for name, law in chosen.laws.items()
     }
-    runs = tuple(_runs(plant, sampled, chosen.observer, winds, tell))
+    plants = {name: _with_own_filter(plant, name, chosen, parts) for name in sampled}
+    runs = tuple(_runs(plants, sampled, chosen.observer, winds, tell))
     return Simulation(
         turbine, scenario, parts, tuple(winds), chosen, runs, sample_time, computation_time
     )
 
 
+def _with_own_filter(
+    plant: SimulatedTurbine, name: str, chosen: ChosenLaws, parts: PlantParts
+) -> SimulatedTurbine:
+    """Return the plant with the low-pass that goes out with a law, unless another was asked for."""
+    if parts.speed_filter is not None or name not in chosen.speed_filters:
+        return plant
+    return replace(plant, speed_filter=chosen.speed_filters[name])
+
+
 def _runs(
-    plant: SimulatedTurbine,
+    plants: Mapping[str, SimulatedTurbine],
     laws: Mapping[str, SampledLaw],
     observer: Observer | None,
     winds: Sequence[WindSeries],
@@ -214,11 +225,12 @@ def _runs(
     total, done = len(laws) * len(winds), 0
     if tell is not None:
         tell("the plant's equations, compiled once", 0.0)
-    ready(plant)
+    for plant in plants.values():
+        ready(plant)
     for name, law in laws.items():
         for wind in winds:
             progress = _part(tell, f"{name}, {wind.name}", done, total)
-            yield _run(Case(name, plant, law, wind, observer), progress)
+            yield _run(Case(name, plants[name], law, wind, observer), progress)
             done += 1
 
 

@@ -13,7 +13,7 @@ from takagi.certificates.checker.kernel.reader import digest, read_text
 from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
-from takagi.lmi.turbine import effort_gains
+from takagi.lmi.turbine import EffortSettings, effort_gains
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws import EffortSharingLaw, effort_schedule
 
@@ -37,7 +37,21 @@ def built() -> Built:
     """Return the certified NREL 5-MW loop; about three seconds."""
     turbine = nrel5mw()
     schedule = effort_schedule(turbine)
-    law = EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains)
+    return certified(EffortSharingLaw.of(turbine, schedule, effort_gains(turbine, schedule).gains))
+
+
+@pytest.fixture(scope="session")
+def fast_built() -> Built:
+    """Return the same of a law that answers faster: half the share, twice the integral."""
+    turbine = nrel5mw()
+    schedule = effort_schedule(turbine, effectiveness_share=0.6)
+    gains = effort_gains(turbine, schedule, EffortSettings(integral_share=0.3)).gains
+    return certified(EffortSharingLaw.of(turbine, schedule, gains, wind_filter=5.0))
+
+
+def certified(law: EffortSharingLaw) -> Built:
+    """Return the whole chain of a law of the NREL 5-MW turbine."""
+    turbine = nrel5mw()
     candidate = effort_sharing_candidate(turbine, law)
     document = certificate_document(
         model=turbine_data(turbine, []),

@@ -99,9 +99,9 @@ def test_a_file_without_a_power_coefficient_speaks_of_the_table(
 
 
 @pytest.mark.slow
-def test_two_per_cent_of_power_are_proved_and_five_are_not(built: Any) -> None:
-    """From both sides: near rated wind 5 % of the torque is more than the set holds."""
-    for wrong, expected in ((2, Verdict.PROVED), (5, Verdict.UNDECIDED)):
+def test_one_per_cent_of_power_is_proved_and_two_are_not(built: Any) -> None:
+    """From both sides: near rated wind 2 % of the torque is more than the set holds."""
+    for wrong, expected in ((1, Verdict.PROVED), (2, Verdict.UNDECIDED)):
         around = Interval.of(f"0.{100 - wrong}", f"1.{wrong:02d}")
         uncertainty = replace(DEFAULT_UNCERTAINTY, power_coefficient=around)
         candidate = effort_sharing_candidate(built.turbine, built.law, uncertainty=uncertainty)
@@ -115,7 +115,7 @@ def test_two_per_cent_of_power_are_proved_and_five_are_not(built: Any) -> None:
 
         assert claim.verdict is expected
         if expected is Verdict.PROVED:
-            assert "c_P 0.98 to 1.02 of the table's" in claim.text
+            assert "c_P 0.99 to 1.01 of the table's" in claim.text
             assert cross_checked_document(sealed).agrees
 
 
@@ -184,12 +184,15 @@ def test_a_smaller_size_is_not_proved(name: str, short: Document, reseal: Reseal
 
 @pytest.mark.parametrize("k", range(6))
 def test_a_larger_class_is_not_proved(k: int, short: Document, reseal: Reseal) -> None:
-    """Every cell's wind class is close to what its inequality bears, and a smaller one holds."""
+    """Every cell's wind error is close to what its inequality bears, and a smaller class holds.
+
+    The rate is what was asked for; a cell may bear somewhat more of it.
+    """
     cell = short["claims"][0]["cells"][k]
     error, rate = cell["wind_error"], cell["wind_rate"]
     cell["wind_error"] = 1.05 * error
     assert outcome(short, reseal) == "UNDECIDED"
-    cell["wind_error"], cell["wind_rate"] = error, 1.05 * rate
+    cell["wind_error"], cell["wind_rate"] = error, 2 * rate
     assert outcome(short, reseal) == "UNDECIDED"
     cell["wind_error"], cell["wind_rate"] = 0.5 * error, 0.5 * rate
     assert outcome(short, reseal) == "PROVED"

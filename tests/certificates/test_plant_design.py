@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -127,8 +128,6 @@ def test_poles_that_are_asked_for_are_claimed() -> None:
     ("settings", "message"),
     [
         (PlantSettings(decay_rate="max"), "nothing bounds the gains"),
-        (PlantSettings(input_limit={"u": 1.0}, decay_rate="max"), "nothing says from where"),
-        (PlantSettings(input_limit={"u": 1.0}, damping=0.7), "initial states are given"),
         (PlantSettings(input_limit={"v": 1.0}), "there is no input of that name"),
         (PlantSettings(initial={"y": 1.0}), "there is no state of that name"),
         (PlantSettings(relaxation="tuam"), "tuam"),
@@ -138,6 +137,70 @@ def test_what_makes_no_sense_for_the_plant_raises(settings: PlantSettings, messa
     """Misuse, told before or while gains are sought; never an answer."""
     with pytest.raises(ModelError, match=message):
         design_plant(cubic(), settings)
+
+
+@pytest.mark.parametrize("wish", [{"decay_rate": "max"}, {"damping": 0.7}, {"fastest": 9.0}])
+def test_wishes_with_limited_inputs_take_starts_of_their_own(wish: dict[str, Any]) -> None:
+    """|u| <= 3 and no starts: a part of the box is taken, and a note names it."""
+    found = done(design_plant(cubic(range_of_u=(-3, 3)), PlantSettings(**wish)))
+
+    assert found.verdict is Verdict.PROVED
+    assert any("no initial states were given" in note for note in found.notes)
+
+
+def test_wishes_name_the_one_range_that_is_missing() -> None:
+    """The speed v has neither range nor start, so nothing bounds where the limits are kept."""
+    plant = Plant(
+        equations=(V, -X - X**3 + U),
+        states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V)),
+        inputs=(Variable(U, "-", Interval.of(-2, 2)),),
+    )
+
+    with pytest.raises(ModelError, match=r"state v has neither .* initial = \{ v = half-width \}"):
+        design_plant(plant, PlantSettings(damping=0.7))
+
+
+def test_starts_may_name_some_states_alone() -> None:
+    """x = 0.5 with v = 0 is inside the proved set, and no limit is broken there."""
+    plant = Plant(
+        equations=(V, X + U),
+        states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V, "-", Interval.of(-1, 1))),
+        inputs=(Variable(U, "-", Interval.of(-2, 2)),),
+    )
+
+    found = done(design_plant(plant, PlantSettings(initial={"x": 0.5}, decay_rate=0.2)))
+    (claim,) = (c for c in found.document["claims"] if c["kind"] == "input-limits")
+
+    assert found.verdict is Verdict.PROVED and claim["P"][0][0] * 0.25 <= claim["level"]
+
+
+def test_a_fast_pole_does_not_make_the_default_fast() -> None:
+    """A motor with a pole of 1.5e6 1/s: its ranges say 3 rad at 60 rad/s, so some 20 1/s.
+
+    Control Tutorials for MATLAB and Simulink, Motor Position, J, b, K, R, L as printed there.
+    """
+    theta, omega, i, volt = sp.symbols("theta omega i volt", real=True)
+    J, b, K, R, L = map(Fraction, ("3.2284e-6", "3.5077e-6", "0.0274", "4", "2.75e-6"))
+    limits = ((theta, 3), (omega, 60), (i, 5), (volt, 12))
+    *states, volts = (Variable(name, "-", Interval.of(-top, top)) for name, top in limits)
+    torque, loss = (sp.Rational(v.numerator, v.denominator) for v in (K / J, b / J))
+    current = [sp.Rational(v.numerator, v.denominator) for v in (1 / L, R / L, K / L)]
+    plant = Plant(
+        equations=(
+            omega,
+            torque * i - loss * omega,
+            current[0] * volt - current[1] * i - current[2] * omega,
+        ),
+        states=tuple(states),
+        inputs=(volts,),
+    )
+
+    found = done(design_plant(plant))
+    (claim,) = (c for c in found.document["claims"] if c["kind"] == "invariant-ellipsoid")
+    alone = np.sqrt(claim["level"] / np.diag(np.array(claim["P"], dtype=float)))
+
+    assert found.verdict is Verdict.PROVED and np.all(alone >= 0.6 * np.array([3, 60, 5]))
+    assert found.design is not None and 5 <= found.design.decay_rate <= 40
 
 
 def test_regions_of_poles_are_of_continuous_time() -> None:

@@ -10,10 +10,12 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check
 from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import OtherGains
+from takagi.certificates.controller import given_file
 from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import (
@@ -26,7 +28,7 @@ from takagi.cli.main import main
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
 from takagi.models.plant_files import load_plant, plant_files
 from takagi.models.turbine import nrel5mw
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.reports.gains_file import dump_gains, gain_file, plant_gain_file
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]
@@ -120,6 +122,23 @@ TURBINE_CHANGES: dict[str, Change] = {
     "states[0]": lambda f: f["states"].__setitem__(0, "speed integral [rpm]"),
     "remark": lambda f: f.update(remark="start at full torque"),
 }
+
+
+def test_a_design_s_own_gains_are_certified_as_they_are(
+    turbine_design: TurbineDesign, tmp_path: Path
+) -> None:
+    """With its low-pass on the measured speed; a low-pass that is none is refused."""
+    content, path = gain_file(turbine_design), tmp_path / "gains.json"
+    document = {k: v for k, v in turbine_design.document.items() if k != "controller"}
+    path.write_text(dump_gains(content), encoding="utf-8")
+
+    found = given_file.bound_to_file(document, path)
+    assert dict(found)["controller"]["measurement"] == {"speed_filter": 8.0}
+    assert given_file.told(found, path) == ""
+    for bad in ({"speed_filter": 0}, {"speed_filter": "8"}, {"corner": 8}, [8], "8 rad/s"):
+        path.write_text(dump_gains(content | {"measurement": bad}), encoding="utf-8")
+        with pytest.raises(CertificateError, match="a corner above 0 is needed"):
+            given_file.bound_to_file(document, path)
 
 
 @pytest.mark.parametrize("place", TURBINE_CHANGES)

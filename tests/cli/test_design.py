@@ -157,10 +157,13 @@ def test_a_second_design_replaces_the_first_and_leaves_the_rest(asked: Any, tmp_
 
 
 def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path: Path) -> None:
-    """One step is the default; --two-step and --objective set their fields."""
+    """Two steps are the default; --one-step and --objective set their fields."""
     from takagi.lmi.turbine.one_step.objective import OBJECTIVES
 
     main(["design", "nrel5mw", "--out", str(tmp_path)])
+    assert asked["settings"].synthesis == "two-step"
+
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--one-step"])
     assert asked["settings"].synthesis == "one-step"
     assert asked["settings"].objective == OBJECTIVES["balanced"]
 
@@ -168,6 +171,7 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
     assert asked["settings"].synthesis == "two-step"
 
     main(["design", "nrel5mw", "--out", str(tmp_path), "--objective", "calm-tower"])
+    assert asked["settings"].synthesis == "one-step"
     assert asked["settings"].objective.tower == 1.0
 
 
@@ -176,6 +180,7 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
     [
         (["--objective", "calm-towre"], "did you mean 'calm-tower'"),
         (["--objective", "decay", "--two-step"], "leave one of the two out"),
+        (["--one-step", "--two-step"], "leave one of the two out"),
         (["--two-step", "--law", "paper"], "--two-step belongs to the law coherent"),
     ],
 )

@@ -30,14 +30,26 @@ def test_each_option_sets_its_field() -> None:
     assert (paper.ramp_shape, paper.ramp_placement, paper.tracking_time) == ("linear", 0.0, 2.0)
     assert paper.torque_setpoint == 40e3
     plain = design_settings(TURBINE)
-    assert plain.torque_setpoint is None and plain.effectiveness_share == 0.6
+    assert plain.torque_setpoint is None and plain.effectiveness_share == 1.0
     assert (plain.ramp_shape, plain.ramp_placement, plain.tracking_time) == ("smooth", 0.5, 5.0)
+
+
+def test_the_speed_filter_may_be_none_and_is_the_coherent_laws() -> None:
+    """0 leaves it out; a corner that hides the speed, and one for another law, are refused."""
+    assert design_settings(TURBINE).speed_filter == 8.0
+    assert design_settings(TURBINE, speed_filter=0.0).speed_filter == 0.0
+    assert design_settings(TURBINE, speed_filter=0.5).speed_filter == 0.5
+    for given in (-1.0, 0.49, float("inf"), float("nan")):
+        with pytest.raises(ModelError, match=r"--speed-filter: .* at least 0.5 rad/s"):
+            design_settings(TURBINE, speed_filter=given)
+    with pytest.raises(ModelError, match="--speed-filter belongs to the law coherent"):
+        design_settings(TURBINE, law="paper", speed_filter=4.0)
 
 
 def test_the_wind_filter_is_the_coherent_laws() -> None:
     """It reaches its field; a filter that is none, and one for another law, are refused."""
     assert design_settings(TURBINE, wind_filter=0.3).wind_filter == 0.3
-    assert design_settings(TURBINE).wind_filter == 5.0
+    assert design_settings(TURBINE).wind_filter == 12.0
     for given in (0.0, -1.0, float("inf"), float("nan")):
         with pytest.raises(ModelError, match=r"--wind-filter: .* must be positive"):
             design_settings(TURBINE, wind_filter=given)

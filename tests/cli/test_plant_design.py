@@ -36,6 +36,7 @@ g = { value = 9.81, unit = "m/s^2" }
 theta = "omega"
 omega = "(m*g*l*sin(theta) + tau) / (m*l^2)"
 """
+VALVE = Path(__file__).parents[1] / "certificates" / "many_rules" / "tank_with_valve.toml"
 TRAILER = (data_folder() / "truck_trailer.toml").read_text(encoding="utf-8")
 OSCILLATOR = """
 format = 1
@@ -275,3 +276,35 @@ def test_the_other_verbs_that_design(verb: str, pendulum: Path, tmp_path: Path) 
     expected = "report.html" if verb == "report" else "appendix.tex"
     assert (tmp_path / "out" / expected).is_file()
     assert not (tmp_path / "out" / "gains.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("0s", "a time above 0 is needed"),
+        ("-5min", "a time above 0 is needed"),
+        ("60", "a number with a unit is needed"),
+        ("soon", "a number with a unit is needed"),
+        ("1e999s", "--time 1e999s"),
+        ("3kg", "is no unit of time"),
+    ],
+)
+def test_a_time_that_is_none_is_refused(
+    given: str, words: str, tmp_path: Path, capsys: Capture
+) -> None:
+    """Status 2, with what is needed; nothing is written."""
+    out = tmp_path / "out"
+    assert main(["design", str(VALVE), "--out", str(out), f"--time={given}"]) == 2
+    said = capsys.readouterr().err
+    assert words in said and "internal error" not in said
+    assert not out.exists()
+
+
+def test_the_announcement_goes_to_standard_error(tmp_path: Path, capsys: Capture) -> None:
+    """The answer alone is on standard output."""
+    asked = ["certify", str(VALVE), "--out", str(tmp_path / "c.json"), "--time", "10s"]
+    assert main(asked) == 0
+    captured = capsys.readouterr()
+    assert captured.err.startswith("takagi: 32 rules by 5 premises")
+    assert "Chosen: one gain for all rules" in captured.err
+    assert "Chosen" not in captured.out

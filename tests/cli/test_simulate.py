@@ -153,7 +153,7 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
         (("--scenario", "storm"), "paper, step, gust, ramp"),
         (("--wake", "none"), "equilibrium, dynamic"),
         (("--without", "towr"), "did you mean 'tower'"),
-        (("--speed-filter", "0"), "speed_filter = 0"),
+        (("--speed-filter", "-1"), "speed_filter = -1"),
         (("--ripple", "3"), "0 to 0.2 of the wind"),
         (("--scenario", "step", "--seed", "1"), "no turbulence"),
         (("--seed", "-1"), "0 or more"),

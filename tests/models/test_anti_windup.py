@@ -61,10 +61,15 @@ def test_the_limit_shortens_the_way_back(turbine: Turbine) -> None:
 
 
 @pytest.mark.slow
-def test_it_recovers_within_half_a_minute(turbine: Turbine) -> None:
-    """Speed within 1 % of rated from 30 s after the fault on, and the integral inside again."""
-    history = faulty(turbine, 0.1)
-    late = history.time > FAULT[1] + 30.0
+def test_it_recovers_within_a_minute(turbine: Turbine) -> None:
+    """Speed within 2.5 % of rated from 30 s after the fault on, 1 % from 44 s on.
 
-    assert np.abs(history.rotor_speed[late] / turbine.rated_rotor_speed - 1).max() < 0.01
-    assert np.abs(history.law_states[late, 0]).max() < 0.05
+    That is the filter of 12 s on the estimate, which forgets 6 m/s.  The integral is inside again.
+    """
+    history = faulty(turbine, 0.1)
+    late, last = (history.time > FAULT[1] + after for after in (30.0, 44.0))
+    off = np.abs(history.rotor_speed / turbine.rated_rotor_speed - 1)
+
+    assert off[late].max() < 0.025
+    assert off[last].max() < 0.01
+    assert np.abs(history.law_states[last, 0]).max() < 0.05

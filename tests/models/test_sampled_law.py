@@ -47,7 +47,7 @@ def turbine() -> Turbine:
 
 @pytest.fixture(scope="module")
 def law(turbine: Turbine) -> EffortSharingLaw:
-    schedule = effort_schedule(turbine)
+    schedule = effort_schedule(turbine, effectiveness_share=0.6)
     count = len(schedule.wind)
     gains = EffortGains(np.full(count, 0.6), np.full(count - 1, 0.15))
     return EffortSharingLaw.of(turbine, schedule, gains)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from math import exp
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -270,7 +271,7 @@ def test_near_the_trim_where_secants_become_slopes(
 
 
 def test_the_whole_controller_in_its_order(turbine_design: TurbineDesign, tmp_path: Path) -> None:
-    """Observer, law, rate limits: as ``takagi simulate`` runs them, sample by sample."""
+    """Low-pass, observer, law, rate limits: as ``takagi simulate`` runs them, sample by sample."""
     design, T, rng = turbine_design, 0.01, Random(7)
     path = tmp_path / "gains.json"
     path.write_text(dump_gains(gain_file(design)), encoding="utf-8")
@@ -281,12 +282,14 @@ def test_the_whole_controller_in_its_order(turbine_design: TurbineDesign, tmp_pa
     estimator = watch.initial_state(speed, guess)
     within = program.start(guess, design.law.command(
         design.law.initial_state(guess), Measurement(speed, pitch, guess)))  # fmt: skip
-    moved = 0
+    moved, filtered, share = 0, speed, exp(-T * design.speed_filter)
     for k in range(150):
+        filtered = speed + (filtered - speed) * share
         seen = watch.wind_estimate(estimator)
-        command, within = program.step(within, Measurement(speed, pitch, seen))
-        sent = run.sample(T, speed=speed, pitch=pitch, wind_guess=guess)
-        estimator = estimator + T * watch.state_rate(estimator, speed, pitch, command.torque)
+        command, within = program.step(within, Measurement(filtered, pitch, seen))
+        sent = run.sample(T, measured_speed=speed, pitch=pitch, wind_guess=guess)
+        rate = watch.state_rate(estimator, filtered, pitch, command.torque)
+        estimator = estimator + T * rate
 
         assert sent["wind_estimate"] == pytest.approx(seen, rel=1e-9)
         assert sent["torque_sent"] == pytest.approx(command.torque, rel=1e-9)

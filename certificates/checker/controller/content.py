@@ -35,4 +35,4 @@ def file_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]
         from takagi.certificates.checker.controller.turbine_content import turbine_content
 
         follows = turbine_content(model, law, own)
-    return {**own, **head, **law_texts(law), **follows}
+    return {**own, **head, **law_texts(law, own), **follows}

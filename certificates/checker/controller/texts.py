@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 RAMP = [
@@ -87,6 +88,13 @@ TURBINE_UNITS = {
     "certificate.wind_class.wind_rate": "m/s^2",
     "certificate.wind_class.decay_rate": "1/s",
 }
+# Of files whose law reads a filtered speed.
+FILTERED_UNITS = {"measurement.speed_filter": "rad/s"}
+FILTERED = {
+    "measured speed": "goes through a low-pass of one pole, corner measurement.speed_filter, "
+    "before observer and law read it; what is proved is about the law that reads "
+    "the rotor speed itself"
+}
 OFTEN = {
     "every": "T = 0.01 to 0.02 s; what is sent holds until the next sample",
     "rates": "limits.torque_rate and limits.pitch_rate are the actuators'; what is sent may be "
@@ -144,11 +152,15 @@ BLEND = {
 }
 
 
-def law_texts(law: Any) -> dict[str, Any]:
-    """Return the members of words and units that belong to a law."""
+def law_texts(law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the members of words and units that belong to a law and its file's own members."""
     if law["name"] == "pdc":
         return {"formulas": FORMULAS | (BLEND if "blending" in law else {})}
     coherent = law["name"] == "coherent"
     own = COHERENT_UNITS if coherent else PAPER_UNITS
     units = {f"law.{name}": unit for name, unit in own.items()} | TURBINE_UNITS
-    return {"units": units, **(COHERENT if coherent else PAPER)}
+    texts = COHERENT if coherent else PAPER
+    if "measurement" not in own:
+        return {"units": units, **texts}
+    execution = {**texts["execution"], **FILTERED}
+    return {"units": units | FILTERED_UNITS, **texts, "execution": execution}

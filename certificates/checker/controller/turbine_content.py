@@ -10,6 +10,7 @@ from takagi.certificates.checker.controller.texts import EQUATIONS, RAMP
 from takagi.certificates.checker.controller.turbine_programs import (
     observer_program,
     rate_limit_program,
+    speed_filter_program,
 )
 from takagi.certificates.checker.kernel.reader import Number
 
@@ -27,8 +28,10 @@ def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, A
         from takagi.certificates.checker.controller.published_program import published_program
 
         written = published_program(law)
+    # A file without this member is of a law that reads the measured speed itself.
+    before = [speed_filter_program()] if "measurement" in own else []
     return {
-        "programs": [observer_program(), written, rate_limit_program()],
+        "programs": [*before, observer_program(), written, rate_limit_program()],
         "ramp": {"overlap": law["overlap"], "formula": RAMP} if coherent else None,
         "limits": {
             "torque": [Number("0"), law["rated_torque"]],

@@ -1,14 +1,32 @@
-r"""The programs around a turbine's law: the wind observer before it, the rate limits after it.
+r"""The programs around a turbine's law: low-pass and wind observer before it, rate limits after it.
 
+    speed     <- measured + (speed - measured) exp(-T corner)
     omegahat' = (T_r(omega, beta, vhat) - n_g T) / J + l_1 (omega - omegahat)
     vhat'     = l_2 (omega - omegahat)
 
-with one Euler step per sample, as in ``takagi simulate``.
+with one Euler step per sample of the observer, as in ``takagi simulate``.
 """
 
 from __future__ import annotations
 
 from takagi.certificates.checker.controller.language import Part, keep, program, read, send, step
+
+
+def speed_filter_program() -> Part:
+    return program(
+        "speed filter",
+        {"corner": ("measurement.speed_filter", "rad/s")},
+        reads=[read("measured_speed", "rad/s", "measured rotor speed")],
+        keeps=[
+            keep("before", "rad/s", "measured_speed", "speed", "filtered at the last sample"),
+        ],
+        steps=[],
+        sends=[
+            send("speed", "rad/s",
+                 "measured_speed + (before - measured_speed)*exp(-sample_time*corner)",
+                 "through the low-pass, to observer and law"),
+        ],
+    )  # fmt: skip
 
 
 def observer_program() -> Part:

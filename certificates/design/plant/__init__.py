@@ -3,6 +3,8 @@
 result          the finished design
 design          how it is made: model, gains as they are emitted, certificate
 gains           what is asked, as a question to the solver layer
+many_rules      which gains are sought where there are many rules; how long that takes:
+                work_estimate
 secant_model    a model of slopes, for gains that need no measured premise
 blend_regions   gains of a plant behind a blend, region by region
 """
@@ -15,12 +17,23 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.design import certify_plant, design_plant
+    from takagi.certificates.design.plant.many_rules import (
+        gain_choice,
+        gains_of_few_premises,
+        model_of_premises,
+    )
     from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.certificates.design.plant.work_estimate import effects, work_of
 
 __all__ = [
     "PlantDesign",
     "certify_plant",
     "design_plant",
+    "effects",
+    "gain_choice",
+    "gains_of_few_premises",
+    "model_of_premises",
+    "work_of",
 ]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)

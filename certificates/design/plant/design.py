@@ -18,11 +18,18 @@ from takagi.certificates.claims.plant.certificate import ClaimRequirements, plan
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.plant.blend_regions import one_gain
 from takagi.certificates.design.plant.gains import (
     FoundGains,
     find_gains,
     regional_gains,
     requirements_of,
+)
+from takagi.certificates.design.plant.many_rules import (
+    BUDGET,
+    gain_choice,
+    gains_of_few_premises,
+    shortened_gains,
 )
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.step_clock import StepClock, Tell
@@ -46,6 +53,8 @@ def design_plant(
     *,
     files: Sequence[Path] = (),
     tell: Tell | None = None,
+    announce: Tell | None = None,
+    budget: float = BUDGET,
 ) -> PlantDesign | NoDesign:
     """Return model, gains, law and certificate of a plant; without inputs, an analysis.
 
@@ -56,6 +65,9 @@ def design_plant(
     settings : what is asked for; None leaves every choice.
     files : the data files the plant was read from; the certificate records their SHA-256.
     tell : called with a word before each step.
+    announce : called before long work, with its size and what is done about it.
+    budget : time [s] that a gain for every rule may take, by an estimate; beyond it fewer gains
+        are sought (``takagi.certificates.design.plant.many_rules``).
 
     Raises
     ------
@@ -74,12 +86,26 @@ def design_plant(
         first = _rounded(work, regional)
         if first.proved:
             return first
+    choice = gain_choice(model, one_gain(model, asked)[0], budget)
+    if choice.announcement and announce is not None:
+        announce(choice.announcement)
     with clock("gains"):
-        found = find_gains(plant, model, asked)
-    if not found.design.found:
-        with clock("what would help"):
-            return NoDesign(_reason(found, model))
-    return _rounded(work, found)
+        if choice.shortened:
+            found = shortened_gains(plant, model, asked, choice)
+        else:
+            found = find_gains(plant, model, asked)
+    made = _rounded(work, found) if found.design.found else None
+    if choice.shortened and (made is None or not made.proved):
+        with clock("gains over few premises"):
+            few = gains_of_few_premises(plant, model, asked, budget)
+        again = None if few is None else _rounded(work, few)
+        if again is not None and again.proved:
+            return again
+    if made is not None:
+        return made
+    with clock("what would help"):
+        reason = _reason(found, model)
+        return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
 def certify_plant(

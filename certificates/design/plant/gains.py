@@ -1,12 +1,4 @@
-"""Gains for a plant: translates the settings into a problem for the solver layer.
-
-Where no decay rate is asked for, rates are tried that double, from 1/128 to 1/2 of the plant's own
-fastest pole at a vertex (in discrete time, of 1/T).  The last is taken before a doubling that
-costs too much: with gains K and V = x' P x of the slower rate, the command of rule i to input k on
-{x' P x <= 1} is at most |K_ik P^(-1/2)|, and for the faster rate the largest of these over the
-rules may at most be doubled.  This measure does not depend on units.  Where inputs are limited,
-the ellipsoid in which the limits hold may shrink to half its mean semi-axis at the slowest rate.
-"""
+"""Gains for a plant: translates the settings into a problem for the solver layer."""
 
 from __future__ import annotations
 
@@ -18,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.design.plant.assumed_starts import (
+    SHARES,
+    largest_multiple,
+    largest_set,
+    needs_starts,
+)
 from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
+from takagi.certificates.design.plant.moderate_rate import crossing_rates, moderate, pole_rates
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -30,9 +29,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-EFFORT = 2.0
-SIZE = 0.5
-HALVINGS = 7
 # Fraction of the largest decay rate: at the maximum itself gains have no margin for rounding.
 SHARE = 0.9
 ALL_PAIRS = "wang-tanaka-griffin"
@@ -60,12 +56,15 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     ModelError : what is asked makes no sense for this plant: names, a region in discrete time,
         "max" without bounded gains.
     """
+    if needs_starts(asked) and input_limits(plant, asked):
+        return _from_assumed_starts(plant, model, asked)
     ask = _question(plant, model, asked)
     if asked.decay_rate == "max":
         return _near_largest(ask)
     if asked.decay_rate is not None:
         return ask.found(ask(asked.decay_rate))
-    return _moderate(ask, model)
+    design, note = moderate(ask, ask.rates, for_set=ask.limited)
+    return ask.found(design, *([note] if note else []))
 
 
 def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains | None:
@@ -153,6 +152,7 @@ class _Question:
     options: Mapping[str, Any]
     relaxations: tuple[str, ...]
     limited: bool
+    rates: list[float]
     notes: tuple[str, ...] = ()
 
     def __call__(self, rate: float | str) -> Design:
@@ -178,27 +178,25 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
     box = _state_box(model)
     input_limit = None
     options: dict[str, Any]
+    rates = pole_rates(model)
     if limits:
-        input_limit = [limits[v.name] for v in plant.inputs]
+        input_limit = np.array([limits[v.name] for v in plant.inputs])
+        rates = crossing_rates(model, box, input_limit)
     if limits and not asked.initial:
-        if region is not None or asked.gain_bound is not None:
-            raise ModelError(
-                "damping, fastest and gain_bound go with limited inputs only where the initial "
-                "states are given; add initial = { state = half-width, ... }, or leave them out"
-            )
         options = {"input_limit": input_limit, "state_box": box, "saturation": None}
         note = "inputs are limited: gains with the largest ellipsoid in which all limits hold"
         names = (asked.relaxation or ALL_PAIRS,)
-        return _Question(attraction_pdc, model, options, names, limited=True, notes=(*told, note))
+        notes = (*told, note)
+        return _Question(attraction_pdc, model, options, names, True, rates, notes)
     options = {"region": region, "gain_bound": asked.gain_bound}
     if asked.initial:
-        options["initial_box"] = [asked.initial[v.name] for v in plant.states]
+        options["initial_box"] = [asked.initial.get(v.name, 0.0) for v in plant.states]
         options["input_limit"] = input_limit
         options["state_box"] = box if np.any(np.isfinite(box)) else None
     # The largest rate by every relaxation takes minutes: one is enough for it.
     again = () if asked.decay_rate == "max" else ("auto",)
     names = (ALL_PAIRS, *again) if asked.relaxation is None else (asked.relaxation,)
-    return _Question(pdc, model, options, names, limited=False, notes=told)
+    return _Question(pdc, model, options, names, False, rates, told)
 
 
 def _region(model: TSModel, asked: PlantSettings) -> EigenvalueRegion | None:
@@ -231,12 +229,28 @@ def _state_box(model: TSModel) -> Floats:
     )
 
 
+def _from_assumed_starts(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains:
+    """Return gains for wishes that need starts, where inputs are limited and none were given."""
+    limits, box = input_limits(plant, asked), _state_box(model)
+    largest = largest_set(model, box, np.array([limits[v.name] for v in plant.inputs]))
+    if not largest.found:
+        return FoundGains(largest, (), {}, explainable=False)
+    whole = largest_multiple(largest, box)
+    for share in SHARES:
+        starts = [float(f"{share * whole * half:.2g}") for half in box]
+        initial = dict(zip((v.name for v in plant.states), starts, strict=True))
+        found = find_gains(plant, model, replace(asked, initial=initial))
+        if found.design.found:
+            break
+    told = ", ".join(
+        f"{label.partition(' [')[0]} = {start:g} {label.partition('[')[2].rstrip(']')}"
+        for label, start in zip(model.states, starts, strict=True)
+    )
+    note = f"no initial states were given: gains for a box of half-widths {told}"
+    return replace(found, notes=(*found.notes, note))
+
+
 def _near_largest(ask: _Question) -> FoundGains:
-    if ask.limited:
-        raise ModelError(
-            'decay_rate is "max" with limited inputs, but nothing says from where; give initial = '
-            "{ state = half-width, ... }, or a number for decay_rate"
-        )
     top = ask("max")
     if not top.found:
         return ask.found(top)
@@ -245,50 +259,3 @@ def _near_largest(ask: _Question) -> FoundGains:
         f"the largest decay rate found is {top.decay_rate:.4g} 1/s; designed at {SHARE:.0%} of it"
     )
     return ask.found(found if found.found else top, note)
-
-
-def _moderate(ask: _Question, model: TSModel) -> FoundGains:
-    best = slowest = ask(0.0)
-    if not slowest.found:
-        return ask.found(slowest)
-    rates = _rates(model)
-    for rate in rates:
-        faster = ask(rate)
-        if not faster.found or (best.decay_rate > 0 and not _worth(ask, faster, best, slowest)):
-            break
-        slowest = faster if best.decay_rate == 0 else slowest
-        best = faster
-    if best.decay_rate == 0:
-        why = "none that was tried has gains" if rates else "its poles give the plant no time scale"
-        return ask.found(best, f"no decay rate was asked for: rate 0, {why}")
-    price = "costs half the ellipsoid" if ask.limited else "more than doubles the commands"
-    note = f"no decay rate was asked for: {best.decay_rate:.4g} 1/s"
-    if faster is not best:
-        note += f"; twice as fast {price if faster.found else 'has no gains'}"
-    return ask.found(best, note)
-
-
-def _rates(model: TSModel) -> list[float]:
-    """Return rates to try, slowest first; none for a plant whose poles are all at zero."""
-    if model.sample_time is not None:
-        top = 1.0 / model.sample_time
-    else:
-        top = float(np.abs(np.linalg.eigvals(np.asarray(model.A, dtype=np.float64))).max())
-    # Two digits are enough, because the rate is a choice and not a result.
-    return [float(f"{top / 2**k:.2g}") for k in range(HALVINGS, 0, -1)] if top > 0 else []
-
-
-def _worth(ask: _Question, faster: Design, slower: Design, slowest: Design) -> bool:
-    if ask.limited:
-        return _mean_axis(faster) >= SIZE * _mean_axis(slowest)
-    reach = np.linalg.inv(np.asarray(slower.require()[1]))
-    sizes = [
-        np.sqrt(np.einsum("rmi,ij,rmj->rm", K, reach, K)).max(axis=0)
-        for K in (faster.require()[0], slower.require()[0])
-    ]
-    return bool(np.all(sizes[0] <= EFFORT * sizes[1]))
-
-
-def _mean_axis(design: Design) -> float:
-    P = np.asarray(design.require()[1])
-    return float(np.exp(-np.linalg.slogdet(P)[1] / (2 * len(P))))

@@ -27,6 +27,8 @@ def turbine_members(design: TurbineDesign) -> dict[str, Any]:
         },
         "certificate": _certificate(design),
     }
+    if design.speed_filter > 0:
+        found["measurement"] = {"speed_filter": float(design.speed_filter)}
     if design.coherent is None:
         found["start"] = _start(design)
     return found

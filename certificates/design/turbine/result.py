@@ -90,6 +90,11 @@ class TurbineDesign:
         return self.verdict_words == "PROVED"
 
     @property
+    def speed_filter(self) -> float:
+        """Corner of the low-pass on the measured speed that goes out with the law [rad/s], or 0."""
+        return self.settings.speed_filter if self.settings.law == "coherent" else 0.0
+
+    @property
     def coherent(self) -> EffortSharingLaw | None:
         """The law where it is the coherent one, else None."""
         from takagi.models.laws.effort_sharing.law import EffortSharingLaw

@@ -60,6 +60,7 @@ def default_settings(turbine: Turbine) -> DesignSettings:
         speed_overlap=_rounded(asked.speed_overlap * speed),
         torque_overlap=_rounded(asked.torque_overlap * turbine.rated_torque / TORQUE),
         wind_filter=_rounded(asked.wind_filter / _pace(turbine)),
+        speed_filter=_rounded(asked.speed_filter * speed),
         effort=_effort_settings(turbine, float(box.speed_signal)),
         box=box,
     )

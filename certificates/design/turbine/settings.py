@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,16 @@ from takagi.certificates.design.turbine.effort_sharing_gains import SYNTHESES, S
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
+from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHARE
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
     from takagi.models.ramps.membership_ramp import Shape
 
+# Below the drivetrain's torsion (10 rad/s for 5 MW), which is no wind. A slower one, 4 rad/s, moves
+# pitch no less and leaves torque hardly a margin at that mode (docs/laws.md).
+DEFAULT_SPEED_FILTER = 8.0
 LAWS = ("coherent", "paper", "paper-two-integrators")
 
 
@@ -35,11 +40,13 @@ class DesignSettings:
     torque_setpoint : de-rated torque [N m, high-speed shaft]; None takes the rated torque.
     wind_filter : tau_f, of the coherent law's low-pass on the wind estimate [s].
     effectiveness_share : b of the coherent law over the frozen wake's pitch effectiveness [-].
+    speed_filter : corner of the low-pass on the measured speed that goes out with the coherent
+        law [rad/s]; 0 for none.
     ramp_shape, ramp_placement : of the coupling filter in speed, see ``coupling_filter`` (paper).
     tracking_time : of the anti-windup [s] (paper-two-integrators).
     effort : what is asked of the coherent gains; None takes the defaults.
-    synthesis : "one-step" finds the coherent gains together with the loop's quadratic functions;
-        "two-step" finds them wind by wind, and the functions afterwards.
+    synthesis : "two-step" finds the coherent gains wind by wind, and the loop's quadratic functions
+        afterwards; "one-step" moves the gains together with the functions, to a larger claim.
     objective : what the one-step synthesis makes better.
     box, uncertainty : what the coherent certificate covers.
     """
@@ -51,12 +58,13 @@ class DesignSettings:
     speed_setpoint: float | None = None
     torque_setpoint: float | None = None
     wind_filter: float = DEFAULT_WIND_FILTER
-    effectiveness_share: float = 0.6
+    effectiveness_share: float = DEFAULT_EFFECTIVENESS_SHARE
+    speed_filter: float = DEFAULT_SPEED_FILTER
     ramp_shape: Shape = "smooth"
     ramp_placement: float = 0.5
     tracking_time: float = 5.0
     effort: EffortSettings | None = None
-    synthesis: Synthesis = "one-step"
+    synthesis: Synthesis = "two-step"
     objective: Objective = OBJECTIVES["balanced"]
     box: LoopBox = DEFAULT_BOX
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY
@@ -72,3 +80,8 @@ class DesignSettings:
         for name in (*overlaps, "wind_filter", "effectiveness_share", "tracking_time"):
             if not getattr(self, name) > 0:
                 raise ModelError(f"{name} = {getattr(self, name)!r} was given; it must be positive")
+        if not 0 <= self.speed_filter < math.inf:
+            raise ModelError(
+                f"speed_filter = {self.speed_filter!r} rad/s was given; a corner above 0 is "
+                "needed, or 0 for none"
+            )

@@ -61,7 +61,7 @@ def pdc(
         "product-liu-zhang" where premises are known.  "auto" tries one after another, and takes
         the first that has gains (of decay rate "max": of the largest rate).
     input_limit : (m,) with |u_k| <= input_limit_k wherever x' P x <= 1.
-    initial_box : (n,) half-widths; the box lies inside x' P x <= 1.
+    initial_box : (n,) half-widths, 0 for a state at rest; the box lies inside x' P x <= 1.
     state_box : (n,) half-widths, inf for none; x' P x <= 1 lies inside the box.  In discrete time
         nothing is said of a plant between its samples.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition: "max" is the

@@ -71,7 +71,7 @@ def limits_of(
     ModelError : lengths, entries that are not positive, an initial box outside the state box.
     """
     inputs = None if input_limit is None else positive_vector("input_limit", input_limit, m)
-    initial = None if initial_box is None else positive_vector("initial_box", initial_box, n)
+    initial = None if initial_box is None else _initial(initial_box, n)
     states = None
     if state_box is not None:
         states = np.asarray(state_box, dtype=np.float64)
@@ -86,8 +86,19 @@ def limits_of(
     gain = None if gain_bound is None else float(number("gain_bound", gain_bound))
     if gain is not None and gain <= 0:
         raise ModelError(f"gain_bound is {gain:g}; it must be positive")
-    points = None if initial is None else _corners(initial)
+    points = None if initial is None else corners_of_box(initial)
     return Limits(inputs, points, states, gain, np.ones(n), np.ones(m))
+
+
+def _initial(given: ArrayLike, n: int) -> Array:
+    """Return half-widths, (n,): positive, or 0 for a state that starts at rest, but not all."""
+    try:
+        at_rest = np.asarray(given, dtype=np.float64) == 0
+    except (TypeError, ValueError):
+        at_rest = np.zeros(n, dtype=bool)
+    if at_rest.shape != (n,) or at_rest.all():
+        return positive_vector("initial_box", given, n)
+    return np.where(at_rest, 0.0, positive_vector("initial_box", np.where(at_rest, 1.0, given), n))
 
 
 def input_lmis(
@@ -256,16 +267,24 @@ def gain_lmis(
     return (q,), (above, bound)
 
 
-def _corners(box: Array) -> Array:
-    n = len(box)
-    if 2 ** (n - 1) > MOST_CORNERS:
+def corners_of_box(box: Array) -> Array:
+    """Return (k, n), of every pair of opposite corners one; half-widths may be 0, but not all.
+
+    Raises
+    ------
+    ModelError : more corners than LMIs that can be solved.
+    """
+    some = np.flatnonzero(box)
+    if 2 ** (len(some) - 1) > MOST_CORNERS:
         raise ModelError(
-            f"initial_box: {n} states have {2**n} corners, more than {2 * MOST_CORNERS}; "
-            "leave it out, or give limits for fewer states"
+            f"initial_box: {len(some)} states have {2 ** len(some)} corners, more than "
+            f"{2 * MOST_CORNERS}; leave it out, or give limits for fewer states"
         )
     # A corner and its opposite are in the ellipsoid together.
-    signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=n - 1)])
-    return signs * box
+    signs = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=len(some) - 1)])
+    corners = np.zeros((len(signs), len(box)))
+    corners[:, some] = signs * box[some]
+    return corners
 
 
 def limit_lmis(

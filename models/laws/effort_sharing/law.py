@@ -50,7 +50,7 @@ from takagi.models.turbine.data import Turbine
 
 # Slow beside tower, flap and wake (0.5 s and 3 to 8 s for 5 MW): an estimate from rotor speed sees
 # their motion as wind, and a schedule that follows at once makes it a feedback that swings.
-DEFAULT_WIND_FILTER = 5.0
+DEFAULT_WIND_FILTER = 12.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -30,7 +30,7 @@ from takagi.models.turbine.trim import (
 )
 
 DEFAULT_OVERLAP = 0.01
-DEFAULT_EFFECTIVENESS_SHARE = 0.6
+DEFAULT_EFFECTIVENESS_SHARE = 1.0
 # Spacing of the nodes [m/s]: fine where the trim effort bends, around rated wind.
 COARSE, FINE = 0.5, 0.1
 FINE_FROM_RATED = (-0.9, 1.6)

@@ -18,7 +18,7 @@ from takagi.reports.code.controller_program import ControllerProgram, controller
 from takagi.reports.code.targets import Exported, ExportSettings
 
 TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "DISCON.IN", "Makefile", "README.md")
-READ = ("speed", "pitch", "wind_guess", "wind_estimate")
+READ = ("speed", "measured_speed", "pitch", "wind_guess", "wind_estimate")
 USUAL_DRIVE_TIME = "0.2"  # s
 
 
@@ -129,10 +129,19 @@ def _context(
         "pitch_rate": limits["pitch_rate"],
         "usual_step": _double(variants[0].law.sample_time),
         "sample_time": repr(settings.sample_time or 0),
+        "own_filter": _own_filter(program),
         "drive_time": drive_time,
         "drive_time_from": "law.pitch_lead of the gain file" if lead > 0 else "a usual one",
         "simulations": 16,
     }
+
+
+def _own_filter(program: ControllerProgram) -> str:
+    """Return what the input file says of the low-pass that the law has itself."""
+    if not any(one.name == "speed filter" for one in program.stages):
+        return "The law is proved without one."
+    corner = program.document["measurement"]["speed_filter"]
+    return f"The law has one of {corner} rad/s of its own, so that this one would be a second."
 
 
 def _double(number: Any) -> str:

@@ -248,6 +248,8 @@ def _turbine(program: ControllerProgram, model: Mapping[str, Any]) -> PlantEquat
     sent = [one.name for one in program.outputs]
     torque = "torque_sent" if "torque_sent" in sent else "torque"
     pitch = "pitch_sent" if "pitch_sent" in sent else "pitch_reference"
+    # A law with a low-pass sends the filtered speed by the name "speed".
+    turning = "actual_speed" if "speed" in sent else "speed"
     known = {one.name: one.rest for one in program.inputs}
     trim = program.document["trim"]
     speed, angle = (
@@ -255,7 +257,12 @@ def _turbine(program: ControllerProgram, model: Mapping[str, Any]) -> PlantEquat
         for name, column in (("speed", "rotor_speed"), ("pitch", "pitch"))
     )
     wind = trim["wind"][0]
-    seen = {"speed": "speed", "pitch": "pitch", "wind_guess": "wind_speed"}
+    seen = {
+        "speed": turning,
+        "measured_speed": turning,
+        "pitch": "pitch",
+        "wind_guess": "wind_speed",
+    }
     seen["wind_estimate"] = "wind_speed"
     for signal in program.inputs:
         if signal.name not in seen:
@@ -266,7 +273,7 @@ def _turbine(program: ControllerProgram, model: Mapping[str, Any]) -> PlantEquat
     steps = (
         ("wind_at_rotor", "m/s", "a wind below 0.1 m/s is none", "max(wind_speed, 0.1)"),
         ("c_q", "-", "torque coefficient",
-         "spline(speed*rotor_radius/wind_at_rotor, pitch, torque_coefficient)"),
+         f"spline({turning}*rotor_radius/wind_at_rotor, pitch, torque_coefficient)"),
         ("rotor_torque", "N m", "low-speed shaft", "torque_constant*wind_at_rotor^2*c_q"),
     )  # fmt: skip
     J = "(rotor_inertia + gear_ratio^2*generator_inertia)"
@@ -275,7 +282,7 @@ def _turbine(program: ControllerProgram, model: Mapping[str, Any]) -> PlantEquat
         constants=(*constants, Constant("torque_coefficient", "-", "torque_surface", spline)),
         states=(
             PlantState(
-                "speed", "rad/s", "rotor speed", _decimal(speed),
+                turning, "rad/s", "rotor speed", _decimal(speed),
                 parsed(f"(rotor_torque - gear_ratio*{torque})/{J}"),
             ),
             PlantState(

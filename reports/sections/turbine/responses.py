@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,7 +47,13 @@ def responses_section(design: TurbineDesign) -> Section:
     laws: dict[str, Law] = {design.law.name: design.law, "baseline": BaselineLaw(turbine)}
     winds = _winds(design)
     plant, observer = validation_plant(turbine), design.observer.observer
-    cases = [Case(name, plant, law, wind, observer) for wind in winds for name, law in laws.items()]
+    own = replace(plant, speed_filter=design.speed_filter or None)
+    plants = {design.law.name: own, "baseline": plant}
+    cases = [
+        Case(name, plants[name], law, wind, observer)
+        for wind in winds
+        for name, law in laws.items()
+    ]
     results = run_cases(cases)
     groups = [results[k : k + len(laws)] for k in range(0, len(results), len(laws))]
     return Section(

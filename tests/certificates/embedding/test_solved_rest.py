@@ -22,6 +22,9 @@ from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.cross_check import Refusal
+from takagi.certificates.cross_check.kernel.reading import loads as read_numbers
+from takagi.certificates.cross_check.plant.plant import read_plant as read_trees
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import embedding_claim, plant_data
@@ -403,6 +406,48 @@ def test_a_parameter_is_no_rest_whatever_its_name(tmp_path: Path) -> None:
     elsewhere = CUBIC.replace("range = [-0.5, 0.5]", 'range = [0.9, 1.9], rest = "x_rest"')
     with pytest.raises((OtherModel, CertificateError), match=r"x\.(range|rest)"):
         compare_plant(model, filed(tmp_path, elsewhere, "other.toml"))
+
+
+def test_a_parameter_does_not_stand_in_for_a_rest(tmp_path: Path) -> None:
+    """The file rests at 1, the certificate at 0: a ball `x_rest` of 1 shifts rest and range."""
+    text = CUBIC.replace('x_rest = "sqrt(2)"', "x_rest = { value = 1 }")
+    forged = document(sector_model(load_plant(filed(tmp_path, text))))["model"]
+    forged["states"][0]["range"] = ["-0.4999999", "0.4999999"]
+    forged["parameters"]["x_rest"] = {"value": 1, "within": "1e-7", "equals": "1"}
+    model = read_text(json.dumps(forged), "model")
+
+    other = text.replace("range = [-0.5, 0.5]", 'range = [0.5, 1.5], rest = "x_rest"')
+    with pytest.raises(OtherModel, match=r"states\.x\.range"):
+        compare_plant(model, filed(tmp_path, other))
+
+
+@pytest.mark.parametrize(
+    "ball",
+    [
+        {"within": -1},
+        {"within": 10**9},
+        {"equals": "((("},
+        {"equals": "foo(2)"},
+        {"equals": "w"},
+    ],
+)
+def test_the_second_checker_refuses_a_ball_that_is_none(
+    documents: dict[str, dict[str, Any]], ball: dict[str, Any]
+) -> None:
+    for place in (("parameters", "c", None), ("states", 0, "rest")):
+        forged = copy.deepcopy(documents["fan"]["model"])
+        given = forged[place[0]][place[1]]
+        (given if place[2] is None else given[place[2]]).update(ball)
+        with pytest.raises(Refusal):
+            read_trees(read_numbers(json.dumps(forged)))
+
+
+def test_the_second_checker_reads_a_number_with_pi_twice(
+    documents: dict[str, dict[str, Any]],
+) -> None:
+    model = copy.deepcopy(documents["fan"]["model"])
+    model["parameters"]["c"]["equals"] = "pi + exp(pi)"
+    assert "c" in read_trees(read_numbers(json.dumps(model))).balls
 
 
 def test_the_second_checker_replays_all_but_the_embedding(tmp_path: Path) -> None:

@@ -89,16 +89,16 @@ def test_a_continuum_is_at_rest_at_each_of_its_points() -> None:
         assert law.state_rate(state, measured) == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
-@pytest.mark.parametrize(("low", "high"), [(3.0, 4.0), (11.0, 12.0), (19.0, 20.0), (24.0, 25.0)])
+@pytest.mark.parametrize(("low", "high"), [(3.0, 4.0), (11.0, 12.0), (15.0, 16.0), (24.0, 25.0)])
 def test_the_coherent_loop_rests_once(built: Built, low: float, high: float) -> None:
     """Lowest wind, the hand-over between torque and pitch, full load, cut-out."""
     assert effort_sharing_equilibria(built.law, low, high) == {"one"}
 
 
 def test_a_stalled_rotor_is_the_coherent_loops_second_rest(built: Built) -> None:
-    """At 22 m/s torque holds a slow rotor with the integrator at its limit: rates vanish there."""
-    law, wind = built.law, 22.0
-    assert effort_sharing_equilibria(law, 21.95, 22.05) == {"several"}
+    """At 18.5 m/s torque holds a slow rotor with the integrator at its limit: all rates are 0."""
+    law, wind = built.law, 18.5
+    assert effort_sharing_equilibria(law, 18.45, 18.55) == {"several"}
 
     def turning(speed: float) -> float:
         state = np.array([law.integral_limit, wind])
@@ -107,7 +107,7 @@ def test_a_stalled_rotor_is_the_coherent_loops_second_rest(built: Built) -> None
             torque, pitch = law.command(state, Measurement(speed, pitch, wind))
         return float(rotor_torque(TURBINE, speed, pitch, wind)) - TURBINE.gear_ratio * torque
 
-    speed = brentq(turning, 0.73, 0.79)
+    speed = brentq(turning, 0.62, 0.70)
 
     assert speed < 0.65 * TURBINE.rated_rotor_speed
     rate = law.state_rate(np.array([law.integral_limit, wind]), Measurement(speed, 0.0, wind))
@@ -116,7 +116,7 @@ def test_a_stalled_rotor_is_the_coherent_loops_second_rest(built: Built) -> None
 
 def test_a_wider_integrator_limit_removes_the_second_rest(built: Built) -> None:
     """With 0.6 rad/s in place of 0.1 the torque falls far enough to let the rotor go."""
-    assert effort_sharing_equilibria(replace(built.law, integral_limit=0.6), 21.95, 22.05) == {
+    assert effort_sharing_equilibria(replace(built.law, integral_limit=0.6), 18.45, 18.55) == {
         "one"
     }
 

@@ -23,6 +23,7 @@ from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import rotor_torque
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
+SLOW_GENERATOR = 9000.0  # N m/s; the turbine has 15000
 
 
 @pytest.fixture(scope="session")
@@ -48,25 +49,37 @@ def verdicts(document: dict[str, Any], reseal: Any) -> tuple[str, str]:
 
 
 def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], reseal: Any) -> None:
-    """And the words name the winds where torque may be asked for faster than the turbine allows."""
+    """No wind asks for torque faster than the turbine allows."""
     document = reseal(built.document | {"claims": [built.document["claims"][0], rates]})
     found = check_document(document).claims[1]
 
     assert (found.verdict.name, judge_document(document)[1].verdict) == (PROVED, PROVED)
     limit = built.turbine.torque_rate_limit
     beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
-    assert 0 < sum(beyond) < 10
-    low = built.document["claims"][0]["cells"][beyond.index(True)]["wind"][0]
-    high = built.document["claims"][0]["cells"][len(beyond) - 1 - beyond[::-1].index(True)]["wind"][
-        1
-    ]
-    assert f", NOT for {low:g} to {high:g} m/s; it steps" in found.text
-    assert f"in {len(beyond) - sum(beyond)} within the turbine's limit of 15000 N m/s" in found.text
+    assert not any(beyond)
+    assert "and in 70 within the turbine's limit of 15000 N m/s" in found.text
     assert "in 12 of them, while |v_s''| is at most" in found.text
     fed = [cell for cell in rates["cells"] if cell["schedule_bend"] > 0]
     assert fed
     assert all(cell["torque_rate"] == limit for cell in fed)
     assert all(cell["pitch_rate"] <= built.turbine.pitch_rate_limit for cell in rates["cells"])
+
+
+def test_winds_beyond_the_generators_rate_are_named(built: Any, reseal: Any) -> None:
+    """A generator that is slower: the words name the winds that ask for more than it can."""
+    document = deepcopy(built.document)
+    document["model"]["torque_rate_limit"] = limit = SLOW_GENERATOR
+    loop = document["claims"][0]
+    rates = actuator_rates_claim(document["model"], document["gains"], loop)
+    found = check_document(reseal(document | {"claims": [loop, rates]})).claims[1]
+    beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
+    assert 0 < sum(beyond) < 30
+    low = loop["cells"][beyond.index(True)]["wind"][0]
+    high = loop["cells"][len(beyond) - 1 - beyond[::-1].index(True)]["wind"][1]
+    assert f"{low:g} to " in found.text and f" {high:g} m/s; it steps" in found.text
+    assert ", NOT for " in found.text
+    within = f"in {len(beyond) - sum(beyond)} within the turbine's limit of {limit:g} N m/s"
+    assert within in found.text
 
 
 def test_no_limit_is_told_higher_than_it_is(built: Any, rates: dict[str, Any], reseal: Any) -> None:
@@ -175,7 +188,7 @@ def test_the_short_certificate_is_proved_by_both(short_rates: dict[str, Any], re
 
 
 @pytest.mark.parametrize("name", DAMAGES)
-@pytest.mark.parametrize("k", [0, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("k", [0, pytest.param(2, marks=pytest.mark.slow)])
 def test_each_number_of_a_cell_counts(
     short_rates: dict[str, Any], reseal: Any, name: str, k: int
 ) -> None:

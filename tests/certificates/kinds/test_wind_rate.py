@@ -60,9 +60,10 @@ def uniform(document: dict[str, Any], rate: float, error: float) -> dict[str, An
 
 @pytest.mark.slow
 def test_a_measured_wind_may_move_at_two_metres_per_second_squared_in_full_load(
-    built: Any, reseal: Any
+    fast_built: Any, reseal: Any
 ) -> None:
     """|v'| <= 2 m/s^2 with a fast filter, from 13.06 m/s in all winds, from 13 m/s alone."""
+    built = fast_built
     loop, gains = built.document["claims"][0], built.document["gains"] | {"wind_filter": FAST}
     claim = wind_rate_claim(loop, FAST)
     assert claim is not None
@@ -81,7 +82,7 @@ def test_a_measured_wind_may_move_at_two_metres_per_second_squared_in_full_load(
 
 @pytest.mark.slow
 def test_the_default_law_bears_slow_winds_and_says_so(built: Any, reseal: Any) -> None:
-    """A filter of 5 s takes delta / 5 s: centimetres per second squared, in every wind cell."""
+    """A filter of 12 s takes delta / 12 s: centimetres per second squared, in every wind cell."""
     loop, tau = built.document["claims"][0], built.document["gains"]["wind_filter"]
     claim = wind_rate_claim(loop, tau)
     assert claim is not None
@@ -89,16 +90,16 @@ def test_the_default_law_bears_slow_winds_and_says_so(built: Any, reseal: Any) -
     most = max(cell["wind_error"] for cell in loop["cells"]) / tau
     document = built.document | {"claims": [loop, claim]}
 
-    assert tau == 5.0
+    assert tau == 12.0
     assert (whole["wind"][0], whole["wind"][-1]) == (3.0, 25.0)
-    assert 0 < min(whole["estimate_rate"]) < max(whole["estimate_rate"]) <= most < 0.06
+    assert 0 < min(whole["estimate_rate"]) < max(whole["estimate_rate"]) <= most < 0.025
     # In full load a third of the class is left to the error of the estimate.
     full = [cell["wind_error"] for cell in loop["cells"] if cell["wind"][0] >= upper["wind"][0]]
     assert upper["wind"][0] < 13.0
     assert min(full) / 4 < upper["estimate_error"] < min(full) / 3
     assert 0.6 < tau * min(upper["estimate_rate"]) / min(full) <= 0.7
     assert verdicts(document, reseal) == (PROVED, PROVED)
-    assert "wind filter of 5 s" in check_document(reseal(document)).claims[1].text
+    assert "wind filter of 12 s" in check_document(reseal(document)).claims[1].text
 
 
 @pytest.mark.parametrize(("more", "verdict"), [(0.0, PROVED), (1e-7, UNDECIDED)])

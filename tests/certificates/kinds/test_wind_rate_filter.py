@@ -123,10 +123,10 @@ def test_the_candidate_proves_with_any_filter(built: Any, tau: float) -> None:
 
 
 @pytest.mark.slow
-def test_every_number_of_the_claim_counts(built: Any) -> None:
+def test_every_number_of_the_claim_counts(fast_built: Any) -> None:
     """Raised by 8 % where it binds: phi against the class, r against the filter, eta against it."""
     # A fast filter: with a slow one phi is below the class where that steps.
-    loop, tau = built.document["claims"][0], 0.05
+    loop, tau = fast_built.document["claims"][0], 0.05
     claim = wind_rate_claim(loop, tau)
     assert claim is not None
     whole = claim["ranges"][0]

@@ -26,6 +26,8 @@ from takagi.certificates.checker.turbine.equilibria.zero_count import Piece, Spa
 from takagi.certificates.checker.turbine.published.inputs import PublishedLaw
 from takagi.certificates.claims.turbine import published_law_data
 from takagi.certificates.document import turbine_data
+from takagi.lmi.turbine import EffortSettings, effort_gains
+from takagi.models.laws import EffortSharingLaw, effort_schedule
 from takagi.models.laws.published import PublishedLawName
 from takagi.models.turbine import rotor_torque
 from tests.certificates.conftest import Built
@@ -151,11 +153,15 @@ def test_a_sign_of_other_winds_is_no_change_of_sign() -> None:
     assert found.exact is None
 
 
-def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests(built: Built) -> None:
+def test_states_beyond_the_reference_speed_of_some_winds_are_not_their_rests() -> None:
     """x at its upper limit needs e <= 0; over a cell the largest R omega*/v is not every wind's."""
     from takagi.certificates.document import effort_sharing_law_data
 
-    data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(built.law)}
+    # A share at which a rotor stalls at 22 m/s.
+    schedule = effort_schedule(TURBINE, effectiveness_share=0.6)
+    gains = effort_gains(TURBINE, schedule, EffortSettings(integral_share=0.3)).gains
+    stalling = EffortSharingLaw.of(TURBINE, schedule, gains)
+    data = {"model": turbine_data(TURBINE, []), "gains": effort_sharing_law_data(stalling)}
     read = read_text(json.dumps(data), "loop")
     plant, law = Plant.read(read["model"]), Law.read(read["gains"])
     k = next(i for i, wind in enumerate(law.wind) if wind >= 22)

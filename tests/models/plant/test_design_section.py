@@ -87,7 +87,7 @@ def test_a_file_without_the_section_leaves_every_choice() -> None:
         ('choice = "few"', "design.choice", "fewest-rules"),
         ("input_limit = { tua = 1 }", "design.input_limit", "did you mean 'tau'"),
         ("input_limit = { tau = -1 }", "design.input_limit", "a positive number"),
-        ("initial = { theta = 1 }", "design.initial", "has no omega"),
+        ("initial = { thta = 1 }", "design.initial", "did you mean 'theta'"),
         ("initial = { tau = 1 }", "design.initial", "tau is no state"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
+from math import exp
 from pathlib import Path
 from typing import NamedTuple
 
@@ -91,17 +92,20 @@ class Simulator:
 
 
 class PythonLaw:
-    """Observer, law and rate limits of a design in Python, from their first sample on."""
+    """Low-pass, observer, law and rate limits of a design in Python, from their first sample on."""
 
     def __init__(self, design: TurbineDesign, sample_time: float) -> None:
         limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
         self._program = SampledLaw(design.law, sample_time, 0.0, *limits)
         self._law, self._watch = design.law, design.observer.observer
-        self._started = False
+        self._started, self._speed = False, 0.0
+        self._kept = exp(-sample_time * design.speed_filter)
 
-    def sample(self, speed: float, pitch: float, guess: float) -> Command:
+    def sample(self, measured: float, pitch: float, guess: float) -> Command:
         """Return what is sent."""
         T = self._program.sample_time
+        speed = measured + (self._speed - measured) * self._kept if self._started else measured
+        self._speed = speed
         if not self._started:
             self._estimator = self._watch.initial_state(speed, guess)
             state = self._law.initial_state(guess)

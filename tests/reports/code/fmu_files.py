@@ -20,9 +20,11 @@ def fmpy() -> Any:
     return pytest.importorskip("fmpy")
 
 
-def exported(gains: Path, **settings: Any) -> tuple[ControllerProgram, Exported]:
+def exported(
+    gains: Path, without: Sequence[str] = (), **settings: Any
+) -> tuple[ControllerProgram, Exported]:
     """Write the FMUs of a gain file beside it; return its program and what was written."""
-    program = read_controller(gains)
+    program = read_controller(gains, without=without)
     model = certified_model(gains, None, program)
     found = export(program, ExportSettings(model=model, **settings))
     for name, content in found.files.items():

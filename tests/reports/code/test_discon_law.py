@@ -95,7 +95,7 @@ def test_the_wind_of_record_27(
     run = ProgramRun(controller_program(program.document, without=["observer"]))
     for row, (torque, pitch) in zip(rows, sent(library, file, rows), strict=True):
         step = float(np.float32(T))
-        given = {"speed": row[1], "pitch": row[2], "wind_estimate": row[3]}
+        given = {"measured_speed": row[1], "pitch": row[2], "wind_estimate": row[3]}
         wanted = run.sample(step, {s.name: given[s.name] for s in run.program.inputs})
         assert torque == pytest.approx(wanted["torque_sent"], rel=EXACT)
         assert pitch == pytest.approx(wanted["pitch_sent"], abs=EXACT)

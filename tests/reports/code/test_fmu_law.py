@@ -50,10 +50,10 @@ def test_a_plant_s_law(name: str, tmp_path: Path) -> None:
 
 
 def test_a_turbine_s_law(turbine_design: TurbineDesign, tmp_path: Path) -> None:
-    """Observer, law and rate limits: ten kept values."""
+    """Low-pass, observer, law and rate limits: eleven kept values."""
     gains = turbine_file(turbine_design, turbine_design.law, tmp_path)
 
-    assert compared(gains, 0.02, Random(4)) == 2 * 5 * SAMPLES
+    assert compared(gains, 0.02, Random(4)) == 2 * 6 * SAMPLES
 
 
 @pytest.mark.parametrize("name", ["cart_pole", "split_range", "truck_trailer", "tora"])

@@ -88,7 +88,7 @@ def test_the_law_of_a_turbine(turbine_design: TurbineDesign, tmp_path: Path) -> 
     path.write_text(dump_gains(gain_file(turbine_design)), encoding="utf-8")
     rows, speed, pitch = [], 1.1, 0.05
     for _ in range(100):
-        rows.append({"speed": speed, "pitch": pitch, "wind_guess": 12.0})
+        rows.append({"measured_speed": speed, "pitch": pitch, "wind_guess": 12.0})
         speed = min(max(speed + rng.uniform(-0.03, 0.03), 0.6), 1.5)
         pitch = min(max(pitch + rng.uniform(-0.02, 0.02), 0.0), 0.4)
     compared(read_controller(path), rows, 0.02, tmp_path)

@@ -67,7 +67,8 @@ def run_of_a_turbine(program: ControllerProgram, samples: int) -> int:
     block, run, rng = block_of(program), ProgramRun(program), Random(3)
     speed, pitch, worst = 1.1, 0.05, 0
     for _ in range(samples):
-        given = {"speed": speed, "pitch": pitch, "wind_guess": 12.0, "wind_estimate": 11.0}
+        given = {"speed": speed, "measured_speed": speed, "pitch": pitch}
+        given |= {"wind_guess": 12.0, "wind_estimate": 11.0}
         same(block, run, 0.02, {one.name: given[one.name] for one in program.inputs})
         worst = max(worst, block.values["STATUS"])
         speed = min(max(speed + rng.uniform(-0.03, 0.03), 0.6), 1.5)

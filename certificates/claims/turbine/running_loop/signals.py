@@ -1,0 +1,79 @@
+r"""Linear signals of a loop whose uncertain factors act one by one.
+
+A signal is a row over the states xi and over w_1 .. w_k.  ``times`` multiplies a signal y by an
+uncertain factor of [low, high] = c +- r: it returns c y + w_i, where w_i = delta z_i, z_i = r y
+and |delta| <= 1.  Whatever delta does, w_i^2 <= z_i^2.  So for a positive matrix P and numbers
+tau_i > 0
+
+    -(2 xi'P (xi)' + 2 alpha xi'P xi + sum tau_i (z_i^2 - w_i^2)) > 0   for all (xi, w) but zero
+
+shows that V = xi'P xi falls at least as exp(-2 alpha t).  The left side is one quadratic form in
+(xi, w); ``decay_form`` returns its matrix.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+Signal = dict[int, Fraction]
+Span = tuple[Fraction, Fraction]
+Rows = list[list[Fraction]]
+
+
+def combined(*parts: tuple[Fraction | int, Signal]) -> Signal:
+    """Return the sum of factor times signal."""
+    found: Signal = {}
+    for factor, signal in parts:
+        for place, value in signal.items():
+            found[place] = found.get(place, Fraction(0)) + factor * value
+    return found
+
+
+class Signals:
+    """The states and the uncertain factors that have been met so far."""
+
+    def __init__(self, states: int) -> None:
+        self.states = states
+        self.outer: list[Signal] = []
+        self.names: list[str] = []
+
+    def state(self, place: int) -> Signal:
+        return {place: Fraction(1)}
+
+    def times(self, name: str, span: Span, signal: Signal) -> Signal:
+        """Return the signal times a factor of the span."""
+        low, high = span
+        middle, radius = (low + high) / 2, (high - low) / 2
+        if radius == 0 or not signal:
+            return combined((middle, signal))
+        self.outer.append(combined((radius, signal)))
+        self.names.append(name)
+        return combined((middle, signal), (1, {self.states + len(self.outer) - 1: Fraction(1)}))
+
+    def row(self, signal: Signal) -> list[Fraction]:
+        """Return the signal's row over states and all w."""
+        size = self.states + len(self.outer)
+        return [signal.get(place, Fraction(0)) for place in range(size)]
+
+
+def decay_form(
+    signals: Signals, rates: list[Signal], P: Rows, tau: list[Fraction], alpha: Fraction
+) -> Rows:
+    """Return the matrix that must be positive definite; ``rates`` are the states' derivatives."""
+    n, size = signals.states, signals.states + len(signals.outer)
+    F = [signals.row(rate) for rate in rates]
+    PF = [[sum((P[i][k] * F[k][j] for k in range(n)), Fraction(0)) for j in range(size)]
+          for i in range(n)]  # fmt: skip
+    form = [[Fraction(0)] * size for _ in range(size)]
+    for i in range(n):
+        for j in range(size):
+            form[i][j] -= PF[i][j]
+            form[j][i] -= PF[i][j]
+        for j in range(n):
+            form[i][j] -= 2 * alpha * P[i][j]
+    for k, (weight, signal) in enumerate(zip(tau, signals.outer, strict=True)):
+        form[n + k][n + k] += weight
+        for i, a in signal.items():
+            for j, b in signal.items():
+                form[i][j] -= weight * a * b
+    return form

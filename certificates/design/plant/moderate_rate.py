@@ -1,0 +1,107 @@
+"""The decay rate of a design for which none was asked: rates that double, until one costs too much.
+
+Inputs with limits: the rates go from 1/32 to 2 of the box's crossing rate, the least over the
+states of (largest rate of change in the box, with inputs at their limits) / (half-width).  Ranges
+of states and inputs alone decide it: a fast pole, of a winding say, has no effect.  The set is the
+largest ellipsoid in which all limits hold.  The last rate is taken before one at which some state
+alone may start less than three fifths as far off rest as in the largest set of all.
+
+Other plants: the rates go from 1/128 to 1/2 of the plant's own fastest pole at a vertex (in
+discrete time, of 1/T), and a doubling may at most double the commands: with gains K and V = x' P x
+of the slower rate, the command of rule i to input k on {x' P x <= 1} is at most |K_ik P^(-1/2)|.
+
+Neither measure depends on units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.arrays import Floats
+
+if TYPE_CHECKING:
+    from takagi.lmi import Design
+    from takagi.models.ts.model import TSModel
+
+EFFORT = 2.0
+REACH = 0.6
+HALVINGS = 7
+
+
+def moderate(
+    ask: Callable[[float], Design], rates: list[float], *, for_set: bool
+) -> tuple[Design, str]:
+    """Return the design at the last of ``rates`` that is worth its price, and a note that says so.
+
+    Parameters
+    ----------
+    rates : slowest first.
+    for_set : whether designs are made for the largest set; else for starts that are given.
+    """
+    best = slowest = ask(0.0)
+    if not slowest.found:
+        return slowest, ""
+    for rate in rates:
+        faster = ask(rate)
+        if not faster.found:
+            break
+        if best.decay_rate > 0 and not _worth(faster, slowest if for_set else best, for_set):
+            break
+        best = faster
+    if best.decay_rate == 0:
+        why = "none that was tried has gains" if rates else "its poles give the plant no time scale"
+        return best, f"no decay rate was asked for: rate 0, {why}"
+    price = f"shrinks the set below {REACH:.0%}" if for_set else "more than doubles the commands"
+    note = f"no decay rate was asked for: {best.decay_rate:.4g} 1/s"
+    if faster is not best:
+        note += f"; twice as fast {price if faster.found else 'has no gains'}"
+    return best, note
+
+
+def pole_rates(model: TSModel) -> list[float]:
+    """Return rates to try, slowest first; none for a plant whose poles are all at zero."""
+    if model.sample_time is not None:
+        return _doubling(1.0 / model.sample_time / 2)
+    return _doubling(float(np.abs(np.linalg.eigvals(_floats(model.A))).max()) / 2)
+
+
+def crossing_rates(model: TSModel, box: Floats, input_limit: Floats) -> list[float]:
+    """Return rates to try, slowest first, from ranges alone; those of poles where a state has none.
+
+    Parameters
+    ----------
+    box : (n,) half-widths of the states, inf for none.
+    input_limit : (m,).
+    """
+    if model.sample_time is not None or not np.isfinite(box).all():
+        return pole_rates(model)
+    fastest = (np.abs(_floats(model.A)) @ box + np.abs(_floats(model.B)) @ input_limit).max(axis=0)
+    return _doubling(2 * float((fastest / box).min()))
+
+
+def _doubling(top: float) -> list[float]:
+    # Two digits are enough, because the rate is a choice and not a result.
+    return [float(f"{top / 2**k:.2g}") for k in range(HALVINGS - 1, -1, -1)] if top > 0 else []
+
+
+def _worth(faster: Design, than: Design, for_set: bool) -> bool:
+    if for_set:
+        return bool(np.all(starts_alone(faster) >= REACH * starts_alone(than)))
+    reach = np.linalg.inv(_floats(than.require()[1]))
+    sizes = [
+        np.sqrt(np.einsum("rmi,ij,rmj->rm", K, reach, K)).max(axis=0)
+        for K in (_floats(faster.require()[0]), _floats(than.require()[0]))
+    ]
+    return bool(np.all(sizes[0] <= EFFORT * sizes[1]))
+
+
+def starts_alone(design: Design) -> Floats:
+    """Return (n,): how far each state alone may start off rest in {x' P x <= 1}."""
+    return np.asarray(1 / np.sqrt(np.diag(_floats(design.require()[1]))), dtype=np.float64)
+
+
+def _floats(values: object) -> Floats:
+    return np.asarray(values, dtype=np.float64)

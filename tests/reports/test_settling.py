@@ -1,0 +1,57 @@
+"""Half-widths and settling time of the proved set, against closed forms and motions."""
+
+from __future__ import annotations
+
+import numpy as np
+import sympy as sp
+from scipy.linalg import expm
+
+from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.models import Interval, Plant, Variable
+from takagi.reports.loops import half_widths, settling_time
+from takagi.reports.loops.plant_loop import plant_loop
+
+X, V, U = sp.symbols("x v u", real=True)
+
+
+def oscillator() -> PlantDesign:
+    """x'' = u with |x|, |v| <= 1, |u| <= 3 and u = -x - 2 v: poles at -1 twice."""
+    plant = Plant(
+        equations=(V, U),
+        states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V, "-", Interval.of(-1, 1))),
+        inputs=(Variable(U, "-", Interval.of(-3, 3)),),
+    )
+    return certify_plant(plant, np.array([[[1.0, 2.0]]]))
+
+
+def test_one_state_settles_as_its_pole_says() -> None:
+    """x' = u = -2 x: the set is all of |x| <= 1, and 2 % are reached after ln(50) / 2."""
+    plant = Plant(
+        equations=(U,),
+        states=(Variable(X, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(U, "-", Interval.of(-3, 3)),),
+    )
+    loop = plant_loop(certify_plant(plant, np.array([[[2.0]]])))
+    reach, time = half_widths(loop), settling_time(loop)
+
+    assert reach is not None and np.isclose(reach[0], 1.0, rtol=1e-3)
+    # The proved rate is a little below the pole.
+    assert time is not None and np.log(50) / 2 <= time <= 1.05 * np.log(50) / 2
+
+
+def test_motions_from_the_set_s_edge_keep_both_bounds() -> None:
+    """The loop is linear, so exp(A t) moves sixty starts on the edge of {x' P x <= c}."""
+    loop = plant_loop(oscillator())
+    reach, time = half_widths(loop), settling_time(loop)
+    assert reach is not None and time is not None
+    P, level = loop.ellipsoid
+    angle = np.linspace(0, np.pi, 60)
+    edge = np.linalg.solve(
+        np.linalg.cholesky(P).T, np.sqrt(level) * np.array([np.cos(angle), np.sin(angle)])
+    )
+    A = np.array([[0.0, 1.0], [-1.0, -2.0]])
+
+    for t in np.linspace(0, 2 * time, 41):
+        part = np.abs(expm(A * t) @ edge).max(axis=1) / reach
+        assert np.all(part <= (0.02 if t >= time else 1.0) * (1 + 1e-9))
+    assert np.isclose((np.abs(edge).max(axis=1) / reach).max(), 1.0, rtol=1e-2)
