@@ -61,6 +61,7 @@ class Comparison:
         self.ranges = Ranges(plant.evaluator, self.algebra, plant.box)
         self.names: dict[str, int] = {}
         self.derived: dict[str, int] = {}
+        self.unsolved: list[str] = []
         self.blend = FileBlend.of(file, model, path)
 
     def whole(self) -> str:
@@ -85,6 +86,9 @@ class Comparison:
         words = []
         if solved:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
+        if self.unsolved:
+            names = ", ".join(self.unsolved)
+            words.append(f"the file leaves the rest of {names} to be solved; any proved rest passes")
         if self.ranges.removable:
             zeros = ", ".join(sorted(self.ranges.removable))
             words.append(f"where {zeros} = 0 a quotient there means its limit")
@@ -182,6 +186,7 @@ class Comparison:
         """Return whether the file has another rest; one that is to be solved has no value there."""
         where = f"{key}.{variable.name}.rest"
         if key != "disturbances" and (given == "solve" or isinstance(given, dict)):
+            self.unsolved.append(variable.name)
             return False
         ball = variable.ball
         own = variable.rest if ball is None or ball.equals is None else ball.equals
