@@ -2,6 +2,7 @@
 
 variables         Variable, Parameter, Output, with their units
 plant             Plant, the value: M(x) x' = f(x, u, w), y = g(x, u, w), on a box
+file_units        figures in SI in the units that the file is written in
 dimensions        the unit of an expression, where its parts fit
 table_coverage    the arguments of tables must stay inside them on the box
 entries, schema   what a plant file may contain; its JSON Schema, printed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -29,6 +29,8 @@ class Variable:
     description : in words, e.g. ``"angle from upright"``.
     schedules : of a disturbance: it appears in coefficients alone, so that A, B, C and D may depend
         on it and its column of E is 0.  It needs a range.
+    written : the unit that its file gives it, e.g. ``"deg"``, for words alone; empty without a
+        file.
     """
 
     symbol: sp.Symbol
@@ -39,6 +41,7 @@ class Variable:
     schedules: bool = False
     within: Fraction = Fraction(0)
     equals: sp.Expr | None = None
+    written: str = field(default="", compare=False)
 
     @property
     def name(self) -> str:
@@ -55,7 +58,7 @@ class Parameter:
     """A number with a name: exact value, SI unit, and where it comes from.
 
     Where it is no decimal it ``equals`` an expression without variables and parameters, and lies
-    ``within`` so much of ``value``.
+    ``within`` so much of ``value``.  ``written`` is the unit in its file, for words alone.
     """
 
     symbol: sp.Symbol
@@ -64,6 +67,7 @@ class Parameter:
     source: str = ""
     within: Fraction = Fraction(0)
     equals: sp.Expr | None = None
+    written: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,7 +70,9 @@ class DerivedNumbers:
         if not isinstance(given.value, str):
             unit = self.unit(f"{place}.unit", given.unit or "-")
             value = unit.to_si(Fraction(given.value))
-            self.found[name] = Parameter(symbol, value, unit.si, given.source)
+            self.found[name] = Parameter(
+                symbol, value, unit.si, given.source, written=given.unit or "-"
+            )
             self.closed[name] = sp.Rational(value.numerator, value.denominator)
             return
         expression = self._expression(place, given.value, (*above, name))

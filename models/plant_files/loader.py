@@ -233,7 +233,9 @@ class _Reader:
         if given.range is not None:
             self.check_range(place, name, given)
             side = Interval(*(unit.to_si(Fraction(end)) for end in given.range))
-        found = Variable(_symbol(name), unit.si, side, Fraction(0), given.description)
+        found = Variable(
+            _symbol(name), unit.si, side, Fraction(0), given.description, written=given.unit
+        )
         if isinstance(given.rest, str) and given.rest != "solve":
             rest, within, equals = self.numbers.rest(f"{place}.rest", given.rest, unit)
             self.check_exact(place, within)

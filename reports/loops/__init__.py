@@ -4,6 +4,7 @@ turbine_local        a turbine's law at its trims as linear feedback
 plant_loop           plant, model, gains, proved function
 plant_local          poles and margins of a plant at rest and at the vertices
 settling             when motions from the proved set are at rest
+overshoot            how far a state gets beyond its start
 plant_motion         the nonlinear plant under its law, in time
 overlap_claims       what is proved of a published law, overlap by overlap
 proved_kinds         which claims of a certificate are proved, and of which kinds
@@ -17,12 +18,14 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.reports.loops.overshoot import overshoots
     from takagi.reports.loops.plant_motion import motions, plant_rate
     from takagi.reports.loops.settling import half_widths, settling_time
 
 __all__ = [
     "half_widths",
     "motions",
+    "overshoots",
     "plant_rate",
     "settling_time",
 ]

@@ -1,0 +1,123 @@
+"""What the summary of a plant says of the proved set, in the units of the plant's file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.cli.terminal.lines import kept, told
+from takagi.models.plant.file_units import file_unit, shown_rate, shown_time
+from takagi.reports.loops.overshoot import overshoots
+from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
+from takagi.reports.page.labels import name_of, unit_of
+from takagi.reports.page.rounded_bounds import at_least, at_most
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+SMALL = 0.1  # share of the box below which the proved set is called small
+
+
+def starts_alone(design: PlantDesign) -> dict[str, float]:
+    """Return state -> sqrt(c / P_kk), SI: how far it alone may start off rest in {x'Px <= c}.
+
+    {} where no set is proved to be invariant.
+    """
+    return _starts(plant_loop(design))
+
+
+def box_line(design: PlantDesign) -> list[str]:
+    """Return the box, side by side."""
+    plant, model = design.plant, design.model
+    labels = (*model.states, *model.inputs, *model.disturbances)
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    units = {label: file_unit(v) for label, v in zip(labels, variables, strict=False)}
+    sides = []
+    for label, (low, high) in model.box.items():
+        size, unit = units.get(label, (1.0, unit_of(label)))
+        ends = f"[{float(low) / size:.6g}, {float(high) / size:.6g}]"
+        sides.append(kept(f"{name_of(label)} in {ends}{_behind(unit)}"))
+    return told("box", ", ".join(sides)) if sides else []
+
+
+def set_lines(design: PlantDesign) -> list[str]:
+    """Return the proved set: starts, how far states get, how fast, and beyond their start."""
+    loop = plant_loop(design)
+    return [*_set(loop), *_motion(loop), *_decay(loop), *_overshoot(design, loop)]
+
+
+def _starts(loop: PlantLoop) -> dict[str, float]:
+    if not (loop.bounded and loop.level_proved):
+        return {}
+    P, level = loop.ellipsoid
+    reach = (float(np.sqrt(level / size)) for size in np.diag(P))
+    return dict(zip(loop.model.states, reach, strict=True))
+
+
+def _set(loop: PlantLoop) -> list[str]:
+    """Return the starts in the proved set, and a word where they are a small part of the box."""
+    box = loop.model.box
+    parts, shares = [], []
+    for variable, (label, reach) in zip(loop.plant.states, _starts(loop).items(), strict=False):
+        size, unit = file_unit(variable)
+        part = f"{name_of(label)} {at_least(reach / size)}{_behind(unit)}"
+        if label in box:
+            shares.append(reach / max(abs(float(end)) for end in box[label]))
+            part += f" ({100 * shares[-1]:.2g} %)" if shares[-1] < 0.995 else " (all)"
+        parts.append(kept(part))
+    if not parts:
+        return []
+    text = f"starts with one state alone off rest stay in the box up to {', '.join(parts)}"
+    if shares and max(shares) < SMALL:
+        text += (
+            ". That is little of the box: see whether smaller ranges of the states, a lower decay "
+            "rate or larger inputs give more"
+        )
+    return told("set", text)
+
+
+def _motion(loop: PlantLoop) -> list[str]:
+    """Return how far states get from anywhere in the proved set, and when they are at rest."""
+    reach, time = half_widths(loop), settling_time(loop)
+    if reach is None:
+        return []
+    parts = []
+    for variable, label, most in zip(loop.plant.states, loop.model.states, reach, strict=True):
+        size, unit = file_unit(variable)
+        parts.append(kept(f"|{name_of(label)}| <= {at_most(float(most) / size, 4)}{_behind(unit)}"))
+    text = f"from anywhere in the set {', '.join(parts)}"
+    if time is not None:
+        number, unit = shown_time(loop.plant, time)
+        text += f"; within {at_most(number)} {unit} all are below {SETTLED:.0%} of that"
+    return told("motion", text)
+
+
+def _decay(loop: PlantLoop) -> list[str]:
+    """Return the one rate that counts; each claim below has the rate of a function of its own."""
+    if not loop.decay_rate:
+        return []
+    rate, unit = shown_rate(loop.plant, loop.decay_rate)
+    time, seconds = shown_time(loop.plant, 1 / loop.decay_rate)
+    return told(
+        "decay",
+        f"{at_least(rate)} {unit}: the state, in the measure of V, falls to 37% in "
+        f"{at_most(time)} {seconds}; other rates below belong to claims with another V",
+    )
+
+
+def _overshoot(design: PlantDesign, loop: PlantLoop) -> list[str]:
+    parts = [kept(f"{name} {at_most(k)}") for name, k in overshoots(design, loop).items()]
+    if not parts:
+        return []
+    return told(
+        "overshoot",
+        f"a state that alone starts off rest, in the set, goes at most so many times as far: "
+        f"{', '.join(parts)}",
+    )
+
+
+def _behind(unit: str) -> str:
+    return "" if unit in ("", "-") else f" {unit}"

@@ -1,0 +1,63 @@
+"""Figures in SI -> the units that the plant's file is written in, for words alone.
+
+Nothing that is proved passes through here: certificates and gain files are in SI.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import TYPE_CHECKING
+
+from takagi.models.errors import ModelError
+from takagi.models.files.units import parse_unit
+
+if TYPE_CHECKING:
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
+
+_NAME = re.compile(r"[A-Za-z%]+")
+SECOND = parse_unit("s")
+
+
+def file_unit(variable: Variable) -> tuple[float, str]:
+    """Return (size of the unit in SI, its name) of a variable: as its file has it, else SI."""
+    return _size(variable.written), variable.written or variable.unit
+
+
+def shown_time(plant: Plant, seconds: float) -> tuple[float, str]:
+    """Return (number, unit) of a time [s].
+
+    The unit is the largest in which the number is at least 1, of s and the units of time that
+    occur in the file's units, such as min in ``L/min``; else the smallest of them.
+    """
+    sizes = sorted((_size(unit), unit) for unit in _times(plant))
+    size, unit = max((one for one in sizes if seconds >= one[0]), default=sizes[0])
+    return seconds / size, unit
+
+
+def shown_rate(plant: Plant, rate: float) -> tuple[float, str]:
+    """Return (number, unit) of a rate [1/s], in the unit of time that suits its time constant."""
+    if not rate > 0:
+        return rate, "1/s"
+    unit = shown_time(plant, 1 / rate)[1]
+    return rate * _size(unit), f"1/{unit}"
+
+
+def _times(plant: Plant) -> set[str]:
+    """Return s, and the units of time that occur in what the file's figures are written in."""
+    given = (*plant.states, *plant.inputs, *plant.disturbances, *plant.parameters)
+    names = {name for one in given for name in _NAME.findall(one.written)}
+    return {"s"} | {name for name in names if _is_time(name)}
+
+
+def _is_time(name: str) -> bool:
+    try:
+        return parse_unit(name).dimension == SECOND.dimension
+    except ModelError:
+        return False
+
+
+def _size(unit: str) -> float:
+    found = parse_unit(unit or "-")
+    return float(found.factor) * math.pi**found.pi_power
