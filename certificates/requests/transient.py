@@ -34,11 +34,13 @@ class Transient:
     decay_rate : alpha in 1/s; None takes, of a few, the one that settles soonest.
     scales : (n,) size of each state; None takes the half-widths of the model's box where all
         states have one, else 1.
+    name : of the claim.
     """
 
     settled_share: float = 0.02
     decay_rate: float | None = None
     scales: ArrayLike | None = None
+    name: str = "overshoot and settling time"
 
     def __post_init__(self) -> None:
         if not 0 < self.settled_share < 1:
@@ -64,14 +66,15 @@ class Transient:
             diagnosis = diagnosis or answer.diagnosis
             if answer.P is not None:
                 claims += self._claims(loop, np.asarray(answer.P), rate, scales)
+        named = {"name": self.name}
         if not claims:
             idle = _claim(np.eye(len(scales)), self.decay_rate or 1.0, scales, 1.0, 1.0)
             unproved = idle | {"settled_share": self.settled_share, "settling_time": 1.0}
             if loop.sample_time is not None:
                 unproved["settling_time"] = loop.sample_time
-            return first_proved(loop, [(diagnosis or "no candidate P", unproved)])
+            return first_proved(loop, [(diagnosis or "no candidate P", unproved | named)])
         best = sorted(claims, key=lambda claim: claim[0])
-        return first_proved(loop, [(words, claim) for _, words, claim in best])
+        return first_proved(loop, [(words, claim | named) for _, words, claim in best])
 
     def _claims(
         self, loop: ClaimedLoop, P: Floats, rate: float, scales: Floats

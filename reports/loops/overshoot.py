@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.claims.plant.useful_overshoot import USEFUL
 from takagi.models.arrays import Floats
 from takagi.reports.loops.proved_kinds import proved_claims
 
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
 
 # Their V never grows where the certificate holds.
 KINDS = ("decay", "transient", "invariant-ellipsoid")
-# The motion stays in the box anyway.  A bound of k times says more only to starts within 1/k of
-# the box, and a tenth of the box is called little of it elsewhere.
-USEFUL = 10.0
 # Far above the rounding of the formula below in floating point.
 _ROUNDED = 1 + 1e-6
 
@@ -31,8 +29,8 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     A V = x' P x that does not grow gives |x_k(t)| <= (P_kk (P^-1)_kk)^(1/2) |x_k(0)|, whatever the
     units; the least over the proved functions is returned.  The functions are proved, the figures
     are computed from them in floating point.  They hold for starts in the proved set, and {} is
-    returned where there is none, or a disturbance that moves the state.  A state whose bound is not
-    below 10 is left out: it says nothing.
+    returned where there is none, or a disturbance that moves the state.  A state whose bound is
+    above 10 is left out: it says nothing.
     """
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
     if not loop.level_proved or disturbed:
@@ -40,7 +38,7 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in _functions(design)]
     least: Floats = _ROUNDED * np.min(bounds, axis=0)
     found = zip(loop.names, least, strict=True)
-    return {name: float(most) for name, most in found if most < USEFUL}
+    return {name: float(most) for name, most in found if most <= USEFUL}
 
 
 def _functions(design: PlantDesign) -> Iterator[Floats]:

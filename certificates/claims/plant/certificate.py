@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.plant.certification import Certificate
 from takagi.certificates.claims.plant.sampled_premises import refuse_sampled
+from takagi.certificates.claims.plant.useful_overshoot import useful_overshoot
 from takagi.certificates.document.certificate_file import certificate_document, content_of
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.document.provenance import provenance
@@ -120,7 +121,8 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
             found.append(attempt)
         else:
             notes.append(f"{name}: not proved ({attempt.checked.text})")
-    return [*asked, *found], notes
+    useful, more = useful_overshoot(loop, found)
+    return [*asked, *useful], [*notes, *more]
 
 
 def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:

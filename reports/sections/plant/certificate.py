@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from takagi.reports.loops.overshoot import overshoots
+from takagi.reports.page.rounded_bounds import at_most
 from takagi.reports.page.text import Section, Table, significant
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
             "level": significant(level, 4) if level is not None and loop.bounded else "",
             "level_proved": loop.level_proved,
             "states": list(loop.model.states),
-            "overshoot": _overshoot(loop),
+            "overshoot": [f"{name} {at_most(k)}" for name, k in overshoots(design, loop).items()],
         },
     )
 
@@ -50,10 +50,3 @@ def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
         for words, P in found
         if P is not None
     ]
-
-
-def _overshoot(loop: PlantLoop) -> str:
-    """Return sqrt(cond P): ||x(t)|| <= this times e^(-alpha t) ||x(0)||; empty without decay."""
-    if loop.decay_P is None:
-        return ""
-    return significant(float(np.sqrt(np.linalg.cond(loop.decay_P))))
