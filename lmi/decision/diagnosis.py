@@ -37,6 +37,21 @@ def binding_items(
     return f"the no rests on {shares_in_words(shares[:most])}"
 
 
+def asks_for_decay(condition: Condition) -> bool:
+    """Return whether a decay rate above 0 is asked for, which might be lowered."""
+    given = condition.parameters
+    if not {"alpha", "contraction"} & set(given):
+        return True  # the rate is no number of the condition
+    return given.get("alpha", 0.0) > 0 or given.get("contraction", 1.0) < 1
+
+
+def cure_of_limit(condition: Condition) -> str:
+    """Return what to change a little where a condition is at its limit."""
+    if asks_for_decay(condition):
+        return "lower the decay rate a little"
+    return "shrink the box a little"
+
+
 def shares_in_words(shares: Sequence[Share]) -> str:
     """Return labels with their shares; what these are shares of stands behind the first.
 

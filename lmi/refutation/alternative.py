@@ -91,7 +91,10 @@ class Alternative:
     def __str__(self) -> str:
         fault = self.fault()
         if fault:
-            return f"{self.condition.name}: nothing is shown, for {fault}"
+            return (
+                f"{self.condition.name}: nothing is shown by these multipliers, because {fault}; "
+                "take them from exact_no, whose are exact"
+            )
         if not self.multipliers:
             return (
                 f"{self.condition.name}: no unknowns satisfy it; an exact function that decays at "

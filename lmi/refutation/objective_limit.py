@@ -23,7 +23,10 @@ def objective_below(condition: Condition, value: float | Fraction) -> Condition:
     ModelError : a condition without an objective, or a value that is no finite number.
     """
     if not condition.objective:
-        raise ModelError(f"{condition.name} has no objective, so nothing is to be bounded")
+        raise ModelError(
+            f"{condition.name} has no objective, and so no least value to bound; give a condition "
+            "that minimises something, or ask exact_no about this one as it is"
+        )
     value = number("value", value)
     by_name = {unknown.name: unknown for unknown in condition.unknowns}
     limit = LMI(

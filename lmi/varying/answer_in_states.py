@@ -10,7 +10,7 @@ from takagi.lmi.answer import Answer
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.diagnosis import binding_items, cure_of_limit
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.polynomials.simplex_polynomials import Basis
@@ -64,7 +64,7 @@ def no_lyapunov(condition: Condition, s: Floats, why: str) -> Answer:
 
 def _diagnosis(condition: Condition, outcome: Outcome, cures: str) -> str:
     if outcome.status == "unknown":
-        return outcome.unsettled("lower the decay rate a little, or give scales")
+        return outcome.unsettled(f"{cure_of_limit(condition)}, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names[1:])
     return f"no P(h) by these LMIs, which says nothing of others: {binding}; {cures}"

@@ -104,7 +104,7 @@ def design_plant(
     if made is not None:
         return made
     with clock("what would help"):
-        reason = _reason(found, model)
+        reason = _reason(found, work)
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
@@ -253,12 +253,14 @@ class _Work:
         return PlantDesign(*parts, notes, seconds)
 
 
-def _reason(found: FoundGains, model: TSModel) -> str:
+def _reason(found: FoundGains, work: _Work) -> str:
     """Return why there are no gains, and what would help where that can be asked."""
+    from takagi.certificates.design.plant.obstacle import obstacle
     from takagi.lmi import explain
 
     design = found.design
-    words = design.answer.diagnosis
-    if len(model.A) > MOST_EXPLAINED or not found.explainable:
+    first = obstacle(found, work.plant, work.asked)
+    words = "\n".join(part for part in (first, design.answer.diagnosis) if part)
+    if len(work.model.A) > MOST_EXPLAINED or not found.explainable:
         return words
-    return f"{words}\n{explain(design, model, steps=4, **found.options)}"
+    return f"{words}\n{explain(design, work.model, steps=4, **found.options)}"

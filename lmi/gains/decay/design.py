@@ -11,7 +11,7 @@ from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble
 from takagi.lmi.decision.decide import decide, improve
-from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.diagnosis import asks_for_decay, binding_items, cure_of_limit
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.limited_outcome import (
@@ -224,10 +224,12 @@ def _no_by_fixed_mode(
 
 def _diagnosis(task: DecayRequest, condition: Condition, outcome: Outcome, relaxation: str) -> str:
     if outcome.status == "unknown":
-        return outcome.unsettled("lower the decay rate a little, or give scales")
+        return outcome.unsettled(f"{cure_of_limit(condition)}, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict]
     names.remove("Q positive definite")
-    cures = ["lower the decay rate", "shrink the box that the rules span"]
+    cures = ["shrink the box that the rules span"]
+    if asks_for_decay(condition):
+        cures.insert(0, "lower the decay rate")
     if task.limits.level:
         cures.insert(0, "widen the limits or shrink the initial box")
     if task.limits.gain is not None:

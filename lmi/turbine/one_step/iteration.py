@@ -38,6 +38,7 @@ SETTLED, ENOUGH = 3e-3, 1e-3
 ROOM = 1e-3
 # Largest number of improvements of the functions at fixed gains, at the start and after a step.
 AT_START, AFTER_STEP = 8, 1
+NO_WIND = "in some cell of wind speeds the loop tolerates no error of the wind estimate"
 
 
 def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
@@ -61,7 +62,7 @@ def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoi
     if functions is None:
         raise ModelError(
             "one-step design: the gains it starts from have no common quadratic function under "
-            f"this wind class ({first.diagnosis or rest.diagnosis or 'a cell bears no wind error'})"
+            f"this wind class ({first.diagnosis or rest.diagnosis or NO_WIND})"
             "; lower the wind class, the uncertainty or the box, or change the bandwidth"
         )
     # The first function maximises the wind class, whatever the objective is, because later steps

@@ -1,0 +1,93 @@
+"""Why there are no gains, in a sentence: which wish is in the way, and what to change."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+from takagi.models.plant.file_units import shown_rate
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.gains import FoundGains
+    from takagi.models.plant.design_settings import PlantSettings
+    from takagi.models.plant.plant import Plant
+
+DECAY = "decay"
+# How the label of an inequality begins -> the wish that it stands for.
+_WISHES = {
+    "disc": "fastest",
+    "sector": "damping",
+    "gain bound": "gain_bound",
+    "initial state": "initial",
+    "state box": "range",
+    "input effort": "input_limit",
+    "input limit": "input_limit",
+    "input saturation limit": "input_limit",
+    "command limit": "input_limit",
+}
+
+
+def obstacle(found: FoundGains, plant: Plant, asked: PlantSettings) -> str:
+    """Return the sentence; empty where the answer does not say which inequalities stop it."""
+    from takagi.lmi.decision.diagnosis import binding_shares
+
+    answer = found.design.answer
+    if answer.status != "infeasible" or answer.condition is None:
+        return ""
+    strict = [lmi.name for lmi in answer.condition.lmis if lmi.strict][1:]
+    sizes: dict[str, float] = defaultdict(float)
+    for share in binding_shares(answer.condition, answer.multipliers, *strict):
+        sizes[_wish(share.label)] += share.share
+    if not sizes:
+        return ""
+    first, *others = sorted(sizes, key=lambda wish: -sizes[wish])
+    second = f" Next in the way: {_what(others[0], plant, asked)}." if others else ""
+    return (
+        f"Most in the way is {_what(first, plant, asked)}. "
+        f"What to change: {_cure(first, asked)}.{second}"
+    )
+
+
+def _wish(label: str) -> str:
+    return next((wish for start, wish in _WISHES.items() if label.startswith(start)), DECAY)
+
+
+def _what(wish: str, plant: Plant, asked: PlantSettings) -> str:
+    if wish == DECAY:
+        rate = asked.decay_rate
+        if isinstance(rate, float | int) and rate > 0:
+            number, unit = shown_rate(plant, rate)
+            return f"the decay rate of {number:.4g} {unit}, which all rules and their blends need"
+        return "that one function has to decay along all rules and their blends"
+    if wish == "fastest":
+        assert asked.fastest is not None
+        number, unit = shown_rate(plant, asked.fastest)
+        return f"fastest = {number:.4g} {unit}, the largest size of the poles"
+    return {
+        "damping": f"damping = {asked.damping or 0:g}, the least damping ratio of the poles",
+        "gain_bound": f"gain_bound = {asked.gain_bound or 0:g}, on every gain",
+        "initial": "that the set must hold all initial states",
+        "range": "that the set must stay in the ranges of the states",
+        "input_limit": "that no input may pass its limit",
+    }[wish]
+
+
+def _cure(wish: str, asked: PlantSettings) -> str:
+    if wish == DECAY:
+        rate = asked.decay_rate
+        cures = ["raise gain_bound (--gain-bound)"] if asked.gain_bound is not None else []
+        if isinstance(rate, float | int) and rate > 0:
+            cures.append("lower the rate (--decay-rate, or a longer --settle)")
+        cures.append("give the states that stand in the premises smaller ranges")
+        if asked.relaxation is not None:
+            cures.append("take richer relaxations (--relaxation auto)")
+        return ", or ".join(cures)
+    return {
+        "fastest": "raise it (--fastest), or leave it out",
+        "damping": "lower it (--damping), or leave it out",
+        "gain_bound": "raise it (--gain-bound), or leave it out",
+        "initial": "take smaller initial states (--initial), or wider ranges of inputs and states",
+        "range": "give the states wider ranges, or take smaller initial states (--initial)",
+        "input_limit": "give the inputs wider ranges (or --input-limit), or take smaller initial "
+        "states (--initial)",
+    }[wish]
