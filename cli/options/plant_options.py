@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -37,6 +36,14 @@ def plant_options(
             metavar="TIME",
             help="Plants: time in which the square root of V falls to 2 %, such as 2s, in place "
             "of a decay rate.",
+        ),
+    ] = None,
+    effort: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOW",
+            help="Plants: small (half of every input's range at most, slower), moderate, or large "
+            "(faster, for a smaller set or larger gains); moderate unless given.",
         ),
     ] = None,
     relaxation: Annotated[
@@ -112,7 +119,7 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     settings, entry = source.settings, source.entry
     changes: dict[str, Any] = {
         name: given[name]
-        for name in ("relaxation", "gain_bound", "damping", "fastest", "choice")
+        for name in ("relaxation", "gain_bound", "damping", "fastest", "choice", "effort")
         if given.get(name) is not None
     }
     if given.get("solve_rest"):
@@ -195,11 +202,13 @@ def _rate(written: str) -> float | str:
 
 
 def _settling_rate(written: str) -> float:
-    """Return the rate in 1/s at which exp(-rate t) is 2 % after the time."""
+    """Return the rate in 1/s that a settling time means."""
+    from takagi.models.plant.design_settings import settling_rate
+
     time = _time("--settle", written)
     if time <= 0:
         raise ModelError(f"option --settle: {written!r} was given; a time above 0 is needed")
-    return math.log(50) / time
+    return settling_rate(time)
 
 
 def _time(option: str, written: str) -> float:

@@ -14,6 +14,8 @@ Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 Rest: TypeAlias = Literal["given", "solve inputs"]
 CHOICES = ("fewest-rules", "least-conservative")
 RESTS = ("given", "solve inputs")
+Effort: TypeAlias = Literal["small", "moderate", "large"]
+EFFORTS = ("small", "moderate", "large")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,6 +40,10 @@ class PlantSettings:
     gain_bound : on the spectral norm of every gain, in the units of the model.
     damping : least damping ratio of the poles at the vertices, below 1; continuous time.
     fastest : largest size of those poles [1/s]; continuous time.
+    effort : how much of the inputs is spent on speed, a plain wish.  ``"small"``: at most half of
+        the range of every input, and a slower loop; ``"large"``: a faster loop at the price of a
+        smaller set or larger gains; ``"moderate"`` for neither.  In numbers:
+        ``takagi.certificates.design.plant.wished_effort``.
     sample_time : T [s] of a law that runs every T seconds and holds its command on a plant in
         continuous time; None for a law that runs all the time.
 
@@ -55,11 +61,13 @@ class PlantSettings:
     gain_bound: float | None = None
     damping: float | None = None
     fastest: float | None = None
+    effort: Effort = "moderate"
     sample_time: float | None = None
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)
         _word("rest", self.rest, RESTS)
+        _word("effort", self.effort, EFFORTS)
         for name in ("gain_bound", "damping", "fastest", "sample_time"):
             value = getattr(self, name)
             if value is not None:
@@ -92,6 +100,11 @@ class PlantSettings:
                         f"{field_name} of {name}: there is no {what} of that name"
                         f"{did_you_mean(name, known)}; the plant has {listed}"
                     )
+
+
+def settling_rate(seconds: float) -> float:
+    """Return the rate [1/s] at which exp(-rate t) is 2 % after the time."""
+    return math.log(50) / seconds
 
 
 def _word(name: str, given: str, known: tuple[str, ...]) -> None:

@@ -209,6 +209,17 @@ class DesignEntry(_Entry):
     decay_rate: Annotated[
         Rate, Field(description='in 1/s; "max" needs bounded gains; without it, a moderate one')
     ] = None
+    settle: Annotated[
+        Text | Figure | None,
+        Field(
+            description="in place of decay_rate: the time in which the square root of V falls to "
+            '2 %, with its unit such as "2 min", or a number in s'
+        ),
+    ] = None
+    effort: Annotated[
+        Literal["small", "moderate", "large"],
+        Field(description="how much of the inputs is spent on speed"),
+    ] = "moderate"
     relaxation: Annotated[
         Text | None, Field(description='of the double sum, e.g. "tanaka-wang", or "auto"')
     ] = None

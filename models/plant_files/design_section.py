@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
@@ -9,12 +10,13 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.units import parse_unit
-from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings, settling_rate
 
 if TYPE_CHECKING:
     from takagi.models.files.toml_document import Document
-    from takagi.models.plant.entries import PlantEntry, VariableEntry
+    from takagi.models.plant.entries import DesignEntry, PlantEntry, VariableEntry
 
+_TIME = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?)\s*")
 _NUMBERS = ("gain_bound", "damping", "fastest", "sample_time")
 
 
@@ -29,7 +31,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
         or state, and numbers that make no sense.
     """
     asked = entry.design
-    rate = asked.decay_rate
+    rate = asked.decay_rate if asked.settle is None else _settling_rate(document, asked)
     values = {name: _float(getattr(asked, name)) for name in _NUMBERS}
     limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
     initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
@@ -38,6 +40,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             choice=asked.choice,
             rest=asked.rest,
             decay_rate=_float(rate) if isinstance(rate, Decimal) else rate,
+            effort=asked.effort,
             relaxation=asked.relaxation,
             input_limit=limits,
             initial=initial,
@@ -72,6 +75,27 @@ def _in_si(
             raise document.error(f"{what}s.{name}.unit", str(error)) from error
         found[name] = float(unit.to_si(Fraction(value)))
     return found
+
+
+def _settling_rate(document: Document, asked: DesignEntry) -> float:
+    """Return the decay rate [1/s] that ``settle`` means."""
+    field, written = "design.settle", str(asked.settle)
+    if asked.decay_rate is not None:
+        raise document.error(
+            field, "settle and decay_rate both say how fast the loop is; leave one out"
+        )
+    match = _TIME.fullmatch(written)
+    if match is None or not float(match[1]) > 0:
+        raise document.error(
+            field, f'{written!r} was given; a time above 0 is needed, such as "2 s" or "5 min"'
+        )
+    try:
+        unit = parse_unit(match[2] or "s")
+    except ModelError as error:
+        raise document.error(field, str(error)) from error
+    if unit.dimension != parse_unit("s").dimension:
+        raise document.error(field, f"{match[2]!r} is no unit of time; s, min and h are some")
+    return settling_rate(float(unit.to_si(Fraction(match[1]))))
 
 
 def _float(value: Decimal | None) -> float | None:

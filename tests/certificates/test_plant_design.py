@@ -253,3 +253,54 @@ def test_the_same_design_twice_is_the_same_certificate() -> None:
     first, second = (done(design_plant(cubic())) for _ in range(2))
 
     assert first.document == second.document
+
+
+def effort_of(plant: Plant, **asked: Any) -> dict[str, PlantDesign]:
+    return {
+        effort: done(design_plant(plant, PlantSettings(effort=effort, **asked)))
+        for effort in ("small", "moderate", "large")
+    }
+
+
+def largest_gain(found: PlantDesign) -> float:
+    assert found.gains is not None
+    return float(np.abs(found.gains).max())
+
+
+def test_a_small_effort_claims_half_of_the_input_s_range() -> None:
+    """|u| <= 3: half of it is used, and the gains rise with the effort."""
+    found = effort_of(cubic(range_of_u=(-3, 3)))
+    (claim,) = (c for c in found["small"].document["claims"] if c["kind"] == "input-limits")
+
+    assert [one.verdict for one in found.values()] == [Verdict.PROVED] * 3
+    assert claim["input_limits"] == [1.5]
+    assert largest_gain(found["small"]) < largest_gain(found["moderate"])
+    assert largest_gain(found["moderate"]) <= largest_gain(found["large"])
+
+
+def test_without_limits_a_small_effort_takes_smaller_gains_at_the_rate() -> None:
+    """A rate that is asked for is kept; a large effort says that it changes nothing."""
+    found = effort_of(cubic(), decay_rate=1.0)
+
+    assert [one.verdict for one in found.values()] == [Verdict.PROVED] * 3
+    assert largest_gain(found["small"]) < largest_gain(found["moderate"])
+    assert any("changes nothing" in note for note in found["large"].notes)
+
+
+def test_no_gains_says_first_which_wish_is_in_the_way() -> None:
+    """Gains of 0.5 do not hold x' = x + x^3 + u, and no decay rate was asked for."""
+    found = design_plant(cubic(), PlantSettings(gain_bound=0.5))
+
+    assert isinstance(found, NoDesign)
+    first = found.reason.splitlines()[0]
+    assert first.startswith("Most in the way is ") and "What to change: raise gain_bound" in first
+    assert "lower the decay rate" not in found.reason
+
+
+def test_the_largest_rate_asks_for_one_number_and_proposes_it() -> None:
+    """The proposal, taken, is proved at the first try."""
+    with pytest.raises(ModelError, match="Give one number: gain_bound") as told:
+        design_plant(cubic(), PlantSettings(decay_rate="max"))
+    proposed = float(str(told.value).split("for instance ")[1].split(",")[0])
+
+    assert done(design_plant(cubic(), PlantSettings(decay_rate="max", gain_bound=proposed))).proved

@@ -18,6 +18,7 @@ from takagi.certificates.design.plant.assumed_starts import (
 )
 from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
 from takagi.certificates.design.plant.moderate_rate import crossing_rates, moderate, pole_rates
+from takagi.certificates.design.plant.wished_effort import PRICES, SMALLER, gain_size
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -59,12 +60,18 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     if needs_starts(asked) and input_limits(plant, model, asked):
         return _from_assumed_starts(plant, model, asked)
     ask = _question(plant, model, asked)
+    price = PRICES[asked.effort]
     if asked.decay_rate == "max":
+        if asked.gain_bound is None and not input_limits(plant, model, asked):
+            raise ModelError(_no_largest(ask))
         return _near_largest(ask)
     if asked.decay_rate is not None:
-        return ask.found(ask(asked.decay_rate))
-    design, note = moderate(ask, ask.rates, for_set=ask.limited)
-    return ask.found(design, *([note] if note else []))
+        return _smaller(ask, ask.found(ask(asked.decay_rate)), asked)
+    rates = ask.rates
+    if asked.effort == "large" and not ask.limited:
+        rates = [*rates, *(2.0**k * rate for rate in rates[-1:] for k in (1, 2))]
+    design, note = moderate(ask, rates, for_set=ask.limited, price=price)
+    return _smaller(ask, ask.found(design, *([note] if note else [])), asked)
 
 
 def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains | None:
@@ -121,7 +128,8 @@ def input_limits(plant: Plant, model: TSModel, asked: PlantSettings) -> dict[str
             found[variable.name] = asked.input_limit[variable.name]
         elif variable.range is not None:
             low, high = model.box[label]
-            room = _rounded_down(min(-low, high))
+            share = Fraction(PRICES[asked.effort].room)
+            room = _rounded_down(share * min(-low, high))
             if room <= 0:
                 raise ModelError(
                     f"input {variable.label} rests at the end of its range {variable.range}; a "
@@ -259,3 +267,34 @@ def _near_largest(ask: _Question) -> FoundGains:
         f"the largest decay rate found is {top.decay_rate:.4g} 1/s; designed at {SHARE:.0%} of it"
     )
     return ask.found(found if found.found else top, note)
+
+
+def _no_largest(ask: _Question) -> str:
+    """Return why there is no largest rate, and the one number that is missing."""
+    words = (
+        'decay_rate is "max", but nothing bounds the gains: the larger they are, the faster the '
+        "loop is. Give one number: gain_bound (--gain-bound)"
+    )
+    plain, _ = moderate(ask, ask.rates, for_set=False, price=PRICES["moderate"])
+    if not plain.found:
+        return words
+    size = gain_size(plain)
+    return f"{words}, for instance {2 * size:.2g}, which is twice the gains of a moderate rate"
+
+
+def _smaller(ask: _Question, found: FoundGains, asked: PlantSettings) -> FoundGains:
+    """Return gains of a smaller norm at the same rate, if a small effort is wished for."""
+    if asked.effort == "large" and asked.decay_rate is not None:
+        note = "effort large changes nothing, because the decay rate is asked for"
+        return replace(found, notes=(*found.notes, note))
+    free = asked.gain_bound is None and not ask.limited and found.design.found
+    if asked.effort != "small" or not free:
+        return found
+    size = gain_size(found.design)
+    for share in SMALLER:
+        options = {**ask.options, "gain_bound": float(f"{share * size:.2g}")}
+        smaller = replace(ask, options=options)(float(found.design.decay_rate))
+        if smaller.found:
+            note = f"effort small: gains of a norm of at most {options['gain_bound']:g}"
+            return replace(found, design=smaller, notes=(*found.notes, note), options=options)
+    return replace(found, notes=(*found.notes, "effort small: no smaller gains have this rate"))

@@ -4,7 +4,8 @@ Inputs with limits: the rates go from 1/32 to 2 of the box's crossing rate, the 
 states of (largest rate of change in the box, with inputs at their limits) / (half-width).  Ranges
 of states and inputs alone decide it: a fast pole, of a winding say, has no effect.  The set is the
 largest ellipsoid in which all limits hold.  The last rate is taken before one at which some state
-alone may start less than three fifths as far off rest as in the largest set of all.
+alone may start less than three fifths as far off rest as in the largest set of all, or another
+share by ``wished_effort``.
 
 Other plants: the rates go from 1/128 to 1/2 of the plant's own fastest pole at a vertex (in
 discrete time, of 1/T), and a doubling may at most double the commands: with gains K and V = x' P x
@@ -23,16 +24,15 @@ import numpy as np
 from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
+    from takagi.certificates.design.plant.wished_effort import Price
     from takagi.lmi import Design
     from takagi.models.ts.model import TSModel
 
-EFFORT = 2.0
-REACH = 0.6
 HALVINGS = 7
 
 
 def moderate(
-    ask: Callable[[float], Design], rates: list[float], *, for_set: bool
+    ask: Callable[[float], Design], rates: list[float], *, for_set: bool, price: Price
 ) -> tuple[Design, str]:
     """Return the design at the last of ``rates`` that is worth its price, and a note that says so.
 
@@ -40,6 +40,7 @@ def moderate(
     ----------
     rates : slowest first.
     for_set : whether designs are made for the largest set; else for starts that are given.
+    price : what a faster loop may cost.
     """
     best = slowest = ask(0.0)
     if not slowest.found:
@@ -48,16 +49,16 @@ def moderate(
         faster = ask(rate)
         if not faster.found:
             break
-        if best.decay_rate > 0 and not _worth(faster, slowest if for_set else best, for_set):
+        if best.decay_rate > 0 and not _worth(faster, slowest if for_set else best, for_set, price):
             break
         best = faster
     if best.decay_rate == 0:
         why = "none that was tried has gains" if rates else "its poles give the plant no time scale"
         return best, f"no decay rate was asked for: rate 0, {why}"
-    price = f"shrinks the set below {REACH:.0%}" if for_set else "more than doubles the commands"
+    cost = f"shrinks the set below {price.reach:.0%}" if for_set else _dearer(price)
     note = f"no decay rate was asked for: {best.decay_rate:.4g} 1/s"
     if faster is not best:
-        note += f"; twice as fast {price if faster.found else 'has no gains'}"
+        note += f"; twice as fast {cost if faster.found else 'has no gains'}"
     return best, note
 
 
@@ -87,15 +88,21 @@ def _doubling(top: float) -> list[float]:
     return [float(f"{top / 2**k:.2g}") for k in range(HALVINGS - 1, -1, -1)] if top > 0 else []
 
 
-def _worth(faster: Design, than: Design, for_set: bool) -> bool:
+def _dearer(price: Price) -> str:
+    if price.commands == 2:
+        return "more than doubles the commands"
+    return f"makes the commands more than {price.commands:g} times as large"
+
+
+def _worth(faster: Design, than: Design, for_set: bool, price: Price) -> bool:
     if for_set:
-        return bool(np.all(starts_alone(faster) >= REACH * starts_alone(than)))
+        return bool(np.all(starts_alone(faster) >= price.reach * starts_alone(than)))
     reach = np.linalg.inv(_floats(than.require()[1]))
     sizes = [
         np.sqrt(np.einsum("rmi,ij,rmj->rm", K, reach, K)).max(axis=0)
         for K in (_floats(faster.require()[0]), _floats(than.require()[0]))
     ]
-    return bool(np.all(sizes[0] <= EFFORT * sizes[1]))
+    return bool(np.all(sizes[0] <= price.commands * sizes[1]))
 
 
 def starts_alone(design: Design) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -110,3 +111,33 @@ def test_settings_made_in_python_are_checked_alike() -> None:
         PlantSettings(input_limit={"u": float("nan")})
     with pytest.raises(ModelError, match="there is no input of that name"):
         PlantSettings(input_limit={"u": 1.0}).require_names(states=("x",), inputs=("v",))
+
+
+@pytest.mark.parametrize("written", ['"2 min"', '"120 s"', "120", '"120"'])
+def test_a_settling_time_is_a_decay_rate(tmp_path: Path, written: str) -> None:
+    found = settings(tmp_path, f"settle = {written}\n").decay_rate
+
+    assert isinstance(found, float) and math.isclose(math.exp(-120 * found), 0.02)
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ("settle = 2\ndecay_rate = 1\n", "leave one out"),
+        ('settle = "soon"\n', "a time above 0"),
+        ("settle = 0\n", "a time above 0"),
+        ("settle = -1\n", "a time above 0"),
+        ('settle = "2 kg"\n', "no unit of time"),
+        ('settle = "2 parsec"\n', "parsec"),
+        ('effort = "tiny"\n', "effort"),
+    ],
+)
+def test_wishes_that_make_no_sense_have_a_place(tmp_path: Path, section: str, words: str) -> None:
+    with pytest.raises(ModelError, match=words) as told:
+        settings(tmp_path, section)
+    assert "plant.toml" in str(told.value) and "design." in str(told.value)
+
+
+def test_an_effort_arrives(tmp_path: Path) -> None:
+    assert settings(tmp_path, "").effort == "moderate"
+    assert settings(tmp_path, 'effort = "small"\n').effort == "small"
