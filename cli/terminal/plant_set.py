@@ -8,6 +8,7 @@ import numpy as np
 
 from takagi.cli.terminal.lines import kept, told
 from takagi.models.plant.file_units import file_unit, shown_rate, shown_time
+from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.overshoot import overshoots
 from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
@@ -47,6 +48,38 @@ def set_lines(design: PlantDesign) -> list[str]:
     """Return the proved set: starts, how far states get, how fast, and beyond their start."""
     loop = plant_loop(design)
     return [*_set(loop), *_motion(loop), *_decay(loop), *_overshoot(design, loop)]
+
+
+def regulator_line(design: PlantDesign) -> list[str]:
+    """Return the gains of LQR at rest, its settling and its set, beside this law's."""
+    found = regulator(design)
+    if found is None:
+        return []
+    loop = plant_loop(design)
+    plant, step = loop.plant, loop.model.sample_time
+    names = ", ".join(loop.names)
+    gains = [
+        kept(f"{label} {'; '.join(f'{float(k):.4g}' for k in row)}")
+        for label, row in zip(loop.model.inputs, found.gain, strict=True)
+    ]
+    text = f"at rest, floating point, weights 1/range^2: gains from ({names}) to {', '.join(gains)}"
+    times = [found.settling(own=own, step=step) for own in (False, True)]
+    if times[0] is not None and times[1] is not None:
+        one, two = (shown_time(plant, time) for time in times if time is not None)
+        text += (
+            f"; slowest mode to {SETTLED:.0%} in {one[0]:.3g} {one[1]}, here {two[0]:.3g} {two[1]}"
+        )
+    if not found.sought:
+        text += "; its proved set was not sought"
+    elif found.starts is None:
+        text += "; no invariant set was proved for it"
+    else:
+        starts = []
+        for variable, name, reach in zip(plant.states, loop.names, found.starts, strict=True):
+            size, unit = file_unit(variable)
+            starts.append(kept(f"{name} {at_least(float(reach) / size)}{_behind(unit)}"))
+        text += f"; its own proved set has starts up to {', '.join(starts)}"
+    return told("LQR", text)
 
 
 def _starts(loop: PlantLoop) -> dict[str, float]:

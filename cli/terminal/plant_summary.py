@@ -8,7 +8,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.terminal.lines import INDENT, WIDTH, kept, told
-from takagi.cli.terminal.plant_set import box_line, set_lines, starts_alone
+from takagi.cli.terminal.plant_set import box_line, regulator_line, set_lines, starts_alone
 from takagi.cli.terminal.turbine_summary import claims_as_data
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ def as_text(design: PlantDesign) -> str:
     if design.law is not None and design.gains is not None:
         lines += _gains(design)
     lines += set_lines(design)
+    lines += regulator_line(design)
     lines += _claims(design)
     lines += [line for note in design.notes for line in told("note", note)]
     if model.sample_time is not None:

@@ -46,8 +46,9 @@ def shown_rate(plant: Plant, rate: float) -> tuple[float, str]:
 
 def _times(plant: Plant) -> set[str]:
     """Return s, and the units of time that occur in what the file's figures are written in."""
-    given = (*plant.states, *plant.inputs, *plant.disturbances, *plant.parameters)
-    names = {name for one in given for name in _NAME.findall(one.written)}
+    given = [v.written for v in (*plant.states, *plant.inputs, *plant.disturbances)]
+    given += [parameter.written for parameter in plant.parameters]
+    names = {name for unit in given for name in _NAME.findall(unit)}
     return {"s"} | {name for name in names if _is_time(name)}
 
 

@@ -30,10 +30,10 @@ PENDULUM, DISCRETE, ANALYSIS, MASS = "cart_pole", "truck_trailer", "dayawansa_ma
 SMALL = "duffing"
 HOSTILE = '<script>alert("x")</script> & {{ 7*7 }}'
 SECTIONS = [
-    "verdict", "plant", "derivation", "gains", "certificate", "poles", "loops", "responses",
-    "check", "provenance",
+    "verdict", "plant", "derivation", "gains", "certificate", "set", "lqr", "poles", "loops",
+    "responses", "check", "provenance",
 ]  # fmt: skip
-FIGURES = {"memberships", "poles", "bode", "responses", "phase"}
+FIGURES = {"memberships", "poles", "bode", "responses", "phase", "set"}
 
 
 class _Page(HTMLParser):
@@ -100,7 +100,7 @@ def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
 
 def test_sections_stand_in_their_order_with_the_verdict_first() -> None:
     """An analysis has no law, and therefore no gains and no margins."""
-    for name, left_out in ((PENDULUM, set()), (ANALYSIS, {"gains", "loops"})):
+    for name, left_out in ((PENDULUM, set()), (ANALYSIS, {"gains", "loops", "set", "lqr"})):
         found = [str(a["id"]) for tag, a in _Page(report_of(name).html).tags if tag == "section"]
         assert found == [name for name in SECTIONS if name not in left_out]
 
@@ -207,7 +207,7 @@ def test_figures_are_drawings_with_words_for_who_cannot_see_them(name: str) -> N
     """Each SVG is well-formed, says what it shows, and stands in the page too."""
     files = report_of(name)
     found = {file for file in files.figures if file.endswith(".svg")}
-    expected = FIGURES - ({"bode"} if name == ANALYSIS else set())
+    expected = FIGURES - ({"bode", "set"} if name == ANALYSIS else set())
 
     assert found == {f"{figure}.svg" for figure in expected}
     for file in found:

@@ -5,6 +5,8 @@ verdict                 what is proved, and what is left out
 plant, derivation       the equations as given; from them to the vertices
 gains, blend            the law; two actuators that share an effort
 certificate             claim by claim
+regulator               beside a linear-quadratic regulator at rest
+proved_set              its half-widths, and a picture of every pair of states
 loops, motion           poles and margins; simulations
 """
 

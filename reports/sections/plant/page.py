@@ -84,6 +84,8 @@ def _sections(
     from takagi.reports.sections.plant.loops import loops_section, poles_section
     from takagi.reports.sections.plant.motion import motion_section
     from takagi.reports.sections.plant.plant import plant_section
+    from takagi.reports.sections.plant.proved_set import set_section
+    from takagi.reports.sections.plant.regulator import regulator_section
     from takagi.reports.sections.plant.verdict import verdict_section
     from takagi.reports.sections.reproducibility import check_section, provenance_section
 
@@ -107,6 +109,9 @@ def _sections(
     if loop.gains is not None:
         found.append(gains_section(design, loop))
     found.append(certificate_section(design, loop))
+    say("report: LQR beside it")
+    more = (set_section(design, loop), regulator_section(design, loop))
+    found += [one for one in more if one is not None]
     say("report: figures")
     found.append(poles_section(loop))
     if loops:

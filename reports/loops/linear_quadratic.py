@@ -1,0 +1,153 @@
+"""A linear-quadratic regulator for the plant where it rests, to compare a design with.
+
+Weights are Bryson's: Q = diag(1 / x_k^2), R = diag(1 / u_k^2), with the half-widths of the box of
+states and the room of inputs.  A state without a range takes its half-width of the proved set, an
+input without one its largest command there.  Gains and poles are floating point; the set of the
+regulator is sought and proved by the same requests and the same checker as the design's, for the
+gains to four digits as one gain in all rules.
+
+Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.arrays import Complex, Floats
+from takagi.models.errors import ModelError
+from takagi.reports.loops.settling import SETTLED, half_widths
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+# With more, the set of the regulator takes longer than a few seconds to seek and prove.
+MOST_RULES, MOST_STATES = 16, 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Regulator:
+    """The regulator u = u* - K (x - x*) beside the design's law at rest.
+
+    Attributes
+    ----------
+    gain, own_gain : K (m, n) of the regulator, and of the design at rest.
+    poles, own_poles : of the two linear loops at rest.
+    states, inputs : (n,) and (m,): the sizes that the weights are made of, SI.
+    starts : (n,) how far each state alone may start off rest in the set that is proved for the
+        regulator; None where none is proved.
+    sought : whether that set was sought.
+    """
+
+    gain: Floats
+    own_gain: Floats
+    poles: Complex
+    own_poles: Complex
+    states: Floats
+    inputs: Floats
+    starts: Floats | None
+    sought: bool
+
+    def settling(self, *, own: bool, step: float | None) -> float | None:
+        """Return the time [s] in which the slowest mode of a linear loop falls to 2 %."""
+        poles = self.own_poles if own else self.poles
+        if step is None:
+            rate = float(-poles.real.max())
+        else:
+            rate = float(-np.log(np.maximum(np.abs(poles).max(), 1e-300)) / step)
+        return float(-np.log(SETTLED) / rate) if rate > 0 else None
+
+
+@lru_cache(maxsize=4)
+def regulator(design: PlantDesign) -> Regulator | None:
+    """Return the regulator beside a design; None without inputs, sizes or a stabilising solution.
+
+    A plant behind a blend has none, because one of its inputs is the rate of an effort.
+    """
+    from takagi.certificates.design.plant.design import rounded_gains
+    from takagi.reports.loops.plant_loop import plant_loop
+
+    loop = plant_loop(design)
+    sizes = _sizes(loop)
+    if loop.gains is None or loop.blend is not None or sizes is None:
+        return None
+    rest, own = loop.at_rest()
+    assert own is not None
+    states, inputs = sizes
+    gain = _gain(rest.A, rest.B, states, inputs, loop.model.sample_time)
+    if gain is None:
+        return None
+    gain = rounded_gains(gain[None], 4)[0]
+    sought = len(loop.model.rules) <= MOST_RULES and len(loop.names) <= MOST_STATES
+    return Regulator(
+        gain,
+        own,
+        np.linalg.eigvals(rest.A - rest.B @ gain).astype(np.complex128),
+        np.linalg.eigvals(rest.A - rest.B @ own).astype(np.complex128),
+        states,
+        inputs,
+        _starts(design, gain) if sought else None,
+        sought,
+    )
+
+
+def _sizes(loop: PlantLoop) -> tuple[Floats, Floats] | None:
+    """Return the sizes of states and inputs for the weights; None where one has none."""
+    from takagi.reports.sections.plant.gains import largest_commands
+
+    model, reach = loop.model, half_widths(loop)
+    states = _halves(loop, model.states, reach)
+    commands = [size for _, size in largest_commands(loop)] if reach is not None else None
+    inputs = _halves(loop, model.inputs, None if commands is None else np.array(commands))
+    return None if states is None or inputs is None else (states, inputs)
+
+
+def _halves(loop: PlantLoop, labels: tuple[str, ...], instead: Floats | None) -> Floats | None:
+    found = []
+    for k, label in enumerate(labels):
+        ends = loop.model.box.get(label)
+        if ends is not None:
+            found.append(min(abs(float(end)) for end in ends))
+        elif instead is not None:
+            found.append(float(instead[k]))
+        else:
+            return None
+    sizes = np.array(found)
+    return sizes if sizes.size and np.all(np.isfinite(sizes) & (sizes > 0)) else None
+
+
+def _gain(
+    A: Floats, B: Floats, states: Floats, inputs: Floats, step: float | None
+) -> Floats | None:
+    """Return K (m, n), in states and inputs over their sizes, which are of one size; or None."""
+    import control
+
+    scaled = A * states / states[:, None], B * inputs / states[:, None]
+    solve = control.lqr if step is None else control.dlqr
+    try:
+        K = np.asarray(solve(*scaled, np.eye(len(A)), np.eye(B.shape[1]))[0], dtype=np.float64)
+    except (ValueError, np.linalg.LinAlgError, control.ControlArgument):
+        return None
+    return K * inputs[:, None] / states if np.all(np.isfinite(K)) else None
+
+
+def _starts(design: PlantDesign, gain: Floats) -> Floats | None:
+    """Return how far each state alone may start in the set that is proved for a gain."""
+    from takagi.certificates.claims.plant.certification import certify
+    from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
+    from takagi.reports.loops.proved_kinds import proved_claims
+
+    try:
+        found = certify(design.model, gain, claims=[InvariantEllipsoid()])
+    except ModelError:
+        return None
+    kinds = proved_claims(found.document, found.checked)
+    sets = [claim for claim in kinds if claim["kind"] == "invariant-ellipsoid"]
+    if not sets or not all(claim.verdict.name == "PROVED" for claim in found.checked.claims):
+        return None
+    diagonal = [float(str(sets[0]["P"][k][k])) for k in range(len(sets[0]["P"]))]
+    return np.sqrt(float(str(sets[0]["level"])) / np.array(diagonal))

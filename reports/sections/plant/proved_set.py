@@ -1,0 +1,90 @@
+"""The proved set: half-widths, starts with one state alone, and a picture of every pair."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.plant.file_units import file_unit, shown_time
+from takagi.reports.figures.captioned_figure import captioned_figure
+from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
+from takagi.reports.loops.overshoot import overshoots
+from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
+from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.page.text import DASH, Section, Table, decimal
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+COLUMNS = (
+    ("state", ""), ("unit", ""), ("alone it may start at", ""), ("gets at most to", ""),
+    ("box", ""), ("overshoot, times", ""),
+)  # fmt: skip
+
+
+def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
+    """Return the section; None where no set is proved to be invariant."""
+    reach = half_widths(loop)
+    if reach is None:
+        return None
+    plates = []
+    if pairs(loop):
+        apart = (
+            "" if len(loop.names) == 2 else " at which all other states are at rest. Dashed: the "
+            "shadow of the whole set, which no motion from it leaves"
+        )  # fmt: skip
+        plates.append(
+            captioned_figure(
+                set_figure(loop),
+                "set",
+                caption="The proved set in the plane of every pair of states, as deviations from "
+                f"rest in the units of the file. Filled: starts{apart}. Dotted: the box, where it "
+                "is near.",
+                alternative="Ellipses of the proved set for every pair of states, with the box",
+            )
+        )
+    time = settling_time(loop)
+    settled = ""
+    if time is not None:
+        number, unit = shown_time(loop.plant, time)
+        settled = f"{at_most(number)} {unit}"
+    return Section(
+        "set",
+        "The proved set",
+        {
+            "table": Table(
+                "Half-widths of the set, deviations from rest", COLUMNS, _rows(design, loop, reach)
+            ),
+            "figures": plates,
+            "left_out": max(len(loop.names) - MOST_STATES, 0) if plates else 0,
+            "settled": settled,
+            "share": f"{SETTLED:.0%}",
+        },
+    )
+
+
+def _rows(design: PlantDesign, loop: PlantLoop, reach: np.ndarray) -> tuple[tuple[str, ...], ...]:
+    P, level = loop.ellipsoid
+    alone = np.sqrt(level / np.diag(P))
+    beyond = overshoots(design, loop)
+    rows = []
+    for k, (name, variable) in enumerate(zip(loop.names, loop.plant.states, strict=True)):
+        size, unit = file_unit(variable)
+        ends = loop.model.box.get(loop.model.states[k])
+        box = DASH
+        if ends is not None:
+            low, high = (decimal(float(f"{float(end) / size:.6g}")) for end in ends)
+            box = f"{low} to {high}"
+        rows.append(
+            (
+                name,
+                unit,
+                f"±{at_least(float(alone[k]) / size)}",
+                f"±{at_most(float(reach[k]) / size, 4)}",
+                box,
+                at_most(beyond[name]) if name in beyond else DASH,
+            )
+        )
+    return tuple(rows)
