@@ -19,6 +19,7 @@ import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
+from takagi.reports.loops.largest_commands import largest_commands
 from takagi.reports.loops.settling import SETTLED, half_widths
 
 if TYPE_CHECKING:
@@ -97,8 +98,6 @@ def regulator(design: PlantDesign) -> Regulator | None:
 
 def _sizes(loop: PlantLoop) -> tuple[Floats, Floats] | None:
     """Return the sizes of states and inputs for the weights; None where one has none."""
-    from takagi.reports.sections.plant.gains import largest_commands
-
     model, reach = loop.model, half_widths(loop)
     states = _halves(loop, model.states, reach)
     commands = [size for _, size in largest_commands(loop)] if reach is not None else None

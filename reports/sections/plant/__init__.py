@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.sections.plant.gains import largest_commands
+    from takagi.reports.loops.largest_commands import largest_commands
     from takagi.reports.sections.plant.page import plant_figures, plant_report, plant_report_files
 
 __all__ = [

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from takagi.reports.loops.largest_commands import largest_commands
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.mathml import mathml
@@ -65,19 +64,6 @@ def gain_rows(loop: PlantLoop) -> tuple[tuple[str, ...], ...]:
         (str(i), *(CORNERS[rule[k]] for k in varying), *(decimal(float(x)) for x in K.ravel()))
         for i, (rule, K) in enumerate(zip(loop.model.rules, loop.gains, strict=True), 1)
     )
-
-
-def largest_commands(loop: PlantLoop) -> list[tuple[str, float]]:
-    """Return (input, largest |u - u*| of any rule on the ellipsoid): sqrt(c K_i P^-1 K_i').
-
-    In floating point; empty where there is no bounded ellipsoid.
-    """
-    if loop.gains is None or not loop.bounded:
-        return []
-    P, level = loop.ellipsoid
-    inverse = np.linalg.inv(P)
-    size = np.sqrt(level * np.einsum("imn,nk,imk->im", loop.gains, inverse, loop.gains))
-    return [(name, float(most)) for name, most in zip(loop.model.inputs, size.max(0), strict=True)]
 
 
 def _trim(loop: PlantLoop) -> Table:
