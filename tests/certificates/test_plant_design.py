@@ -299,7 +299,7 @@ def test_no_gains_says_first_which_wish_is_in_the_way() -> None:
 
 def test_the_largest_rate_asks_for_one_number_and_proposes_it() -> None:
     """The proposal, taken, is proved at the first try."""
-    with pytest.raises(ModelError, match="Give one number: gain_bound") as told:
+    with pytest.raises(ModelError, match="one number is missing: give gain_bound") as told:
         design_plant(cubic(), PlantSettings(decay_rate="max"))
     proposed = float(str(told.value).split("for instance ")[1].split(",")[0])
 

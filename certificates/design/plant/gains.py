@@ -273,7 +273,7 @@ def _no_largest(ask: _Question) -> str:
     """Return why there is no largest rate, and the one number that is missing."""
     words = (
         'decay_rate is "max", but nothing bounds the gains: the larger they are, the faster the '
-        "loop is. Give one number: gain_bound (--gain-bound)"
+        "loop is; one number is missing: give gain_bound (--gain-bound)"
     )
     plain, _ = moderate(ask, ask.rates, for_set=False, price=PRICES["moderate"])
     if not plain.found:

@@ -52,7 +52,7 @@ def regulator_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
 def _rows(loop: PlantLoop, found: Regulator) -> tuple[tuple[str, ...], ...]:
     heads = gain_columns(loop)[-found.gain.size :]
     pairs = zip(heads, found.own_gain.ravel(), found.gain.ravel(), strict=True)
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (f"gain, {name}", unit, significant(float(own), 4), significant(float(other), 4))
         for (name, unit), own, other in pairs
     ]
