@@ -71,17 +71,17 @@ def _panel(axes: Axes, loop: PlantLoop, pair: tuple[int, int], *, left: bool, bo
         words = "shadow of the set: all motions"
         axes.plot(*shadow, color=COLOURS[1], lw=1.6, ls="--", label=words)
     reach = np.abs(shadow).max(axis=1)
-    for k, (state, draw, limit) in enumerate(
-        zip(pair, (axes.axvline, axes.axhline), (axes.set_xlim, axes.set_ylim), strict=True)
-    ):
-        ends = [
-            float(end) / units[k][0] for end in loop.model.box.get(loop.model.states[state], ())
-        ]
+    ranges = []
+    for k, (state, draw) in enumerate(zip(pair, (axes.axvline, axes.axhline), strict=True)):
+        sides = loop.model.box.get(loop.model.states[state], ())
+        ends = [float(end) / units[k][0] for end in sides]
         near = [end for end in ends if abs(end) < NEAR * reach[k]]
         for end in near:
             draw(end, color=GREY, lw=1.0, ls=":", label="box" if k == 0 and end < 0 else None)
         far = max([BESIDE * reach[k], *(1.08 * abs(end) for end in near)])
-        limit(-far, far)
+        ranges.append((-far, far))
+    axes.set_xlim(*ranges[0])
+    axes.set_ylim(*ranges[1])
     axes.plot([0], [0], "+", color="black", ms=7, label="rest")
     for shown, k, name in ((bottom, 0, axes.set_xlabel), (left, 1, axes.set_ylabel)):
         if shown:
