@@ -134,9 +134,11 @@ def _decay(loop: PlantLoop) -> list[str]:
         return []
     rate, unit = shown_rate(loop.plant, loop.decay_rate)
     time, seconds = shown_time(loop.plant, 1 / loop.decay_rate)
+    disturbed = any(not v.schedules for v in loop.plant.disturbances)
+    still = ", without disturbance," if disturbed else ""
     return told(
         "decay",
-        f"{at_least(rate)} {unit}: the state, in the measure of V, falls to 37% in "
+        f"{at_least(rate)} {unit}: in the box{still} the square root of V falls to 37% in "
         f"{at_most(time)} {seconds}; other rates below belong to claims with another V",
     )
 
