@@ -56,14 +56,16 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     ModelError : what is asked makes no sense for this plant: names, a region in discrete time,
         "max" without bounded gains.
     """
-    if needs_starts(asked) and input_limits(plant, asked):
+    if needs_starts(asked) and input_limits(plant, model, asked):
         return _from_assumed_starts(plant, model, asked)
     ask = _question(plant, model, asked)
     if asked.decay_rate == "max":
         return _near_largest(ask)
     if asked.decay_rate is not None:
         return ask.found(ask(asked.decay_rate))
-    design, note = moderate(ask, ask.rates, for_set=ask.limited)
+    ranged = np.isfinite(_state_box(model))
+    counted = ranged if ranged.any() else None
+    design, note = moderate(ask, ask.rates, for_set=ask.limited, counted=counted)
     return ask.found(design, *([note] if note else []))
 
 
@@ -231,7 +233,7 @@ def _state_box(model: TSModel) -> Floats:
 
 def _from_assumed_starts(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains:
     """Return gains for wishes that need starts, where inputs are limited and none were given."""
-    limits, box = input_limits(plant, asked), _state_box(model)
+    limits, box = input_limits(plant, model, asked), _state_box(model)
     largest = largest_set(model, box, np.array([limits[v.name] for v in plant.inputs]))
     if not largest.found:
         return FoundGains(largest, (), {}, explainable=False)
