@@ -2,8 +2,8 @@
 
 Run it by ``python benchmarks/gallery.py``: some minutes.  It designs every plant file in
 tests/gallery/plants by ``takagi design FILE``, simulates what was found with the plants read anew
-(tests/gallery/textbook_loop.py), and writes docs/gallery.md and docs/figures/gallery.  Names of files
-as arguments draw these plants alone and leave the page.
+(tests/gallery/textbook_loop.py), and writes docs/gallery.md and docs/figures/gallery.  Names of
+files as arguments draw these plants alone and leave the page.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import control
 import numpy as np
+
 from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 from takagi.reports.figures.writing import figure_to_svg
 
@@ -49,9 +50,9 @@ WHY = {
 
 HEAD = """# Gallery: textbook plants
 
-Plants of courses and papers that are not built in, each a file of some thirty lines with its source.
-Equations and numbers are those of the source, as far as they could be recalled or compared; ranges of
-states and inputs are chosen, where the source has none. The command is
+Plants of courses and papers that are not built in, each a file of some thirty lines with its
+source. Equations and numbers are those of the source, as far as they could be recalled or compared;
+ranges of states and inputs are chosen. The command is
 
     takagi design tests/gallery/plants/NAME.toml --out build/NAME
 
@@ -61,18 +62,26 @@ with its defaults. This page and its pictures are written by `python benchmarks/
 COLUMNS = """
 - **time**: of the whole command with proof and report, wall clock and processor, on {cores} cores
   {shared}.
-- **set**: how far each state alone may start off rest, in the units of the file, and the share of its
-  range to the nearer side. From anywhere in the set, an ellipsoid, it is proved that the motion stays
-  in it, that no input passes its range, and that it comes to rest.
+- **set**: how far each state alone may start off rest, in the units of the file, and the share of
+  its range to the nearer side. From anywhere in the set, an ellipsoid, it is proved that the motion
+  stays in it, that no input passes its range, and that it comes to rest.
 - **gains**: the largest command, over all rules, to a state with every variable at the end of its
-  range, in multiples of the input's limit; of the law and of LQR. LQR is that of python-control at the
-  rest, with Bryson's weights: 1/range² for each state and input. Where a state has no range the reach
-  of the set is taken.
-- **settles**: the slowest of the runs from both ends of every axis of the set, until all states stay
-  within 2 % of the set's reach; of the law and, from the same starts, of LQR. Equations, units and law
-  are read and integrated by scipy without takagi, with inputs cut at their ranges.
+  range, in multiples of the input's limit; of the law and of LQR. LQR is that of python-control at
+  the rest, with Bryson's weights: 1/range² for each state and input. Where a state has no range the
+  reach of the set is taken.
+- **settles**: the slowest of the runs from both ends of every axis of the set, until all states
+  stay within 2 % of the set's reach; of the law and, from the same starts, of LQR. Equations, units
+  and law are read and integrated by scipy without takagi, with inputs cut at their ranges.
 
-The default law is made for a large set, not for a fast loop: `--settle` and `--decay-rate` ask for more.
+The default law is made for a large set, not for a fast loop: `--settle` and `--decay-rate` ask for
+more.
+"""
+PICTURES = """
+## Pictures
+
+Of each plant: the set in the plane of the first two states (dashed), with motions from its
+outermost points; the first state and the first input over time from one of these points, under the
+law and under LQR, with the input's range in grey.
 """
 
 
@@ -98,7 +107,13 @@ class Settling(NamedTuple):
 
 def measured(file: Path, folder: Path) -> Measured:
     """Return what ``takagi design`` says of the file, and the loop where it is proved."""
-    command = [str(Path(sys.executable).parent / "takagi"), "design", str(file), "--out", str(folder)]
+    command = [
+        str(Path(sys.executable).parent / "takagi"),
+        "design",
+        str(file),
+        "--out",
+        str(folder),
+    ]
     start = time.perf_counter()
     with tempfile.TemporaryFile("w+") as told:
         running = subprocess.Popen(command, stdout=told, stderr=subprocess.STDOUT)
@@ -210,7 +225,12 @@ def time_scale(span: float, unit: str) -> tuple[float, str]:
 def shown_time(value: float, unit: str) -> str:
     """Return a time with its unit."""
     factor, name = time_scale(value, unit)
-    return f"{value * factor:.3g} {name}".strip()
+    return f"{digits(value * factor)} {name}".strip()
+
+
+def digits(value: float) -> str:
+    """Return three digits, never a power of ten where a whole number is as short."""
+    return f"{value:.0f}" if 1000 <= abs(value) < 1e5 else f"{value:.3g}"
 
 
 def row(found: Measured) -> tuple[str, Settling]:
@@ -223,7 +243,7 @@ def row(found: Measured) -> tuple[str, Settling]:
     for k, name in enumerate(loop.states):
         label = "" if loop.units[k] == "-" else f" {loop.units[k]}"
         share = f" ({min(loop.alone[k] / width[k], 1):.0%})" if np.isfinite(width[k]) else ""
-        parts.append(f"{name} {loop.alone[k] / loop.scale[k]:.3g}{label}{share}")
+        parts.append(f"{name} {digits(loop.alone[k] / loop.scale[k])}{label}{share}")
     K = lqr(loop)
     law, other = settling(loop), settling(loop, linear(loop, K))
     settled = " / ".join(
@@ -249,7 +269,9 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     walls = sorted(m.wall for m in proved)
     processors = sorted(m.processor for m in proved)
     cores = os.cpu_count() or 1
-    shared = "that other programs shared" if os.getloadavg()[2] > 1.3 else "with nothing else at work"
+    shared = (
+        "that other programs shared" if os.getloadavg()[2] > 1.3 else "with nothing else at work"
+    )
     said = (
         f"{len(proved)} of {len(members)} are PROVED; the median takes {np.median(walls):.0f} s "
         f"({np.median(processors):.0f} s of processor time), the longest {walls[-1]:.0f} s "
@@ -266,11 +288,7 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
         for m in members
         if m.name not in rows
     )
-    pictures = (
-        "\n## Pictures\n\nOf each plant: the set in the plane of the first two states (dashed), with "
-        "motions from its outermost\npoints; the first state and the first input over time from one of "
-        "these points, under the law and under\nLQR, with the input's range in grey.\n"
-    )
+    pictures = PICTURES
     pictures += "".join(
         f"\n### {m.text['name']}\n\n{m.text['source']}.\n\n"
         f"![{m.text['name']}](figures/gallery/{m.name}.svg)\n"
@@ -296,9 +314,7 @@ def main() -> None:
                 unit = TIMES.get(found.name, "s")
                 drawn = picture(found.loop, lqr(found.loop), law.slowest, unit)
                 said = f"{found.text['name']}: set, motions and inputs of the law and of LQR"
-                svg = figure_to_svg(
-                    drawn, name=found.name.replace("_", "-"), description=said
-                )
+                svg = figure_to_svg(drawn, name=found.name.replace("_", "-"), description=said)
                 (FIGURES / f"{found.name}.svg").write_text(svg + "\n", encoding="utf-8")
             shown = rows.get(found.name) or f"{found.name}: status {found.status}"
             print(shown, f"({found.wall:.1f} s)", flush=True)

@@ -1,7 +1,7 @@
 """Textbook plants that are not built in: each is proved as it stands, and settles when it is run.
 
-The simulation (``textbook_loop``) reads the plant file and the certificate without takagi.  The table
-of docs/gallery.md is written by benchmarks/gallery.py.
+The simulation (``textbook_loop``) reads the plant file and the certificate without takagi.  The
+table of docs/gallery.md is written by benchmarks/gallery.py.
 """
 
 from __future__ import annotations
@@ -77,6 +77,7 @@ def test_a_fraction_that_vanishes_at_rest_is_divided_by_its_state(name: str) -> 
 
     assert len(model.premises) == 3
     for premise in model.premises:
+        assert premise.evaluate is not None
         value = premise.evaluate(**{f"delta_{v.name}": 0.0 for v in plant(name).states})
         assert premise.lower <= value <= premise.upper
 

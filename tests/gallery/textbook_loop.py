@@ -41,8 +41,8 @@ SI = {
     "J/(g K)": 1e3,
     "J/(min K)": 1 / 60,
 }
-# Nearer to rest than this share of the range a deviation counts as this share in the premises, where
-# quotients such as sin(x)/x have their limits.
+# Nearer to rest than this share of the range a deviation counts as this share in the premises:
+# quotients such as sin(x)/x have their limits there.
 NEAREST = 1e-6
 # The share of the set's half-width that counts as rest.
 SETTLED = 0.02
@@ -98,7 +98,9 @@ class TextbookLoop:
         """Return states just inside the set's boundary: both ends of all its principal axes."""
         scale = np.diag(self.reach)
         sizes, axes = np.linalg.eigh(scale @ self.P @ scale)
-        ends = [0.999 * scale @ axis / np.sqrt(size) for size, axis in zip(sizes, axes.T)]
+        ends = [
+            0.999 * scale @ axis / np.sqrt(size) for size, axis in zip(sizes, axes.T, strict=True)
+        ]
         return [self.rest[: len(self.states)] + sign * end for end in ends for sign in (1, -1)]
 
     def level(self, motion: Motion) -> Floats:
@@ -218,13 +220,13 @@ def _dynamics(
     whole = np.linalg.solve(
         np.array(M(*rest), dtype=np.float64), np.array(slopes(*rest), dtype=np.float64)
     )
-    constant = not mass.free_symbols
 
     def rate(state: Floats, command: Floats) -> Floats:
         value = np.array(right(*state, *command), dtype=np.float64)
-        if constant and mass == sp.eye(len(states)):
+        if not text.get("mass"):
             return value
-        return np.linalg.solve(np.array(M(*state, *command), dtype=np.float64), value)
+        inertia = np.array(M(*state, *command), dtype=np.float64)
+        return np.asarray(np.linalg.solve(inertia, value), dtype=np.float64)
 
     n = len(states)
     return rate, (whole[:, :n], whole[:, n:])
