@@ -167,7 +167,7 @@ def textbook_loop(file: Path, certificate: Mapping[str, Any]) -> TextbookLoop:
         name=text["name"],
         states=tuple(states),
         inputs=tuple(inputs),
-        units=units,
+        units=tuple(_told_unit(entry) for entry in entries),
         scale=scale,
         ranges=ranges * scale[:, None],
         rest=rest,
@@ -178,6 +178,12 @@ def textbook_loop(file: Path, certificate: Mapping[str, Any]) -> TextbookLoop:
         P=np.array(limits["P"], dtype=np.float64) / limits["level"],
         horizon=float(10 / decay["decay_rate"]),
     )
+
+
+def _told_unit(entry: Mapping[str, Any]) -> str:
+    """Return the unit, of a file without units that behind the comma of the description."""
+    words = str(entry.get("description", ""))
+    return str(entry.get("unit") or (words.rpartition(", ")[2] if ", " in words else "-"))
 
 
 def _read(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
