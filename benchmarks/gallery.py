@@ -270,7 +270,9 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     processors = sorted(m.processor for m in proved)
     cores = os.cpu_count() or 1
     shared = (
-        "that other programs shared" if sum(walls) > 1.1 * sum(processors) else "with nothing else at work"
+        "that other programs shared"
+        if sum(walls) > 1.1 * sum(processors)
+        else "with nothing else at work"
     )
     said = (
         f"{len(proved)} of {len(members)} are PROVED; the median takes {np.median(walls):.0f} s "
