@@ -153,11 +153,24 @@ def _proved(
     except NoBound as error:
         raise NoBound(f"premise {symbol} = {expression}: {error}") from error
     bounds = round_outward(found.outer)
+    if _of_balls_alone(expression, problem, bounds):
+        # Tight bounds would ask the checker for all digits of a number that is 0.
+        bounds = Interval(2 * bounds.lower, 2 * bounds.upper)
     if found.evidence is None:
         return _Bounded(bounds, "ball arithmetic, rounded outward")
     return _Bounded(
         bounds, f"{found.evidence.words}, rounded outward", found.evidence.claiming(bounds)
     )
+
+
+def _of_balls_alone(expression: sp.Expr, problem: Problem, bounds: Interval) -> bool:
+    """Return whether most of the range about 0 is what is not known of the rest."""
+    from takagi.models.ranges.expression_range import expression_range
+
+    if not bounds.contains(0) or not expression.free_symbols & set(problem.middles):
+        return False
+    settled = expression_range(expression.xreplace(problem.middles), problem.where).outer
+    return settled.width < bounds.width / 2
 
 
 def _given(

@@ -226,9 +226,21 @@ def _telescoped(rest: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option
             after = before.subs(variable, 0)
             difference = before - after
             if difference != 0:
-                whole = sp.factor_terms(difference) / variable
-                share, atom = _signed(whole)
+                share, atom = _signed(_quotient(difference, variable))
                 options.append(Option(variable, {atom: share}))
             before = after
         found.append(tuple(options))
     return tuple(found) if len(variables) > 1 else (found[0],)
+
+
+def _quotient(difference: sp.Expr, variable: sp.Symbol) -> sp.Expr:
+    """Return the difference, which vanishes with the variable, over it.
+
+    The variable is divided out of a rational function, so that nothing of the form 0/0 is left:
+    1/(1 + x) - 1 over x is -1/(1 + x).
+    """
+    import sympy as sp
+
+    if difference.is_rational_function() and sp.denom(sp.together(difference)).has(variable):
+        return sp.factor(difference / variable)
+    return sp.factor_terms(difference) / variable

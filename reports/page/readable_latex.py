@@ -18,6 +18,10 @@ WORD = re.compile(
     r"\\(?:begin|end|operatorname|mathrm|mathit|text)\*?\{[^{}]*\}(?:\{[c|lr]+\})?"
     r"|\\[^A-Za-z]|\\[A-Za-z]+|(?P<name>[A-Za-z]{2,})"
 )
+# What sympy makes of a symbol with such a name: a plant's name is set as it is written.
+SIGN_OF_A_NAME = re.compile(
+    r"\\(aleph|beth|daleth|gimel|eth|hbar|hslash|mho|varkappa|varpi|varsigma|wp)(?![A-Za-z])"
+)
 # The space of a product beside a name.
 BEFORE = re.compile(r"((?<![\\A-Za-z])[A-Za-z0-9]|[})\]]) (?=\\mathit)")
 AFTER = re.compile(
@@ -35,6 +39,7 @@ def readable(latex: str) -> str:
     then for reading, the certificate has the exact one.  Fractions are set at full size, and rows
     of matrices with fractions further apart.
     """
+    latex = SIGN_OF_A_NAME.sub(r"\1", latex)
     return _displayed(_named(EXPONENT.sub(_power, _shortened(latex))))
 
 

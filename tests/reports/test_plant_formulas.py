@@ -106,6 +106,12 @@ def test_names_are_words_and_commands_stay() -> None:
     assert readable(r"a \le b") == r"a \le b"
 
 
+@pytest.mark.parametrize("name", ["aleph", "eth", "hbar", "mho", "varpi", "wp"])
+def test_names_that_sympy_takes_for_signs_are_words(name: str) -> None:
+    """The rate ``wp`` of a pendulum is no Weierstrass p, for which MathML has no letter here."""
+    assert words(mathml(readable(str(sp.latex(sp.Symbol(name)))))) == [name]
+
+
 @given(
     above=st.integers(min_value=1, max_value=10**40),
     below=st.integers(min_value=10**9, max_value=10**40),

@@ -88,7 +88,9 @@ class Comparison:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
         if self.unsolved:
             names = ", ".join(self.unsolved)
-            words.append(f"the file leaves the rest of {names} to be solved; any proved rest passes")
+            words.append(
+                f"the file leaves the rest of {names} to be solved; any proved rest passes"
+            )
         if self.ranges.removable:
             zeros = ", ".join(sorted(self.ranges.removable))
             words.append(f"where {zeros} = 0 a quotient there means its limit")

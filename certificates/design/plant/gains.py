@@ -70,7 +70,9 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     rates = ask.rates
     if asked.effort == "large" and not ask.limited:
         rates = [*rates, *(2.0**k * rate for rate in rates[-1:] for k in (1, 2))]
-    design, note = moderate(ask, rates, for_set=ask.limited, price=price)
+    ranged = np.isfinite(_state_box(model))
+    counted = ranged if ranged.any() else None
+    design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
     return _smaller(ask, ask.found(design, *([note] if note else [])), asked)
 
 

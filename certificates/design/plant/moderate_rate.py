@@ -4,8 +4,9 @@ Inputs with limits: the rates go from 1/32 to 2 of the box's crossing rate, the 
 states of (largest rate of change in the box, with inputs at their limits) / (half-width).  Ranges
 of states and inputs alone decide it: a fast pole, of a winding say, has no effect.  The set is the
 largest ellipsoid in which all limits hold.  The last rate is taken before one at which some state
-alone may start less than three fifths as far off rest as in the largest set of all, or another
-share by ``wished_effort``.
+with a range, alone, may start less than three fifths as far off rest as in the largest set of all,
+or another share by ``wished_effort``.  Where a state has no range the slowest law has a set without
+measure there, which nobody asked for.
 
 Other plants: the rates go from 1/128 to 1/2 of the plant's own fastest pole at a vertex (in
 discrete time, of 1/T), and a doubling may at most double the commands: with gains K and V = x' P x
@@ -20,6 +21,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
 
@@ -32,7 +34,12 @@ HALVINGS = 7
 
 
 def moderate(
-    ask: Callable[[float], Design], rates: list[float], *, for_set: bool, price: Price
+    ask: Callable[[float], Design],
+    rates: list[float],
+    *,
+    for_set: bool,
+    price: Price,
+    counted: NDArray[np.bool_] | None = None,
 ) -> tuple[Design, str]:
     """Return the design at the last of ``rates`` that is worth its price, and a note that says so.
 
@@ -41,15 +48,23 @@ def moderate(
     rates : slowest first.
     for_set : whether designs are made for the largest set; else for starts that are given.
     price : what a faster loop may cost.
+    counted : (n,) states whose starts count for the set, those with a range; None for all.
     """
     best = slowest = ask(0.0)
     if not slowest.found:
         return slowest, ""
+
+    def worth(faster: Design) -> bool:
+        if not for_set:
+            return _commands_suit(faster, best, price)
+        enough = starts_alone(faster) >= price.reach * starts_alone(slowest)
+        return bool(np.all(enough if counted is None else enough[counted]))
+
     for rate in rates:
         faster = ask(rate)
         if not faster.found:
             break
-        if best.decay_rate > 0 and not _worth(faster, slowest if for_set else best, for_set, price):
+        if best.decay_rate > 0 and not worth(faster):
             break
         best = faster
     if best.decay_rate == 0:
@@ -94,9 +109,7 @@ def _dearer(price: Price) -> str:
     return f"makes the commands more than {price.commands:g} times as large"
 
 
-def _worth(faster: Design, than: Design, for_set: bool, price: Price) -> bool:
-    if for_set:
-        return bool(np.all(starts_alone(faster) >= price.reach * starts_alone(than)))
+def _commands_suit(faster: Design, than: Design, price: Price) -> bool:
     reach = np.linalg.inv(_floats(than.require()[1]))
     sizes = [
         np.sqrt(np.einsum("rmi,ij,rmj->rm", K, reach, K)).max(axis=0)

@@ -1,0 +1,328 @@
+"""Textbook plants: each designed by the command with its defaults, run, and beside LQR.
+
+Run it by ``python benchmarks/gallery.py``: some minutes.  It designs every plant file in
+tests/gallery/plants by ``takagi design FILE``, simulates what was found with the plants read anew
+(tests/gallery/textbook_loop.py), and writes docs/gallery.md and docs/figures/gallery.  Names of
+files as arguments draw these plants alone and leave the page.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import control
+import numpy as np
+
+from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
+from takagi.reports.figures.writing import figure_to_svg
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from tests.gallery.textbook_loop import Floats, TextbookLoop, textbook_loop  # noqa: E402
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PLANTS = ROOT / "tests" / "gallery" / "plants"
+PAGE = ROOT / "docs" / "gallery.md"
+FIGURES = ROOT / "docs" / "figures" / "gallery"
+# The time of plants that are not in SI; the others are in seconds.
+TIMES = {"glucose": "min", "predator_prey": "years", "chua": "", "jet_engine": ""}
+SHOWN = 1.4  # of the time in which the law settles, in the pictures
+POINTS = 160  # of a line in a picture
+WHY = {
+    "aircraft": "The tail deflection enters by its cube. A blend of linear systems is linear in "
+    "the inputs; the message says to make the deflection a state with an input of its own.",
+    "two_link_arm": "The inverse of the mass matrix has three entries, each bounded by itself. At "
+    "some of the 64 corners of these bounds the input matrix has the opposite determinant, so that "
+    "no gains serve them all, though the arm never is there.",
+}
+
+HEAD = """# Gallery: textbook plants
+
+Plants of courses and papers that are not built in, each a file of some thirty lines with its
+source. Equations and numbers are those of the source, as far as they could be recalled or compared;
+ranges of states and inputs are chosen. The command is
+
+    takagi design tests/gallery/plants/NAME.toml --out build/NAME
+
+with its defaults. This page and its pictures are written by `python benchmarks/gallery.py`.
+
+"""
+COLUMNS = """
+- **time**: of the whole command with proof and report, wall clock and processor, on {cores} cores
+  {shared}.
+- **set**: how far each state alone may start off rest, in the units of the file, and the share of
+  its range to the nearer side. From anywhere in the set, an ellipsoid, it is proved that the motion
+  stays in it, that no input passes its range, and that it comes to rest.
+- **gains**: the largest command, over all rules, to a state with every variable at the end of its
+  range, in multiples of the input's limit; of the law and of LQR. LQR is that of python-control at
+  the rest, with Bryson's weights: 1/range² for each state and input. Where a state has no range the
+  reach of the set is taken.
+- **settles**: the slowest of the runs from both ends of every axis of the set, until all states
+  stay within 2 % of the set's reach; of the law and, from the same starts, of LQR. Equations, units
+  and law are read and integrated by scipy without takagi, with inputs cut at their ranges.
+
+The default law is made for a large set, not for a fast loop: `--settle` and `--decay-rate` ask for
+more.
+"""
+PICTURES = """
+## Pictures
+
+Of each plant: the set in the plane of the first two states (dashed), with motions from its
+outermost points; the first state and the first input over time from one of these points, under the
+law and under LQR, with the input's range in grey.
+"""
+
+
+class Measured(NamedTuple):
+    """What the command did with a file."""
+
+    name: str
+    text: dict
+    status: int
+    wall: float
+    processor: float
+    told: str
+    loop: TextbookLoop | None
+
+
+class Settling(NamedTuple):
+    """The slowest run, and how many of the starts do not settle."""
+
+    slowest: float
+    lost: int
+    starts: int
+
+
+def measured(file: Path, folder: Path) -> Measured:
+    """Return what ``takagi design`` says of the file, and the loop where it is proved."""
+    command = [
+        str(Path(sys.executable).parent / "takagi"),
+        "design",
+        str(file),
+        "--out",
+        str(folder),
+    ]
+    start = time.perf_counter()
+    with tempfile.TemporaryFile("w+") as told:
+        running = subprocess.Popen(command, stdout=told, stderr=subprocess.STDOUT)
+        _, status, usage = os.wait4(running.pid, 0)
+        running.returncode = os.waitstatus_to_exitcode(status)
+        wall = time.perf_counter() - start
+        told.seek(0)
+        words = told.read()
+    loop = None
+    if running.returncode == 0:
+        loop = textbook_loop(file, json.loads((folder / "certificate.json").read_text("utf-8")))
+    text = tomllib.loads(file.read_text(encoding="utf-8"))
+    processor = usage.ru_utime + usage.ru_stime
+    return Measured(file.stem, text, running.returncode, wall, processor, words, loop)
+
+
+def half_widths(loop: TextbookLoop) -> Floats:
+    """Return the distance from rest to the nearer end of each range; of the reach without one."""
+    width = np.minimum(loop.ranges[:, 1] - loop.rest, loop.rest - loop.ranges[:, 0])
+    reach = np.concatenate((loop.reach, np.full(len(loop.inputs), np.inf)))
+    return np.where(np.isfinite(width), width, reach)
+
+
+def lqr(loop: TextbookLoop) -> Floats:
+    """Return the gain of the linear regulator at rest with Bryson's weights."""
+    size = half_widths(loop)
+    n = len(loop.states)
+    K, _, _ = control.lqr(*loop.slopes, np.diag(1 / size[:n] ** 2), np.diag(1 / size[n:] ** 2))
+    return np.asarray(K, dtype=np.float64)
+
+
+def effort(loop: TextbookLoop, gains: Floats) -> float:
+    """Return the largest command from the corners of the box, in multiples of its limit."""
+    size = half_widths(loop)
+    n = len(loop.states)
+    return float((np.abs(gains) @ size[:n] / size[n:]).max())
+
+
+def settling(loop: TextbookLoop, law: Callable[[Floats], Floats] | None = None) -> Settling:
+    """Return how the runs from the boundary of the set settle."""
+    found = []
+    for start in loop.boundary():
+        motion = loop.run(start, law)
+        found.append(loop.settled(motion) if motion.time.size == 2001 else None)
+    times = [t for t in found if t is not None]
+    return Settling(max(times, default=float("nan")), len(found) - len(times), len(found))
+
+
+def linear(loop: TextbookLoop, K: Floats) -> Callable[[Floats], Floats]:
+    """Return the law u* - K (x - x*)."""
+    n = len(loop.states)
+    return lambda x: np.asarray(loop.rest[n:] - K @ (x - loop.rest[:n]))
+
+
+def picture(loop: TextbookLoop, K: Floats, settled: float, unit: str) -> Figure:
+    """Return a section of the phase space with the set, one state and one input over time."""
+    n, rest, scale = len(loop.states), loop.rest, loop.scale
+    inverse = np.linalg.inv(loop.P)
+    labels = [f"{v} [{u}]" for v, u in zip((*loop.states, *loop.inputs), loop.units, strict=True)]
+    starts = [
+        rest[:n] + sign * 0.999 * inverse[:, k] / np.sqrt(inverse[k, k])
+        for k in (0, 1)
+        for sign in (1, -1)
+    ]
+    span = SHOWN * settled
+    factor, time_unit = time_scale(span, unit)
+    with house_style():
+        figure, (phase, state, command) = new_figure(1, 3, width=7.4, height=2.5)
+        angle = np.linspace(0, 2 * np.pi, 181)
+        edge = np.linalg.cholesky(inverse[:2, :2]) @ np.array([np.cos(angle), np.sin(angle)])
+        edge = (edge + rest[:2, None]) / scale[:2, None]
+        phase.plot(*edge, color=GREY, linestyle="--", linewidth=1.0)
+        for start, colour, style in zip(starts, COLOURS, STYLES, strict=False):
+            motion = loop.run(start)
+            phase.plot(*(motion.state[:2] / scale[:2, None]), color=colour, linestyle=style)
+        phase.plot(*(rest[:2] / scale[:2]), "k.")
+        phase.set_xlabel(labels[0])
+        phase.set_ylabel(labels[1])
+        laws = (("takagi", None), ("LQR", linear(loop, K)))
+        for (name, law), colour, style in zip(laws, COLOURS, STYLES, strict=False):
+            motion = loop.run(starts[0], law, samples=6001)
+            shown = motion.time <= span
+            times = motion.time[shown] * factor
+            for axes, series in (
+                (state, motion.state[0] / scale[0]),
+                (command, motion.input[0] / scale[n]),
+            ):
+                line = decimate(times, series[shown], points=POINTS)
+                axes.plot(*line, color=colour, linestyle=style, label=name)
+        for end in loop.ranges[n] / scale[n]:
+            command.axhline(end, color=GREY, linewidth=0.8)
+        for axes, label in ((state, labels[0]), (command, labels[n])):
+            axes.set_ylabel(label)
+            axes.set_xlabel(f"time [{time_unit or '-'}]")
+        state.legend()
+    return figure
+
+
+def time_scale(span: float, unit: str) -> tuple[float, str]:
+    """Return a factor and the unit for times of this size."""
+    if unit != "s":
+        return 1.0, unit
+    for least, factor, name in ((7200, 3600, "h"), (300, 60, "min"), (0.1, 1, "s")):
+        if span >= least:
+            return 1 / factor, name
+    return 1000.0, "ms"
+
+
+def shown_time(value: float, unit: str) -> str:
+    """Return a time with its unit."""
+    factor, name = time_scale(value, unit)
+    return f"{digits(value * factor)} {name}".strip()
+
+
+def digits(value: float) -> str:
+    """Return three digits, never a power of ten where a whole number is as short."""
+    return f"{value:.0f}" if 1000 <= abs(value) < 1e5 else f"{value:.3g}"
+
+
+def row(found: Measured) -> tuple[str, Settling]:
+    """Return the row of a proved plant, and how its law settles."""
+    loop = found.loop
+    assert loop is not None
+    n, unit = len(loop.states), TIMES.get(found.name, "s")
+    width = np.minimum(loop.ranges[:, 1] - loop.rest, loop.rest - loop.ranges[:, 0])
+    parts = []
+    for k, name in enumerate(loop.states):
+        label = "" if loop.units[k] == "-" else f" {loop.units[k]}"
+        share = f" ({min(loop.alone[k] / width[k], 1):.0%})" if np.isfinite(width[k]) else ""
+        parts.append(f"{name} {digits(loop.alone[k] / loop.scale[k])}{label}{share}")
+    K = lqr(loop)
+    law, other = settling(loop), settling(loop, linear(loop, K))
+    settled = " / ".join(
+        shown_time(s.slowest, unit) + (f" ({s.lost} of {s.starts} do not)" if s.lost else "")
+        for s in (law, other)
+    )
+    cells = (
+        f"[{found.text['name']}](../tests/gallery/plants/{found.name}.toml)",
+        f"{n}, {len(loop.inputs)}",
+        str(len(loop.gains)),
+        "PROVED",
+        f"{found.wall:.1f} / {found.processor:.1f}",
+        ", ".join(parts),
+        f"{effort(loop, loop.gains):.2g} / {effort(loop, K):.2g}",
+        settled,
+    )
+    return f"| {' | '.join(cells)} |", law
+
+
+def page(members: list[Measured], rows: dict[str, str]) -> str:
+    """Return docs/gallery.md."""
+    proved = [m for m in members if m.name in rows]
+    walls = sorted(m.wall for m in proved)
+    processors = sorted(m.processor for m in proved)
+    cores = os.cpu_count() or 1
+    shared = (
+        "that other programs shared"
+        if sum(walls) > 1.1 * sum(processors)
+        else "with nothing else at work"
+    )
+    said = (
+        f"{len(proved)} of {len(members)} are PROVED; the median takes {np.median(walls):.0f} s "
+        f"({np.median(processors):.0f} s of processor time), the longest {walls[-1]:.0f} s "
+        f"({processors[-1]:.0f} s).\n\n"
+    )
+    table = (
+        "| plant | states, inputs | rules | verdict | time [s] | set | gains: law / LQR "
+        "| settles: law / LQR |\n|---|---|---|---|---|---|---|---|\n"
+    )
+    table += "\n".join(rows[m.name] for m in proved) + "\n"
+    lost = "\n## Not proved\n\n| plant | time [s] | why |\n|---|---|---|\n" + "".join(
+        f"| [{m.text['name']}](../tests/gallery/plants/{m.name}.toml) | {m.wall:.1f} / "
+        f"{m.processor:.1f} | {WHY[m.name]} |\n"
+        for m in members
+        if m.name not in rows
+    )
+    pictures = PICTURES
+    pictures += "".join(
+        f"\n### {m.text['name']}\n\n{m.text['source']}.\n\n"
+        f"![{m.text['name']}](figures/gallery/{m.name}.svg)\n"
+        for m in proved
+    )
+    columns = COLUMNS.format(cores=cores, shared=shared)
+    return HEAD + said + table + columns + lost + pictures
+
+
+def main() -> None:
+    """Design, run, draw; write the page where all plants were asked for."""
+    FIGURES.mkdir(parents=True, exist_ok=True)
+    asked = sys.argv[1:]
+    members, rows = [], {}
+    with tempfile.TemporaryDirectory() as folder:
+        for file in sorted(PLANTS.glob("*.toml")):
+            if asked and file.stem not in asked:
+                continue
+            found = measured(file, Path(folder) / file.stem)
+            members.append(found)
+            if found.loop is not None:
+                rows[found.name], law = row(found)
+                unit = TIMES.get(found.name, "s")
+                drawn = picture(found.loop, lqr(found.loop), law.slowest, unit)
+                said = f"{found.text['name']}: set, motions and inputs of the law and of LQR"
+                svg = figure_to_svg(drawn, name=found.name.replace("_", "-"), description=said)
+                (FIGURES / f"{found.name}.svg").write_text(svg + "\n", encoding="utf-8")
+            shown = rows.get(found.name) or f"{found.name}: status {found.status}"
+            print(shown, f"({found.wall:.1f} s)", flush=True)
+    if not asked:
+        PAGE.write_text(page(members, rows), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""Textbook plants that are not built in: each is proved as it stands, and settles when it is run.
+
+The simulation (``textbook_loop``) reads the plant file and the certificate without takagi.  The
+table of docs/gallery.md is written by benchmarks/gallery.py.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.plant import design_plant
+from takagi.models import ModelError, Plant, load_model, sector_model
+from takagi.models.files import built_in_kinds
+from tests.gallery.textbook_loop import textbook_loop
+
+HERE = Path(__file__).resolve().parent
+FILES = {file.stem: file for file in sorted((HERE / "plants").glob("*.toml"))}
+PAGE = (HERE.parents[1] / "docs/gallery.md").read_text(encoding="utf-8")
+# Plants that have no design by default; the page says why.
+OPEN = {"aircraft", "two_link_arm"}
+QUICK = ("chua", "jet_engine")
+PROVED = sorted(FILES.keys() - OPEN)
+# The determinants of their mass matrices take seconds.
+SLOW_MODELS = {"furuta_pendulum"}
+
+
+def plant(name: str) -> Plant:
+    found = load_model(FILES[name])
+    assert isinstance(found, Plant)
+    return found
+
+
+def test_twelve_or_more_plants_are_not_built_in() -> None:
+    """The twelve that were asked for have other names, and other files, than the library's."""
+    library = [load_model(name) for name in built_in_kinds()]
+    names = {found.name for found in library if isinstance(found, Plant)}
+
+    assert len(PROVED) >= 12
+    assert not {plant(name).name for name in FILES} & names
+    assert not FILES.keys() & built_in_kinds().keys()
+
+
+@pytest.mark.parametrize("name", sorted(set(PROVED) - SLOW_MODELS))
+def test_the_sector_model_is_the_plant(name: str) -> None:
+    """Every file is read, has a source, and its model is the plant by algebra."""
+    found = plant(name)
+    model = sector_model(found)
+
+    assert found.source
+    assert model.derivation is not None
+    assert model.derivation.exactness == "checked symbolically"
+
+
+@pytest.mark.parametrize("name", sorted(FILES))
+def test_the_page_has_a_row_and_a_picture_for_every_plant(name: str) -> None:
+    """A picture where there is a loop to be drawn."""
+    assert f"tests/gallery/plants/{name}.toml)" in PAGE
+    if name not in OPEN:
+        assert f"![{plant(name).name}](figures/gallery/{name}.svg)" in PAGE
+        assert (HERE.parents[1] / f"docs/figures/gallery/{name}.svg").is_file()
+
+
+def test_an_input_that_enters_by_its_cube_is_named() -> None:
+    """The F-8's tail deflection enters as 0.63 u^3: the message has the term and what to do."""
+    with pytest.raises(ModelError, match="u enters nonlinearly.*an input of its own"):
+        sector_model(plant("aircraft"))
+
+
+@pytest.mark.parametrize("name", ["chemostat", "predator_prey"])
+def test_a_fraction_that_vanishes_at_rest_is_divided_by_its_state(name: str) -> None:
+    """Monod's s/(k + s) less its value at rest, over s: 1/(k + s) serves everywhere, 3 premises."""
+    model = sector_model(plant(name))
+
+    assert len(model.premises) == 3
+    for premise in model.premises:
+        assert premise.evaluate is not None
+        value = premise.evaluate(**{f"delta_{v.name}": 0.0 for v in plant(name).states})
+        assert premise.lower <= value <= premise.upper
+
+
+def test_what_only_the_rest_s_ball_keeps_from_zero_has_room() -> None:
+    """In Khalil's coil u* = R i*, which no algebra knows: 3e-13 either way is not cut close."""
+    widths = [float(z.upper - z.lower) for z in sector_model(plant("magnetic_levitation")).premises]
+
+    assert 5e-13 < min(widths) < 1e-11
+
+
+def is_proved_and_settles(name: str) -> None:
+    made = design_plant(plant(name))
+    assert not isinstance(made, NoDesign)
+    assert made.proved
+    loop = textbook_loop(FILES[name], made.document)
+    n = len(loop.states)
+    still = loop.rate(loop.rest[:n], loop.rest[n:])
+    assert np.all(np.abs(still) * loop.horizon <= 1e-9 * loop.reach)
+    for start in loop.boundary():
+        motion = loop.run(start)
+        assert loop.level(motion).max() <= 1
+        assert loop.settled(motion) is not None
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_quick_plant_is_proved_and_settles(name: str) -> None:
+    """From both ends of all axes of the certified set, with inputs cut at their ranges."""
+    is_proved_and_settles(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(PROVED) - set(QUICK)))
+def test_a_plant_is_proved_and_settles(name: str) -> None:
+    """The same for the others, which take some five seconds each."""
+    is_proved_and_settles(name)
