@@ -38,6 +38,10 @@ MOST_STEPS, AT_REST = 20, 1e-9
 GONE = 1e-9
 
 
+class NoRest(ModelError):
+    """The loop has no rest at a wind: there is nothing to linearise at."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RunningLoop:
     """The sampled loop x+ = A x + B u, u = -L's answer, broken at both commands.
@@ -117,7 +121,8 @@ def running_loop(
 
     Raises
     ------
-    ModelError : an unknown wake, or a wind at which the loop has no rest.
+    ModelError : an unknown wake.
+    NoRest : a ModelError; a wind at which the loop has no rest.
     """
     if wake not in WAKES:
         raise ModelError(f"wake {wake!r} is not known; choose one of {WAKES}")
@@ -207,7 +212,7 @@ def _rest(plant: SimulatedTurbine, program: SampledLaw, observer: Observer, wind
             slopes(moving, state, sides).matrix * size, left, rcond=1e-12
         )[0] * size
         state[1] = min(max(state[1], plant.turbine.pitch_min), plant.turbine.pitch_max)
-    raise ModelError(
+    raise NoRest(
         f"at {wind:g} m/s the loop of law {program.name!r} has no rest near the turbine's trim "
         f"(torque {torque:.6g} N m, pitch {pitch:.6g} rad): something still moves by "
         f"{float((np.abs(left) / size).max()):.2g} of its size a second; leave this wind out"

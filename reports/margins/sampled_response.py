@@ -78,7 +78,7 @@ def _evaluator(A: Floats, B: Floats, C: Floats, T: float) -> Callable[[Floats], 
     def evaluate(omega: Floats) -> Complex:
         z = np.exp(1j * T * np.asarray(omega))
         if modal:
-            return np.asarray(np.einsum("ik,wk,kj->wij", left, 1 / (z[:, None] - values), right))
+            return np.asarray((left / (z[:, None, None] - values)) @ right, dtype=np.complex128)
         shifted = z[:, None, None] * eye - A
         inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(z), *B.shape)))
         return np.asarray(C @ inner, dtype=np.complex128)
