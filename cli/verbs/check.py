@@ -48,10 +48,11 @@ Examples:
 statement that it belongs to has begun. Files that make the sentences are loaded after the last
 verdict, and counted apart.
 
---margins takes gain (a factor, or dB), phase (deg), delay (s), disk (alpha of both loops at once), and
-for the program sample (20ms unless given) and computing (0ms unless given). Measured are the loops
-broken at torque and pitch, with observer, filters, sampling, wake, flap, tower and torsion, over the
-winds, inertia 0.9 to 1.1 and all wakes. They are linearised in floating point, and are not proved.
+--margins takes gain (a factor, or dB), phase (deg), delay (s) and disk (alpha of both loops at
+once), and of the program sample (20ms unless given) and computing (0ms unless given). Measured are
+the loops broken at torque and at pitch, with observer, filters, sampling, wake, flap, tower and
+torsion in them, over the winds, for inertia 0.9 to 1.1 and wakes from equilibrium to frozen. They
+are linearised in floating point, and are not proved.
 
 Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model
 file says something else than the certificate, the C file something else than the gain file, a
@@ -102,7 +103,7 @@ def _check(options: argparse.Namespace) -> int:
     if asked is not None:
         below, lines = _margins(asked, options)
         if below:
-            reason = "; ".join([*below, *lines])
+            reason = f"{options.gains}: " + "\n".join([*below, *lines])
             _write_reports(options, _refused(reason, "the loop that runs has the margins asked"))
             print(f"Error: {reason}", file=sys.stderr)
             return UNPROVED
@@ -148,7 +149,9 @@ def _margins(
     """Return what is below a threshold, and the lines that say what was measured."""
     from takagi.reports.margins.thresholds import filed_margins
 
-    return filed_margins(asked, options.gains, _file_of(options.model))
+    model = _file_of(options.model)
+    assert model is not None  # run() asks for it
+    return filed_margins(asked, options.gains, model)
 
 
 def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:

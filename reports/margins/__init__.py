@@ -4,6 +4,10 @@ margins, disk       one loop: ``loop_margins``; several at once: ``mimo_disk_mar
 response            L(j omega), on a grid fine where the loop is lively
 turbine_dynamics    the turbine linearised at a trim
 turbine_loops       its two loops, each broken at its actuator with the other closed
+running_over_wind   the loop that runs: validation plant, observer, filters and sampling in it
+running_loop        its linearisation, at the rest of running_rest, by the differences of slopes
+sampled_response    L(e^(j omega T)) of it
+thresholds          margins that ``takagi check --margins`` asks for
 """
 
 from __future__ import annotations
@@ -21,6 +25,9 @@ if TYPE_CHECKING:
     )
     from takagi.reports.margins.margins import Margins, loop_margins
     from takagi.reports.margins.response import LoopResponse, loop_response
+    from takagi.reports.margins.running_loop import RunningLoop, linearised_loop
+    from takagi.reports.margins.running_over_wind import RunningMargins, running_margins
+    from takagi.reports.margins.running_rest import NoRest
     from takagi.reports.margins.turbine_dynamics import (
         FirstOrderDrive,
         SecondOrderDrive,
@@ -46,18 +53,23 @@ __all__ = [
     "Loops",
     "Margins",
     "MimoDiskMargins",
+    "NoRest",
+    "RunningLoop",
+    "RunningMargins",
     "SecondOrderDrive",
     "Tower",
     "break_loops",
     "closed_loop_poles",
     "disk_margin",
     "linear_plant",
+    "linearised_loop",
     "loop_margins",
     "loop_response",
     "loops_at_trim",
     "mimo_disk_margins",
     "pitch_loop",
     "plant_at_trim",
+    "running_margins",
     "torque_loop",
 ]
 

@@ -104,7 +104,7 @@ def frequency_grid(*matrices: Floats) -> Floats:
     return grid_of_modes(modes, open_modes)
 
 
-def grid_of_modes(modes: Complex, open_modes: Complex) -> Floats:
+def grid_of_modes(modes: Any, open_modes: Any) -> Floats:
     """Return ``frequency_grid`` of modes [1/s]; ``open_modes`` are those of the open loop."""
     size = np.abs(modes)
     fast = max(float(size.max()), 1e-6)

@@ -24,22 +24,17 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.sampled import SampledLaw, sampled
 from takagi.models.simulation.closed_loop import Observer
-from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
+from takagi.models.simulation.dynamics import plant_rate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.turbine.data import Turbine
+from takagi.reports.margins.running_rest import LoopRest, loop_rest, measured_speed
 from takagi.reports.margins.slopes import slopes
 
 # What the wake does: as it is, always in equilibrium, or not at all; the answers of torque to
 # pitch at the two ends are those between which a certificate holds.
 WAKES = ("dynamic", "equilibrium", "frozen")
-# Newton's steps to the rest, and what is left of a state's size there in a second.
-MOST_STEPS, AT_REST = 20, 1e-9
 # A multiplier of one sample below this is gone.
 GONE = 1e-9
-
-
-class NoRest(ModelError):
-    """The loop has no rest at a wind: there is nothing to linearise at."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +49,7 @@ class RunningLoop:
     scale : of each state, for well-conditioned numbers.
     kinks : names of the states at which plant or program have two slopes; they are read on one
         side.
-    rest : the whole state at rest, plant first.
+    rest : what it is linearised at.
     """
 
     wind: float
@@ -64,7 +59,7 @@ class RunningLoop:
     C: Floats
     scale: Floats
     kinks: tuple[str, ...]
-    rest: Floats
+    rest: LoopRest
 
     @property
     def multipliers(self) -> Complex:
@@ -84,16 +79,6 @@ def continuous(multipliers: Complex, sample_time: float) -> Complex:
     return np.asarray(np.log(kept) / sample_time, dtype=np.complex128)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Rest:
-    """The whole state at rest, in its parts, and the commands there."""
-
-    plant: Floats
-    law: Floats
-    observer: Floats
-    commands: Floats
-
-
 def with_inertia(plant: SimulatedTurbine, factor: float) -> SimulatedTurbine:
     """Return the plant with both inertias times a factor; the torsion mode keeps its frequency."""
     turbine: Turbine = plant.turbine
@@ -102,12 +87,13 @@ def with_inertia(plant: SimulatedTurbine, factor: float) -> SimulatedTurbine:
     return replace(plant, turbine=changed)
 
 
-def running_loop(
+def linearised_loop(
     plant: SimulatedTurbine,
     program: SampledLaw,
     observer: Observer,
     wind: float,
     *,
+    rest: LoopRest | None = None,
     wake: str = "dynamic",
     side: int = 1,
 ) -> RunningLoop:
@@ -115,18 +101,18 @@ def running_loop(
 
     Parameters
     ----------
+    rest : where the loop rests; None looks for it (``loop_rest``).
     wake : one of ``WAKES``.
     side : +1 or -1, on which a kink is read that is no stop, such as a node of the law's tables.
         At a stop (pitch, torque) it is read on the side where the machine can go.
 
     Raises
     ------
-    ModelError : an unknown wake.
-    NoRest : a ModelError; a wind at which the loop has no rest.
+    ModelError : an unknown wake, or what ``loop_rest`` refuses.
     """
     if wake not in WAKES:
         raise ModelError(f"wake {wake!r} is not known; choose one of {WAKES}")
-    rest = _rest(plant, program, observer, wind)
+    rest = rest or loop_rest(plant, program.law, observer, wind)
     n, k = len(rest.plant), len(rest.law)
     at, rate = np.concatenate([rest.plant, rest.commands]), plant_rate(plant)
     found = slopes(
@@ -148,20 +134,11 @@ def running_loop(
     if late_B.any():
         scale = np.concatenate([scale, rest.commands])
     A, B, C = _broken(held_A, held_B, late_B, places, answer.matrix)
-    whole = np.concatenate([rest.plant, rest.law, rest.observer])
     size = np.maximum(np.abs(scale), 1e-3)
-    return RunningLoop(wind, program.sample_time, A, B, C, size, tuple(dict.fromkeys(kinks)), whole)
+    return RunningLoop(wind, program.sample_time, A, B, C, size, tuple(dict.fromkeys(kinks)), rest)
 
 
-def measured_speed(plant: SimulatedTurbine) -> int:
-    """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
-    places = (plant.index(name) for name in ("filtered", "generator speed", "rotor speed"))
-    return next(place for place in places if place is not None)
-
-
-def _program_step(
-    program: SampledLaw, observer: Observer, k: int
-) -> Callable[[Floats], Floats]:
+def _program_step(program: SampledLaw, observer: Observer, k: int) -> Callable[[Floats], Floats]:
     """Return (law, observer, torque before, speed, pitch) -> (the first three later, commands).
 
     As ``takagi.models.simulation.closed_loop`` runs it, without the limits of rate.
@@ -178,45 +155,6 @@ def _program_step(
         return np.concatenate([later, estimator + period * rate, [command.torque], command])
 
     return step
-
-
-def _rest(plant: SimulatedTurbine, program: SampledLaw, observer: Observer, wind: float) -> _Rest:
-    """Return where the loop rests: near the turbine's trim, where the law and its tables say."""
-    start, torque, pitch = equilibrium_state(plant, wind)
-    law = program.law
-    speed_at, n, k = measured_speed(plant), len(start), len(law.state_names)
-    rate = plant_rate(plant)
-    state = np.concatenate(
-        [start, law.initial_state(wind), observer.initial_state(float(start[speed_at]), wind)]
-    )
-
-    def commands(s: Floats) -> tuple[Measurement, Floats]:
-        seen = Measurement(
-            float(s[speed_at]), float(s[1]), observer.wind_estimate(s[n + k :])
-        )
-        return seen, np.array(law.command(s[n : n + k], seen), dtype=np.float64)
-
-    def moving(s: Floats) -> Floats:
-        seen, sent = commands(s)
-        estimated = observer.state_rate(s[n + k :], seen.rotor_speed, seen.pitch, float(sent[0]))
-        moved = rate(s[:n], float(sent[0]), float(sent[1]), wind)
-        return np.concatenate([moved, law.state_rate(s[n : n + k], seen), estimated])
-
-    size = np.maximum(np.abs(state), 0.1)
-    sides = np.ones(len(state))
-    for _ in range(MOST_STEPS):
-        left = moving(state)
-        if float((np.abs(left) / size).max()) < AT_REST:
-            return _Rest(state[:n], state[n : n + k], state[n + k :], commands(state)[1])
-        state = state - np.linalg.lstsq(
-            slopes(moving, state, sides).matrix * size, left, rcond=1e-12
-        )[0] * size
-        state[1] = min(max(state[1], plant.turbine.pitch_min), plant.turbine.pitch_max)
-    raise NoRest(
-        f"at {wind:g} m/s the loop of law {program.name!r} has no rest near the turbine's trim "
-        f"(torque {torque:.6g} N m, pitch {pitch:.6g} rad): something still moves by "
-        f"{float((np.abs(left) / size).max()):.2g} of its size a second; leave this wind out"
-    )
 
 
 def _sides(

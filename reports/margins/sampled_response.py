@@ -6,7 +6,7 @@ Gain, phase and disk margins mean what they mean in continuous time, up to omega
 margin is phase over frequency: exact for a delay of whole samples, which is e^{-j omega k T}.
 
 Source: Franklin, Powell & Workman (1998), Digital Control of Dynamic Systems, sec. 7.4; for the
-disk, which asks of S no more than analyticity outside the unit circle, ``takagi.reports.margins.disk``.
+disk, which asks no more of S than to be stable, ``takagi.reports.margins.disk``.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ import numpy as np
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import Margins
-from takagi.reports.margins.running_margins import RunningMargins, running_margins
+from takagi.reports.margins.running_over_wind import RunningMargins, running_margins
 
 _WORD = re.compile(r"\s*([a-z]+)\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z°]*)\s*")
 # Name -> unit as written -> factor to what is compared; "" where no unit is needed.
@@ -61,6 +61,12 @@ class MarginsFound(NamedTuple):
 
     failures: tuple[str, ...]
     lines: tuple[str, ...]
+
+
+class _Least(NamedTuple):
+    value: float
+    loop: str
+    row: RunningMargins
 
 
 def asked_margins(written: str) -> AskedMargins:
@@ -122,8 +128,7 @@ def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound
         sample_time=asked.sample,
         computation_time=asked.computing,
     )
-    failures = tuple(f"{gains}: {text}" for text in failed(rows, asked))
-    return MarginsFound(failures, measured(rows, asked, str(gains)))
+    return MarginsFound(failed(rows, asked), measured(rows, asked, str(gains)))
 
 
 def checked_winds(turbine: Turbine) -> tuple[float, ...]:
@@ -137,27 +142,26 @@ def failed(rows: Sequence[RunningMargins], asked: AskedMargins) -> tuple[str, ..
     """Return a sentence for each threshold that is missed: the least figure, where, how often."""
     found = []
     for kind, needed in _kinds(asked):
-        values = [_least(row, kind) for row in rows]
-        below = [(value, *rest) for value, *rest in values if value < needed]
+        below = [one for one in (_least(row, kind) for row in rows) if one.value < needed]
         if below:
-            value, loop, row = min(below, key=lambda entry: entry[0])
-            winds = sorted({entry[2].wind for entry in below})
+            least = min(below, key=lambda one: one.value)
+            winds = sorted({one.row.wind for one in below})
+            value = _figure(kind, least.value)
             found.append(
-                f"{kind} margin of the {loop} loop at {_where(row)} is {_figure(kind, value)}, "
-                f"{_figure(kind, needed)} is asked ({_winds(winds)} miss it)"
+                f"at {_where(least.row)} the {kind} margin of {least.loop} is {value}, "
+                f"{_figure(kind, needed)} is asked; missed at {_winds(winds)}"
             )
     return tuple(found)
 
 
-def measured(
-    rows: Sequence[RunningMargins], asked: AskedMargins, source: str
-) -> tuple[str, ...]:
+def measured(rows: Sequence[RunningMargins], asked: AskedMargins, source: str) -> tuple[str, ...]:
     """Return what was measured in words: the least of every kind, and the modes that are met."""
     winds = sorted({row.wind for row in rows})
     figures = []
     for kind in ("gain", "phase", "delay", "disk"):
-        value, loop, row = min((_least(row, kind) for row in rows), key=lambda entry: entry[0])
-        figures.append(f"{kind} {_figure(kind, value)} ({loop}, {row.wind:g} m/s)")
+        least = min((_least(row, kind) for row in rows), key=lambda one: one.value)
+        value = _figure(kind, least.value)
+        figures.append(f"{kind} {value} ({least.loop}, {least.row.wind:g} m/s)")
     lines = [
         f"{source}: margins of the loop that runs, {winds[0]:g} to {winds[-1]:g} m/s, "
         f"{len({(row.inertia, row.wake) for row in rows})} plants, sampled every "
@@ -176,15 +180,15 @@ def modes_met(rows: Sequence[RunningMargins]) -> tuple[str, ...]:
             places.setdefault((loop, mode.name), []).append(row)
             frequency[mode.name] = mode.frequency
     found = []
-    for (loop, mode), met in places.items():
+    for (loop, name), met in places.items():
         cure = (
             "less lag before it helps (a higher --speed-filter, less computing time), or a lower "
             "--bandwidth"
-            if mode == "torsion"
+            if name == "torsion"
             else "a lower --bandwidth helps"
         )
         found.append(
-            f"the {mode} mode ({frequency[mode] / 2 / math.pi:.2f} Hz) lies inside the crossover "
+            f"the {name} mode ({frequency[name] / 2 / math.pi:.2f} Hz) lies inside the crossover "
             f"of the {loop} loop at {_winds(sorted({row.wind for row in met}))}: {cure}"
         )
     return tuple(found)
@@ -195,12 +199,11 @@ def _kinds(asked: AskedMargins) -> list[tuple[str, float]]:
     return [*(entry for entry in kinds if entry[1] > (entry[0] == "gain")), ("disk", asked.disk)]
 
 
-def _least(row: RunningMargins, kind: str) -> tuple[float, str, RunningMargins]:
+def _least(row: RunningMargins, kind: str) -> _Least:
     """Return the row's least margin of a kind, and of which loop."""
     if kind == "disk":
-        return row.both.alpha, "torque and pitch", row
-    value, loop = min((_of(m, kind), name) for name, m in row.loops)
-    return value, loop, row
+        return _Least(row.both.alpha, "torque and pitch", row)
+    return _Least(*min((_of(m, kind), name) for name, m in row.loops), row)
 
 
 def _of(m: Margins, kind: str) -> float:
@@ -223,8 +226,8 @@ def _where(row: RunningMargins) -> str:
     if not row.nominal:
         parts.append(f"inertia {row.inertia:g} of nominal, {row.wake} wake")
     if row.decay_rate <= 0:
-        parts.append("which is unstable there")
-    return ", ".join(parts)
+        parts.append("where the loop is unstable")
+    return f"{parts[0]} ({', '.join(parts[1:])})" if parts[1:] else parts[0]
 
 
 def _winds(winds: Sequence[float]) -> str:
@@ -246,5 +249,3 @@ def _value(name: str, number: str, unit: str, part: str) -> float:
     if name == "disk" and value >= 2:
         raise ModelError(f"margins: {part!r} was given; no loop has a disk margin of 2 or more")
     return value
-
-

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,12 +19,11 @@ from takagi.models.laws.protocol import Law
 from takagi.models.laws.sampled import SampledLaw
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
-from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.trim import trim
 from takagi.reports.margins.disk import DiskMargin, disk_of
 from takagi.reports.margins.margins import Margins, loop_margins
-from takagi.reports.margins.running_loop import WAKES, running_loop, with_inertia
+from takagi.reports.margins.running_loop import WAKES, RunningLoop, with_inertia
+from takagi.reports.margins.running_rest import loop_rest
 from takagi.reports.margins.sampled_response import BrokenLoops, broken_loops
 
 # (Factor on the inertia, wake): the machine as its file says, then the ends of what is not known.
@@ -119,20 +119,20 @@ def running_margins(
     plant = replace(validation_plant(turbine), speed_filter=speed_filter)
     modes = plant_modes(plant)
     _require_sampling(program, modes)
-    for wind in winds:
-        _require_seen(turbine, float(wind))
+    rests = {wind: loop_rest(plant, law, observer, wind) for wind in map(float, winds)}
     made = {factor: with_inertia(plant, factor) for factor, _ in plants}
     found = []
-    for wind in map(float, winds):
+    for wind, rest in rests.items():
         if tell is not None:
             tell(f"margins of the loop that runs, {wind:g} m/s")
         first, *others = _sides(turbine, wind)
         for factor, wake in plants:
-            asked = (made[factor], program, observer, wind, factor, wake, modes)
-            row = _at(*asked, first)
-            if row.kinks:
-                row = min([row, *(_at(*asked, side) for side in others)], key=lambda r: r.both.alpha)
-            found.append(row)
+            at = partial(running_loop, made[factor], program, observer, wind, rest=rest, wake=wake)
+            loops = [at(side=first)]
+            if _chosen(loops[0].kinks):
+                loops += [at(side=side) for side in others]
+            rows = [_margins(loop, factor, wake, modes) for loop in loops]
+            found.append(min(rows, key=lambda row: row.both.alpha))
     return tuple(found)
 
 
@@ -148,17 +148,7 @@ def plant_modes(plant: SimulatedTurbine) -> tuple[Mode, ...]:
     return tuple(found)
 
 
-def _at(
-    plant: SimulatedTurbine,
-    program: SampledLaw,
-    observer: Observer,
-    wind: float,
-    factor: float,
-    wake: str,
-    modes: Sequence[Mode],
-    side: int,
-) -> RunningMargins:
-    loop = running_loop(plant, program, observer, wind, wake=wake, side=side)
+def _margins(loop: RunningLoop, factor: float, wake: str, modes: Sequence[Mode]) -> RunningMargins:
     broken = broken_loops(loop)
     acting = {name: getattr(broken, name) for name in ("torque", "pitch") if _acts(broken, name)}
     margins = {name: loop_margins(response) for name, response in acting.items()}
@@ -169,7 +159,7 @@ def _at(
         if _reaches_one(response.evaluate, mode)
     )
     return RunningMargins(
-        wind=wind,
+        wind=loop.wind,
         inertia=factor,
         wake=wake,
         torque=margins.get("torque"),
@@ -177,9 +167,13 @@ def _at(
         both=disk_of(broken.both),
         decay_rate=-float(loop.poles.real.max()),
         modes_met=met,
-        # The reference at its lower stop goes up alone: that is no choice.
-        kinks=tuple(kink for kink in loop.kinks if not kink.startswith("pitch")),
+        kinks=_chosen(loop.kinks),
     )
+
+
+def _chosen(kinks: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the kinks with a choice of sides; pitch at its stop goes inwards alone."""
+    return tuple(kink for kink in kinks if not kink.startswith("pitch"))
 
 
 def _acts(broken: BrokenLoops, name: str) -> bool:
@@ -208,14 +202,3 @@ def _require_sampling(program: SampledLaw, modes: Sequence[Mode]) -> None:
                 f"swings once in {2 * np.pi / mode.frequency:.3g} s: less than "
                 f"{SAMPLES_A_PERIOD:g} samples a swing; sample at least every {longest:.2g} s"
             )
-
-
-def _require_seen(turbine: Turbine, wind: float) -> None:
-    point = trim(turbine, wind)
-    slope = float(rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, wind)[2])
-    if slope <= 0:
-        raise ModelError(
-            f"at {wind:g} m/s more wind gives no more torque (dT/dv = {slope:.3g} N m s/m): the "
-            "rotor stalls, and the observer cannot see the wind; raise the speed set-point, or "
-            "leave this wind out"
-        )
