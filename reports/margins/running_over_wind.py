@@ -22,7 +22,12 @@ from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.disk import DiskMargin, disk_of
 from takagi.reports.margins.margins import Margins, loop_margins
-from takagi.reports.margins.running_loop import WAKES, RunningLoop, with_inertia
+from takagi.reports.margins.running_loop import (
+    WAKES,
+    RunningLoop,
+    linearised_loop,
+    with_inertia,
+)
 from takagi.reports.margins.running_rest import loop_rest
 from takagi.reports.margins.sampled_response import BrokenLoops, broken_loops
 
@@ -127,7 +132,9 @@ def running_margins(
             tell(f"margins of the loop that runs, {wind:g} m/s")
         first, *others = _sides(turbine, wind)
         for factor, wake in plants:
-            at = partial(running_loop, made[factor], program, observer, wind, rest=rest, wake=wake)
+            at = partial(
+                linearised_loop, made[factor], program, observer, wind, rest=rest, wake=wake
+            )
             loops = [at(side=first)]
             if _chosen(loops[0].kinks):
                 loops += [at(side=side) for side in others]
