@@ -147,7 +147,7 @@ def _margins(
     asked: AskedMargins, options: argparse.Namespace
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return what is below a threshold, and the lines that say what was measured."""
-    from takagi.reports.margins.thresholds import filed_margins
+    from takagi.reports.simulation.filed_margins import filed_margins
 
     model = _file_of(options.model)
     assert model is not None  # run() asks for it

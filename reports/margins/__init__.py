@@ -25,9 +25,20 @@ if TYPE_CHECKING:
     )
     from takagi.reports.margins.margins import Margins, loop_margins
     from takagi.reports.margins.response import LoopResponse, loop_response
-    from takagi.reports.margins.running_loop import RunningLoop, linearised_loop
-    from takagi.reports.margins.running_over_wind import RunningMargins, running_margins
-    from takagi.reports.margins.running_rest import NoRest
+    from takagi.reports.margins.running_loop import (
+        WAKES,
+        RunningLoop,
+        linearised_loop,
+        with_inertia,
+    )
+    from takagi.reports.margins.running_over_wind import (
+        RunningMargins,
+        plant_modes,
+        running_margins,
+    )
+    from takagi.reports.margins.running_rest import LoopRest, NoRest, loop_rest
+    from takagi.reports.margins.sampled_response import broken_loops
+    from takagi.reports.margins.thresholds import asked_margins
     from takagi.reports.margins.turbine_dynamics import (
         FirstOrderDrive,
         SecondOrderDrive,
@@ -46,10 +57,12 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "WAKES",
     "DiskMargin",
     "FirstOrderDrive",
     "LocalGains",
     "LoopResponse",
+    "LoopRest",
     "Loops",
     "Margins",
     "MimoDiskMargins",
@@ -58,19 +71,24 @@ __all__ = [
     "RunningMargins",
     "SecondOrderDrive",
     "Tower",
+    "asked_margins",
     "break_loops",
+    "broken_loops",
     "closed_loop_poles",
     "disk_margin",
     "linear_plant",
     "linearised_loop",
     "loop_margins",
     "loop_response",
+    "loop_rest",
     "loops_at_trim",
     "mimo_disk_margins",
     "pitch_loop",
     "plant_at_trim",
+    "plant_modes",
     "running_margins",
     "torque_loop",
+    "with_inertia",
 ]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)

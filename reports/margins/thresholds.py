@@ -1,4 +1,4 @@
-"""Margins that are asked of the loop that runs, and whether the law of a gain file has them.
+"""Margins that are asked of the loop that runs, and whether it has them.
 
     gain 2, phase 30deg, delay 0.1s, disk 0.5, sample 20ms, computing 10ms
 
@@ -12,7 +12,6 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ import numpy as np
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import Margins
-from takagi.reports.margins.running_over_wind import RunningMargins, running_margins
+from takagi.reports.margins.running_over_wind import RunningMargins
 
 _WORD = re.compile(r"\s*([a-z]+)\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z°]*)\s*")
 # Name -> unit as written -> factor to what is compared; "" where no unit is needed.
@@ -54,13 +53,6 @@ class AskedMargins:
     disk: float = 0.0
     sample: float = 0.02
     computing: float = 0.0
-
-
-class MarginsFound(NamedTuple):
-    """What is below a threshold, a sentence each, and lines that say what was measured."""
-
-    failures: tuple[str, ...]
-    lines: tuple[str, ...]
 
 
 class _Least(NamedTuple):
@@ -99,36 +91,6 @@ def asked_margins(written: str) -> AskedMargins:
     if not found.keys() - {"sample", "computing"}:
         raise ModelError(f"margins: {written!r} asks for none; give some, such as {EXAMPLE}")
     return AskedMargins(**found)
-
-
-def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound:
-    """Return what the law of a gain file has, on the validation plant of its turbine.
-
-    Parameters
-    ----------
-    gains : a turbine's gain file.   model : its turbine's file.
-
-    Raises
-    ------
-    CertificateError : a file that is no turbine's gain file, or has no observer.
-    ModelError : no turbine file, or what ``running_margins`` refuses.
-    """
-    from takagi.models.turbine.loader import load_turbine
-    from takagi.reports.simulation.filed_law import filed_laws
-
-    turbine, chosen = filed_laws(load_turbine(model), gains)
-    ((name, law),) = chosen.laws.items()
-    assert chosen.observer is not None  # filed_laws refuses a file without one
-    rows = running_margins(
-        turbine,
-        law,
-        chosen.observer,
-        checked_winds(turbine),
-        speed_filter=chosen.speed_filters.get(name),
-        sample_time=asked.sample,
-        computation_time=asked.computing,
-    )
-    return MarginsFound(failed(rows, asked), measured(rows, asked, str(gains)))
 
 
 def checked_winds(turbine: Turbine) -> tuple[float, ...]:

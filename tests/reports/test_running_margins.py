@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -10,20 +11,35 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
 from takagi.models import ModelError, WindObserver
 from takagi.models.arrays import Floats
-from takagi.models.laws import EffortSharingLaw, SampledLaw
-from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.simulation import SimulatedTurbine, WindSeries, simulate, validation_plant
+from takagi.models.laws import Command, EffortSharingLaw, Measurement, SampledLaw
+from takagi.models.simulation import (
+    SimulatedTurbine,
+    WindSeries,
+    closed_loop,
+    dynamics,
+    simulate,
+    validation_plant,
+)
 from takagi.models.turbine import nrel5mw
-from takagi.reports.margins import LoopResponse, disk_margin, linearised_loop, loop_margins
-from takagi.reports.margins.running_loop import WAKES, RunningLoop, with_inertia
-from takagi.reports.margins.running_over_wind import plant_modes, running_margins
-from takagi.reports.margins.running_rest import LoopRest, loop_rest, measured_speed
-from takagi.reports.margins.sampled_response import broken_loops
-from takagi.reports.margins.slopes import slopes
+from takagi.reports.margins import (
+    WAKES,
+    LoopResponse,
+    LoopRest,
+    RunningLoop,
+    broken_loops,
+    disk_margin,
+    linearised_loop,
+    loop_margins,
+    loop_rest,
+    plant_modes,
+    running_margins,
+    running_rest,
+    slopes,
+    with_inertia,
+)
 
 LAW = Path(__file__).parents[1] / "models" / "openfast" / "swinging_law.json"
 PERIOD = 0.02
@@ -32,7 +48,7 @@ PERIOD = 0.02
 @lru_cache(maxsize=1)
 def swinging() -> tuple[EffortSharingLaw, WindObserver]:
     """The law that swings in OpenFAST with a wind filter of 0.05 s, and its observer."""
-    stated = read_json(LAW)["observer"]
+    stated = json.loads(LAW.read_text(encoding="utf-8"))["observer"]
     observer = WindObserver(nrel5mw(), float(stated["l1"]), float(stated["l2"]))
     return effort_sharing_law_from_data(read_law(LAW)), observer
 
@@ -44,6 +60,13 @@ def law_with(wind_filter: float) -> EffortSharingLaw:
 @lru_cache(maxsize=4)
 def plant(speed_filter: float | None = 8.0) -> SimulatedTurbine:
     return replace(validation_plant(nrel5mw()), speed_filter=speed_filter)
+
+
+def measured(machine: SimulatedTurbine) -> int:
+    """The place of the measured speed."""
+    place = machine.index("filtered")
+    assert place is not None
+    return place
 
 
 def scalar_loop(A: Any, B: Any, C: Any, period: float = 0.1) -> LoopResponse:
@@ -119,12 +142,12 @@ def test_a_stop_has_the_slope_of_the_side_that_is_allowed() -> None:
     def stopped(x: Floats) -> Floats:
         return np.array([max(x[0], 0.0) + 3 * x[1], x[1] ** 2])
 
-    up = slopes(stopped, np.array([0.0, 2.0]), np.ones(2))
-    down = slopes(stopped, np.array([0.0, 2.0]), -np.ones(2))
+    up = slopes.slopes(stopped, np.array([0.0, 2.0]), np.ones(2))
+    down = slopes.slopes(stopped, np.array([0.0, 2.0]), -np.ones(2))
     assert up.kinks == down.kinks == (0,)
     assert up.matrix == pytest.approx(np.array([[1, 3], [0, 4]]), abs=1e-6)
     assert down.matrix == pytest.approx(np.array([[0, 3], [0, 4]]), abs=1e-6)
-    away = slopes(stopped, np.array([0.1, 2.0]), np.ones(2))
+    away = slopes.slopes(stopped, np.array([0.1, 2.0]), np.ones(2))
     assert away.kinks == ()
 
 
@@ -136,10 +159,7 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopRest) -> Any:
 
     With its own program step, rate limits and Runge-Kutta steps; commands before included.
     """
-    from takagi.models.simulation.closed_loop import _limit_torque
-    from takagi.models.simulation.dynamics import dynamics
-
-    machine, observer, run = plant(), swinging()[1], dynamics(plant())
+    machine, observer, run = plant(), swinging()[1], dynamics.dynamics(plant())
     n, k, inner = len(rest.plant), len(rest.law), 2
     late = round(inner * program.computation_time / program.sample_time)
     at = np.concatenate([rest.plant, rest.law, rest.observer, rest.commands])
@@ -148,13 +168,15 @@ def simulated_step(program: SampledLaw, wind: float, rest: LoopRest) -> Any:
         before = Command(float(s[-2]), float(s[-1]))
         state, estimate = s[:n].copy(), s[n + k : -2]
         seen = Measurement(
-            float(state[measured_speed(machine)]),
+            float(state[measured(machine)]),
             float(state[1]),
             observer.wind_estimate(estimate),
         )
         within = program.start(wind, before)._replace(law_state=s[n : n + k])
         command, later = program.step(within, seen)
-        torque, _ = _limit_torque(machine, before.torque, command.torque, program.sample_time)
+        torque, _ = closed_loop._limit_torque(
+            machine, before.torque, command.torque, program.sample_time
+        )
         mean = torque + late / inner * (before.torque - torque)
         rate = observer.state_rate(estimate, seen.rotor_speed, seen.pitch, mean)
         sent = np.array([*before, torque, command.pitch])
@@ -268,7 +290,7 @@ def test_the_gain_margin_is_where_the_simulation_begins_to_grow(
         history = simulate(
             plant(), replace(program, law=acted), WindSeries(time, speed), observer=acted
         )
-        moved = np.diff(history.plant_states[:, measured_speed(plant())])
+        moved = np.diff(history.plant_states[:, measured(plant())])
         parts = np.array_split(moved[len(moved) // 10 :], 3)
         return float(np.abs(parts[2]).max() / np.abs(parts[1]).max())
 
@@ -362,12 +384,10 @@ def test_slow_sampling_is_refused_with_what_fits() -> None:
 
 
 def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatch) -> None:
-    import takagi.reports.margins.running_rest as home
-
     def stalled(*_: object) -> tuple[float, float, float]:
         return 0.0, 0.0, -1e4
 
-    monkeypatch.setattr(home, "rotor_torque_gradient", stalled)
+    monkeypatch.setattr(running_rest, "rotor_torque_gradient", stalled)
     with pytest.raises(ModelError, match=r"at 9 m/s more wind gives no more torque.*set-point"):
         running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
 

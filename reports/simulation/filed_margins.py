@@ -1,0 +1,45 @@
+"""Whether the law of a gain file has the margins that are asked, on the plant that runs it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from takagi.models.turbine.loader import load_turbine
+from takagi.reports.margins.running_over_wind import running_margins
+from takagi.reports.margins.thresholds import AskedMargins, checked_winds, failed, measured
+from takagi.reports.simulation.filed_law import filed_laws
+
+
+class MarginsFound(NamedTuple):
+    """What is below a threshold, a sentence each, and lines that say what was measured."""
+
+    failures: tuple[str, ...]
+    lines: tuple[str, ...]
+
+
+def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound:
+    """Return what the law of a gain file has, on the validation plant of its turbine.
+
+    Parameters
+    ----------
+    gains : a turbine's gain file.   model : its turbine's file.
+
+    Raises
+    ------
+    CertificateError : a file that is no turbine's gain file, or has no observer.
+    ModelError : no turbine file, or what ``running_margins`` refuses.
+    """
+    turbine, chosen = filed_laws(load_turbine(model), gains)
+    ((name, law),) = chosen.laws.items()
+    assert chosen.observer is not None  # filed_laws refuses a file without one
+    rows = running_margins(
+        turbine,
+        law,
+        chosen.observer,
+        checked_winds(turbine),
+        speed_filter=chosen.speed_filters.get(name),
+        sample_time=asked.sample,
+        computation_time=asked.computing,
+    )
+    return MarginsFound(failed(rows, asked), measured(rows, asked, str(gains)))
