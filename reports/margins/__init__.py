@@ -32,13 +32,20 @@ if TYPE_CHECKING:
         with_inertia,
     )
     from takagi.reports.margins.running_over_wind import (
+        Mode,
         RunningMargins,
         plant_modes,
         running_margins,
     )
     from takagi.reports.margins.running_rest import LoopRest, NoRest, loop_rest
     from takagi.reports.margins.sampled_response import broken_loops
-    from takagi.reports.margins.thresholds import asked_margins
+    from takagi.reports.margins.thresholds import (
+        AskedMargins,
+        asked_margins,
+        checked_winds,
+        failed,
+        measured,
+    )
     from takagi.reports.margins.turbine_dynamics import (
         FirstOrderDrive,
         SecondOrderDrive,
@@ -58,6 +65,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "WAKES",
+    "AskedMargins",
     "DiskMargin",
     "FirstOrderDrive",
     "LocalGains",
@@ -66,6 +74,7 @@ __all__ = [
     "Loops",
     "Margins",
     "MimoDiskMargins",
+    "Mode",
     "NoRest",
     "RunningLoop",
     "RunningMargins",
@@ -74,14 +83,17 @@ __all__ = [
     "asked_margins",
     "break_loops",
     "broken_loops",
+    "checked_winds",
     "closed_loop_poles",
     "disk_margin",
+    "failed",
     "linear_plant",
     "linearised_loop",
     "loop_margins",
     "loop_response",
     "loop_rest",
     "loops_at_trim",
+    "measured",
     "mimo_disk_margins",
     "pitch_loop",
     "plant_at_trim",

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
 from takagi.models import ModelError, WindObserver
-from takagi.models.arrays import Floats
 from takagi.models.laws import Command, EffortSharingLaw, Measurement, SampledLaw
 from takagi.models.simulation import (
     SimulatedTurbine,
@@ -41,6 +41,7 @@ from takagi.reports.margins import (
     with_inertia,
 )
 
+Floats = NDArray[np.float64]
 LAW = Path(__file__).parents[1] / "models" / "openfast" / "swinging_law.json"
 PERIOD = 0.02
 
