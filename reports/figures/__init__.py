@@ -5,6 +5,7 @@
     cells, overlaps          what is certified over wind, and for which overlaps
     equilibria               how often each loop rests
     poles, bode              linear loops over wind
+    running_margins          margins of the loop that runs
     response, scenario       steps and gusts; the paper's scenario
     style, writing           the one style; SVG, PDF and PNG
     captioned_figure         a drawn figure with its caption

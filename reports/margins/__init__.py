@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         checked_winds,
         failed,
         measured,
+        modes_met,
     )
     from takagi.reports.margins.turbine_dynamics import (
         FirstOrderDrive,
@@ -95,6 +96,7 @@ __all__ = [
     "loops_at_trim",
     "measured",
     "mimo_disk_margins",
+    "modes_met",
     "pitch_loop",
     "plant_at_trim",
     "plant_modes",
