@@ -32,7 +32,8 @@ class MarginLine:
     Attributes
     ----------
     label : such as ``"torque"``.
-    nominal, least : panel -> margins, of the machine as its file says and the least of all.
+    nominal, least : panel -> margins, of the machine as its file says and the least of all; nan
+        where the others were not looked at.
     """
 
     label: str
@@ -55,11 +56,12 @@ def running_margins_figure(winds: Floats, lines: Sequence[MarginLine]) -> Figure
             for line, colour in zip(lines, COLOURS, strict=False):
                 both = [line.nominal[name], line.least[name]]
                 shown, least = columns(f"{line.label}, {name}", both, len(winds))
+                known = ~np.isnan(least)
                 axes.plot(winds, np.clip(shown, low, high), color=colour, label=line.label)
                 axes.fill_between(
-                    winds,
-                    np.clip(least, low, high),
-                    np.clip(shown, low, high),
+                    winds[known],
+                    np.clip(least[known], low, high),
+                    np.clip(shown[known], low, high),
                     color=colour,
                     alpha=0.25,
                     linewidth=0,

@@ -6,6 +6,7 @@ turbine_dynamics    the turbine linearised at a trim
 turbine_loops       its two loops, each broken at its actuator with the other closed
 running_over_wind   the loop that runs: validation plant, observer, filters and sampling in it
 running_loop        its linearisation, at the rest of running_rest, by the differences of slopes
+running_search      over all winds, and all plants where a margin is least
 sampled_response    L(e^(j omega T)) of it
 thresholds          margins that ``takagi check --margins`` asks for
 """
@@ -38,11 +39,16 @@ if TYPE_CHECKING:
         running_margins,
     )
     from takagi.reports.margins.running_rest import LoopRest, NoRest, loop_rest
+    from takagi.reports.margins.running_search import (
+        SearchedMargins,
+        searched_margins,
+        wind_ranges,
+        winds_between,
+    )
     from takagi.reports.margins.sampled_response import broken_loops
     from takagi.reports.margins.thresholds import (
         AskedMargins,
         asked_margins,
-        checked_winds,
         failed,
         measured,
         modes_met,
@@ -79,12 +85,12 @@ __all__ = [
     "NoRest",
     "RunningLoop",
     "RunningMargins",
+    "SearchedMargins",
     "SecondOrderDrive",
     "Tower",
     "asked_margins",
     "break_loops",
     "broken_loops",
-    "checked_winds",
     "closed_loop_poles",
     "disk_margin",
     "failed",
@@ -101,7 +107,10 @@ __all__ = [
     "plant_at_trim",
     "plant_modes",
     "running_margins",
+    "searched_margins",
     "torque_loop",
+    "wind_ranges",
+    "winds_between",
     "with_inertia",
 ]
 

@@ -14,12 +14,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import RunningMargins
+from takagi.reports.margins.running_search import wind_ranges
 
 _WORD = re.compile(r"\s*([a-z]+)\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z°]*)\s*")
 # Name -> unit as written -> factor to what is compared; "" where no unit is needed.
@@ -32,8 +30,6 @@ _UNITS: Mapping[str, Mapping[str, float]] = {
     "sample": _TIME,
     "computing": _TIME,
 }
-# Of winds between cut-in and cut-out [m/s].
-WIND_STEP = 1.0
 EXAMPLE = '"gain 1.5, phase 10deg, delay 15ms"'
 
 
@@ -93,13 +89,6 @@ def asked_margins(written: str) -> AskedMargins:
     return AskedMargins(**found)
 
 
-def checked_winds(turbine: Turbine) -> tuple[float, ...]:
-    """Return the whole winds from cut-in to cut-out, and both ends [m/s]."""
-    low, high = turbine.cut_in, turbine.cut_out
-    inner = np.arange(math.ceil(low / WIND_STEP), high / WIND_STEP + 1e-9) * WIND_STEP
-    return tuple(sorted({low, high, *(float(v) for v in inner)}))
-
-
 def failed(rows: Sequence[RunningMargins], asked: AskedMargins) -> tuple[str, ...]:
     """Return a sentence for each threshold that is missed: the least figure, where, how often."""
     found = []
@@ -107,11 +96,11 @@ def failed(rows: Sequence[RunningMargins], asked: AskedMargins) -> tuple[str, ..
         below = [one for one in (_least(row, kind) for row in rows) if one.value < needed]
         if below:
             least = min(below, key=lambda one: one.value)
-            winds = sorted({one.row.wind for one in below})
+            winds = wind_ranges([one.row.wind for one in below], [row.wind for row in rows])
             value = _figure(kind, least.value)
             found.append(
                 f"at {_where(least.row)} the {kind} margin of {least.loop} is {value}, "
-                f"{_figure(kind, needed)} is asked; missed at {_winds(winds)}"
+                f"{_figure(kind, needed)} is asked; missed at {winds}"
             )
     return tuple(found)
 
@@ -143,6 +132,7 @@ def modes_met(rows: Sequence[RunningMargins]) -> tuple[str, ...]:
             frequency[mode.name] = mode.frequency
     found = []
     for (loop, name), met in places.items():
+        winds = wind_ranges([row.wind for row in met], [row.wind for row in rows])
         cure = (
             "less lag before it helps (a higher --speed-filter, less computing time), or a lower "
             "--bandwidth"
@@ -151,7 +141,7 @@ def modes_met(rows: Sequence[RunningMargins]) -> tuple[str, ...]:
         )
         found.append(
             f"the {name} mode ({frequency[name] / 2 / math.pi:.2f} Hz) lies inside the crossover "
-            f"of the {loop} loop at {_winds(sorted({row.wind for row in met}))}: {cure}"
+            f"of the {loop} loop at {winds}: {cure}"
         )
     return tuple(found)
 
@@ -190,12 +180,6 @@ def _where(row: RunningMargins) -> str:
     if row.decay_rate <= 0:
         parts.append("where the loop is unstable")
     return f"{parts[0]} ({', '.join(parts[1:])})" if parts[1:] else parts[0]
-
-
-def _winds(winds: Sequence[float]) -> str:
-    if len(winds) == 1:
-        return f"{winds[0]:g} m/s"
-    return f"{winds[0]:g} to {winds[-1]:g} m/s, {len(winds)} winds"
 
 
 def _value(name: str, number: str, unit: str, part: str) -> float:

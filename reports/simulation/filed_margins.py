@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from takagi.models.turbine.loader import load_turbine
-from takagi.reports.margins.running_over_wind import running_margins
-from takagi.reports.margins.thresholds import AskedMargins, checked_winds, failed, measured
+from takagi.reports.margins.running_search import searched_margins, wind_ranges
+from takagi.reports.margins.thresholds import AskedMargins, failed, measured
 from takagi.reports.simulation.filed_law import filed_laws
 
 
@@ -33,13 +33,16 @@ def filed_margins(asked: AskedMargins, gains: Path, model: Path) -> MarginsFound
     turbine, chosen = filed_laws(load_turbine(model), gains)
     ((name, law),) = chosen.laws.items()
     assert chosen.observer is not None  # filed_laws refuses a file without one
-    rows = running_margins(
+    found = searched_margins(
         turbine,
         law,
         chosen.observer,
-        checked_winds(turbine),
         speed_filter=chosen.speed_filters.get(name),
         sample_time=asked.sample,
         computation_time=asked.computing,
     )
-    return MarginsFound(failed(rows, asked), measured(rows, asked, str(gains)))
+    below = failed(found.rows, asked)
+    if found.none:
+        every = [*found.none, *(row.wind for row in found.rows)]
+        below = (f"the loop has no rest at {wind_ranges(found.none, every)}", *below)
+    return MarginsFound(below, measured(found.rows, asked, str(gains)) if found.rows else ())

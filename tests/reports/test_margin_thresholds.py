@@ -18,10 +18,11 @@ from takagi.reports.margins import (
     Mode,
     RunningMargins,
     asked_margins,
-    checked_winds,
     failed,
     loop_margins,
     measured,
+    wind_ranges,
+    winds_between,
 )
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def test_a_threshold_has_two_sides() -> None:
         "at 11 m/s the gain margin of torque is 2.01, 2.02 is asked; missed at 11 m/s",
     )
     (text,) = failed(rows, AskedMargins(gain=2.6))
-    assert text.endswith("missed at 9 to 11 m/s, 2 winds")
+    assert text.endswith("missed at 9 to 11 m/s")
 
 
 @pytest.mark.parametrize(
@@ -149,11 +150,16 @@ def test_what_was_measured_says_that_it_is_not_proved_and_names_modes() -> None:
     )
 
 
-def test_winds_are_whole_ones_and_both_ends() -> None:
-    from takagi.models.turbine import nrel5mw
+def test_winds_are_multiples_of_a_step_and_both_ends() -> None:
+    assert winds_between(3.5, 6.2, 1.0) == (3.5, 4.0, 5.0, 6.0, 6.2)
+    assert winds_between(3.0, 3.3, 0.1) == (3.0, 3.1, 3.2, 3.3)
 
-    turbine = replace(nrel5mw(), cut_in=3.5, cut_out=6.2)
-    assert checked_winds(turbine) == (3.5, 4.0, 5.0, 6.0, 6.2)
+
+def test_neighbouring_winds_are_a_range() -> None:
+    every = [3.0, 4.0, 5.0, 6.0, 7.0]
+    assert wind_ranges([4.0], every) == "4 m/s"
+    assert wind_ranges([3.0, 4.0, 6.0], every) == "3 to 4 and 6 m/s"
+    assert wind_ranges([3.0, 5.0, 7.0], every) == "3, 5 and 7 m/s"
 
 
 def test_the_law_and_its_turbine_are_needed(capsys: Capture) -> None:

@@ -12,11 +12,11 @@ from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.figures.running_margins import PANELS, MarginLine, running_margins_figure
 from takagi.reports.margins import (
     Margins,
-    NoRest,
     RunningMargins,
-    checked_winds,
+    SearchedMargins,
     modes_met,
-    running_margins,
+    searched_margins,
+    wind_ranges,
 )
 from takagi.reports.page.text import Section, Table, significant, with_decimals
 
@@ -29,9 +29,15 @@ RESTS = {"torque": "torque stays at rated", "pitch": "pitch stays at its lower s
 
 def running_section(design: TurbineDesign) -> Section:
     """Return the section about the loop as a controller runs it."""
-    rows, none = _rows(design)
+    found = searched_margins(
+        design.turbine,
+        design.law,
+        design.observer.observer,
+        speed_filter=design.speed_filter or None,
+    )
+    rows = found.rows
     winds = np.array(sorted({row.wind for row in rows}))
-    lines = [_line(loop, winds, rows) for loop in (*LOOPS, "both")]
+    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
     figures = []
     if len(winds):
         figures = [
@@ -39,9 +45,10 @@ def running_section(design: TurbineDesign) -> Section:
                 running_margins_figure(winds, lines),
                 "running-margins",
                 caption="Margins of the loop that runs, over wind. Line: the machine as its file "
-                "says; the band reaches to the least of all plants (inertia 0.9 and 1.1, wake in "
-                "equilibrium, as it is, and frozen). Both: torque and pitch at once, disk alone. "
-                "A line ends where that command does not answer.",
+                "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
+                "1.1, wake in equilibrium, as it is, and frozen), at whole winds and where a disk "
+                "margin is locally least. Both: torque and pitch at once, disk alone. A line ends "
+                "where that command does not answer.",
                 alternative="Gain, phase, delay and disk margins of the torque and the pitch loop "
                 "over wind",
             )
@@ -51,47 +58,31 @@ def running_section(design: TurbineDesign) -> Section:
         "Margins of the loop that runs",
         {
             "figures": figures,
-            "table": _table(rows),
+            "table": _table(found),
             "unstable": [
                 f"{row.wind:g} m/s, inertia {row.inertia:g}, {row.wake} wake"
                 for row in rows
                 if row.decay_rate <= 0
             ],
             "modes": modes_met(rows),
-            "none": ", ".join(f"{v:g}" for v in none),
+            "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
             "speed_filter": significant(design.speed_filter) if design.speed_filter else "",
         },
     )
 
 
-def _rows(design: TurbineDesign) -> tuple[list[RunningMargins], list[float]]:
-    """Return the margins, wind by wind, and the winds at which the law has no rest."""
-    found: list[RunningMargins] = []
-    none = []
-    for wind in checked_winds(design.turbine):
-        try:
-            found += running_margins(
-                design.turbine,
-                design.law,
-                design.observer.observer,
-                [wind],
-                speed_filter=design.speed_filter or None,
-            )
-        except NoRest:
-            none.append(wind)
-    return found, none
-
-
-def _line(loop: str, winds: Floats, rows: Sequence[RunningMargins]) -> MarginLine:
+def _line(loop: str, winds: Floats, found: SearchedMargins) -> MarginLine:
     nominal = {name: np.full(len(winds), np.nan) for name in PANELS}
     least = {name: np.full(len(winds), np.nan) for name in PANELS}
-    for row in rows:
+    all_plants = {*found.whole, *found.least}
+    for row in found.rows:
         at = int(np.searchsorted(winds, row.wind))
         margins = dict(row.loops).get(loop)
         for name, value in _figures(row, margins, loop).items():
             if row.nominal:
                 nominal[name][at] = value
-            least[name][at] = np.fmin(least[name][at], value)
+            if row.wind in all_plants:
+                least[name][at] = np.fmin(least[name][at], value)
     return MarginLine(loop, nominal, least)
 
 
@@ -105,12 +96,11 @@ def _figures(row: RunningMargins, m: Margins | None, loop: str) -> dict[str, flo
     return {"gain": m.gain_increase, "phase": phase, "delay": m.delay, "disk": m.disk.alpha}
 
 
-def _table(rows: Sequence[RunningMargins]) -> Table:
+def _table(found: SearchedMargins) -> Table:
     cells = []
-    for row in rows:
-        if row.nominal:
-            plants = [other for other in rows if other.wind == row.wind]
-            cells += [_cells(row, loop, plants) for loop in LOOPS]
+    for wind in sorted((*found.whole, *found.least)):
+        plants = [row for row in found.rows if row.wind == wind]
+        cells += [_cells(plants[0], loop, plants) for loop in LOOPS]
     return Table(
         "Margins of the loop that runs; in brackets the least of all plants",
         (
@@ -125,9 +115,10 @@ def _table(rows: Sequence[RunningMargins]) -> Table:
             ("both: α", "-"),
         ),
         tuple(cells),
-        note="Loops broken where the command leaves the program, the other closed. Crossover: "
-        "the highest frequency with |L| = 1. Delay beyond what is in the loop, exact in whole "
-        "samples. Floating point: measured, not proved.",
+        note="At whole winds, and where a disk margin is the least around. Loops broken where the "
+        "command leaves the program, the other closed. Crossover: the highest frequency with "
+        "|L| = 1. Delay beyond what is in the loop, exact in whole samples. Floating point: "
+        "measured, not proved.",
     )
 
 
