@@ -24,6 +24,7 @@ from takagi.models.simulation import (
     validation_plant,
 )
 from takagi.models.turbine import nrel5mw
+from takagi.reports.figures import MarginLine, running_margins_figure
 from takagi.reports.margins import (
     WAKES,
     LoopResponse,
@@ -37,6 +38,7 @@ from takagi.reports.margins import (
     plant_modes,
     running_margins,
     running_rest,
+    searched_margins,
     slopes,
     with_inertia,
 )
@@ -372,6 +374,30 @@ def test_wakes_and_inertia_change_what_they_should() -> None:
     heavy = with_inertia(plant(), 1.1)
     assert heavy.turbine.inertia == pytest.approx(1.1 * plant().turbine.inertia)
     assert plant_modes(heavy)[1].frequency == pytest.approx(plant_modes(plant())[1].frequency)
+
+
+def test_all_winds_are_searched_and_all_plants_where_it_counts() -> None:
+    """Between whole winds the least disk margin of the pitch loop is found, near rated wind."""
+    turbine = replace(nrel5mw(), cut_in=11.0, cut_out=13.0)
+    found = searched_margins(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
+    assert found.whole == (11.0, 12.0, 13.0) and found.none == ()
+    assert found.least and all(11.0 < wind < 12.0 for wind in found.least)
+    for wind in (*found.whole, *found.least):
+        plants = {(row.inertia, row.wake) for row in found.rows if row.wind == wind}
+        assert len(plants) == 7
+    pitch = {row.wind: row.pitch.disk.alpha for row in found.rows if row.nominal and row.pitch}
+    assert min(pitch, key=pitch.__getitem__) in (*found.least, *found.whole)
+
+
+def test_the_picture_needs_a_line_and_as_many_figures_as_winds() -> None:
+    winds = np.array([8.0, 9.0, 10.0])
+    some = dict.fromkeys(("gain", "phase", "delay", "disk"), np.array([2.0, np.inf, np.nan]))
+    drawn = running_margins_figure(winds, [MarginLine("torque", some, some)])
+    assert len(drawn.axes) == 4
+    with pytest.raises(ModelError, match="no loops were given"):
+        running_margins_figure(winds, [])
+    with pytest.raises(ModelError, match="torque, gain"):
+        running_margins_figure(winds[:2], [MarginLine("torque", some, some)])
 
 
 # --- what is refused -----------------------------------------------------------------------------
