@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +16,11 @@ from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.reports.margins.slopes import slopes
 
-# Newton's steps, and what is left of a state's size in a second.
-MOST_STEPS, AT_REST = 20, 1e-9
+# What is left of a state's size in a second, at rest.
+AT_REST = 1e-9
+# Lengths of implicit steps [s]: Newton's, and what is tried where these lead nowhere.
+NEWTON = np.full(20, np.inf)
+PATIENT = np.concatenate([np.full(40, 3.0), np.geomspace(3.0, 1e9, 30), np.full(10, np.inf)])
 
 
 class NoRest(ModelError):
@@ -40,7 +44,7 @@ def loop_rest(plant: SimulatedTurbine, law: Law, observer: Observer, wind: float
 
     Raises
     ------
-    NoRest : a ModelError; Newton's method finds none from the trim.
+    NoRest : a ModelError; none is found from the trim.
     ModelError : a wind outside cut-in to cut-out, or a rest at which more wind gives no more
         torque: there the observer is blind.
     """
@@ -61,18 +65,37 @@ def loop_rest(plant: SimulatedTurbine, law: Law, observer: Observer, wind: float
         return np.concatenate([moved, law.state_rate(s[n : n + k], seen), estimated])
 
     size = np.maximum(np.abs(state), 0.1)
-    for _ in range(MOST_STEPS):
-        left = moving(state)
-        if float((np.abs(left) / size).max()) < AT_REST:
-            _require_seen(plant, state, wind)
-            return LoopRest(state[:n], state[n : n + k], state[n + k :], commands(state)[1])
-        bends = slopes(moving, state, np.ones(len(state))).matrix * size
-        state = state - np.linalg.lstsq(bends, left, rcond=1e-12)[0] * size
-        state[1] = min(max(state[1], low), high)
+    for times in (NEWTON, PATIENT):
+        found = _at_rest(moving, state, size, times, (low, high))
+        if found is not None:
+            _require_seen(plant, found, wind)
+            return LoopRest(found[:n], found[n : n + k], found[n + k :], commands(found)[1])
     raise NoRest(
         f"at {wind:g} m/s the loop of law {law.name!r} has no rest near the turbine's trim "
         f"(torque {torque:.6g} N m, pitch {pitch:.6g} rad): leave this wind out"
     )
+
+
+def _at_rest(
+    moving: Callable[[Floats], Floats],
+    state: Floats,
+    size: Floats,
+    times: Floats,
+    pitch: tuple[float, float],
+) -> Floats | None:
+    """Return where nothing moves, or None: one implicit Euler step for each time [s].
+
+    Long steps are Newton's; short ones follow the motion of the loop, past kinks too.
+    """
+    for time in times:
+        left = moving(state)
+        if float((np.abs(left) / size).max()) < AT_REST:
+            return state
+        bends = slopes(moving, state, np.ones(len(state))).matrix
+        system = (np.eye(len(state)) / time - bends) * size
+        state = state + np.linalg.lstsq(system / size[:, None], left / size, rcond=1e-12)[0] * size
+        state[1] = min(max(state[1], pitch[0]), pitch[1])
+    return None
 
 
 def measured_speed(plant: SimulatedTurbine) -> int:
