@@ -95,6 +95,9 @@ def _at_rest(
         system = (np.eye(len(state)) / time - bends) * size
         state = state + np.linalg.lstsq(system / size[:, None], left / size, rcond=1e-12)[0] * size
         state[1] = min(max(state[1], pitch[0]), pitch[1])
+        for stop in pitch:
+            if abs(state[1] - stop) < AT_REST:
+                state[1] = stop
     return None
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from takagi.cli.main import main
+from takagi.cli import main as command
 from takagi.models import ModelError
 from takagi.models.files import data_folder
 from takagi.reports.margins import (
@@ -163,13 +163,13 @@ def test_neighbouring_winds_are_a_range() -> None:
 
 
 def test_the_law_and_its_turbine_are_needed(capsys: Capture) -> None:
-    assert main(["check", "c.json", "--gains", "g.json", "--margins", "gain 2"]) == 2
+    assert command.main(["check", "c.json", "--gains", "g.json", "--margins", "gain 2"]) == 2
     assert "--margins needs --gains FILE and --model FILE" in capsys.readouterr().err
 
 
 def test_what_is_asked_wrongly_is_refused_before_the_check(capsys: Capture) -> None:
     asked = ["--gains", "g.json", "--model", "m.toml", "--margins", "gan 2"]
-    assert main(["check", "none.json", *asked]) == 2
+    assert command.main(["check", "none.json", *asked]) == 2
     assert "'gan' is not known" in capsys.readouterr().err
 
 
@@ -189,17 +189,17 @@ def test_the_default_law_has_margins_and_not_any(
     base += ["--model", str(data_folder() / "nrel5mw.toml")]
     base += ["--summary", str(summary), "--junit", str(junit)]
 
-    assert main([*base, "--margins", "gain 1.15, phase 8deg, delay 12ms, disk 0.12"]) == 0
+    assert command.main([*base, "--margins", "gain 1.15, phase 8deg, delay 12ms, disk 0.12"]) == 0
     told = capsys.readouterr().out
     assert "PROVED" in told and "measured, not proved" in told
     assert "measured, not proved" in summary.read_text(encoding="utf-8")
 
-    assert main([*base, "--margins", "gain 1.15, delay 0.1s"]) == 1
+    assert command.main([*base, "--margins", "gain 1.15, delay 0.1s"]) == 1
     told = capsys.readouterr().err
     assert "at 11 m/s" in told and "the delay margin of torque is 0.0" in told
     assert "gain margin" not in told
     assert "the loop that runs has the margins asked" in junit.read_text(encoding="utf-8")
 
     # A whole sample of computation loses the drivetrain's torsion near rated wind.
-    assert main([*base, "--margins", "gain 1.1, computing 20ms"]) == 1
+    assert command.main([*base, "--margins", "gain 1.1, computing 20ms"]) == 1
     assert "where the loop is unstable" in capsys.readouterr().err
