@@ -106,7 +106,8 @@ def _least_winds(rows: Sequence[RunningMargins]) -> set[float]:
     for loop in ("torque", "pitch", "both"):
         alphas = np.array([_alpha(row, loop) for row in rows])
         for wind, alpha in zip(winds, alphas, strict=True):
-            if alpha <= np.nanmin(alphas[np.abs(winds - wind) <= AROUND], initial=math.inf):
+            # Where the machine itself is unstable the other plants tell nothing more.
+            if 0 < alpha <= np.nanmin(alphas[np.abs(winds - wind) <= AROUND], initial=math.inf):
                 found.add(float(wind))
     return found
 

@@ -133,12 +133,8 @@ def modes_met(rows: Sequence[RunningMargins]) -> tuple[str, ...]:
     found = []
     for (loop, name), met in places.items():
         winds = wind_ranges([row.wind for row in met], [row.wind for row in rows])
-        cure = (
-            "less lag before it helps (a higher --speed-filter, less computing time), or a lower "
-            "--bandwidth"
-            if name == "torsion"
-            else "a lower --bandwidth helps"
-        )
+        less_lag = "less lag (a higher corner of the speed's low-pass, less computing time) or "
+        cure = f"{less_lag if name == 'torsion' else ''}a smaller gain helps"
         found.append(
             f"the {name} mode ({frequency[name] / 2 / math.pi:.2f} Hz) lies inside the crossover "
             f"of the {loop} loop at {winds}: {cure}"

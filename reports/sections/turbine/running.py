@@ -59,16 +59,25 @@ def running_section(design: TurbineDesign) -> Section:
         {
             "figures": figures,
             "table": _table(found),
-            "unstable": [
-                f"{row.wind:g} m/s, inertia {row.inertia:g}, {row.wake} wake"
-                for row in rows
-                if row.decay_rate <= 0
-            ],
+            "unstable": _unstable(rows),
             "modes": modes_met(rows),
             "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
             "speed_filter": significant(design.speed_filter) if design.speed_filter else "",
         },
     )
+
+
+def _unstable(rows: Sequence[RunningMargins]) -> list[str]:
+    """Return where the loop is unstable: as the file says, and for another plant alone."""
+    every = [row.wind for row in rows]
+    nominal = {row.wind for row in rows if row.nominal and row.decay_rate <= 0}
+    others = {row.wind for row in rows if row.decay_rate <= 0} - nominal
+    found = []
+    if nominal:
+        found.append(f"at {wind_ranges(sorted(nominal), every)}")
+    if others:
+        found.append(f"with another inertia or wake at {wind_ranges(sorted(others), every)}")
+    return found
 
 
 def _line(loop: str, winds: Floats, found: SearchedMargins) -> MarginLine:
@@ -126,6 +135,8 @@ def _cells(row: RunningMargins, loop: str, plants: Sequence[RunningMargins]) -> 
     found = dict(row.loops)
     if loop not in found:
         return (f"{row.wind:g}", loop, RESTS[loop], *["–"] * 6)
+    if not found[loop].stable:
+        return (f"{row.wind:g}", loop, "unstable", *["–"] * 6)
     every = [found[loop], *(one for p in plants if (one := dict(p.loops).get(loop)) is not None)]
     return (
         f"{row.wind:g}",
