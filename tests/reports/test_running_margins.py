@@ -419,6 +419,21 @@ def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatc
         running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
 
 
+def test_a_rest_that_newton_runs_away_from_is_found_by_following_the_motion() -> None:
+    """x' = -atan x: Newton's steps from 3 grow; a loop that has no rest is told so."""
+
+    def moving(s: Floats) -> Floats:
+        return np.array([-np.arctan(s[0]), -s[1]])
+
+    def found(move: Any, times: Floats) -> Floats | None:
+        return running_rest._at_rest(move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0))
+
+    assert found(moving, running_rest.NEWTON) is None
+    rest = found(moving, running_rest.PATIENT)
+    assert rest is not None and rest == pytest.approx([0.0, 0.0], abs=1e-8)
+    assert found(lambda s: np.array([1.0, -s[1]]), running_rest.PATIENT) is None
+
+
 def test_unknown_wake_is_refused() -> None:
     with pytest.raises(ModelError, match="wake 'still' is not known"):
         linearised_loop(
