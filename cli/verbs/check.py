@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from takagi.certificates.audit.two_checkers import VerdictComparison
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.reports.ci_formats import CheckedFile
+    from takagi.reports.margins.thresholds import AskedMargins
 
 _USAGE = "takagi check [OPTIONS] CERT"
 
@@ -37,6 +38,8 @@ Examples:
   takagi check certificate.json --gains gains.json    the claims are about these very gains
   takagi check certificate.json --gains gains.json --c-source law.c
                                                       so are the numbers and formulas in C
+  takagi check certificate.json --gains gains.json --model nrel5mw --margins "gain 1.5, phase 10deg"
+                                                      a turbine's loop that runs has these margins
   takagi check certificate.json --junit checks.xml    for continuous integration
   takagi check certificate.json --trusted             how much code the verdict rests on
 
@@ -45,9 +48,15 @@ Examples:
 statement that it belongs to has begun. Files that make the sentences are loaded after the last
 verdict, and counted apart.
 
+--margins takes gain (a factor, or dB), phase (deg), delay (s) and disk (alpha of both loops at
+once), and of the program sample (20ms unless given) and computing (0ms unless given). Measured are
+the loops broken at torque and at pitch, with observer, filters, sampling, wake, flap, tower and
+torsion in them, over the winds, for inertia 0.9 to 1.1 and wakes from equilibrium to frozen. They
+are linearised in floating point, and are not proved.
+
 Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model
-file says something else than the certificate, the C file something else than the gain file, or
-with --cross the two checkers differ; 2 a file is
+file says something else than the certificate, the C file something else than the gain file, a
+margin is below what is asked, or with --cross the two checkers differ; 2 a file is
 damaged or cannot be read.
 A claim that the second checker does not replay is named in the last line, in JSON under
 cross.not_replayed, and changes no status.
@@ -61,6 +70,8 @@ def run(arguments: Sequence[str]) -> int:
         options = parser.parse_args(list(arguments))
         if options.c_source and not options.gains:
             parser.error("--c-source needs --gains FILE, the gain file that it was exported from")
+        if options.margins and not (options.gains and options.model):
+            parser.error("--margins needs --gains FILE and --model FILE, the law and its turbine")
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else MISUSE
     return _check(options)
@@ -69,6 +80,8 @@ def run(arguments: Sequence[str]) -> int:
 def _check(options: argparse.Namespace) -> int:
     from takagi.certificates.checker import CertificateError
 
+    # What is asked wrongly is refused before the long work.
+    asked = _asked_margins(options.margins) if options.margins else None
     try:
         checked, trusted = _verdict(options)
     except CertificateError as error:
@@ -87,6 +100,14 @@ def _check(options: argparse.Namespace) -> int:
             print(f"Error: {another}", file=sys.stderr)
             return UNPROVED
         checked.messages.append(line)
+    if asked is not None:
+        below, lines = _margins(asked, options)
+        if below:
+            reason = f"{options.gains}: " + "\n".join([*below, *lines])
+            _write_reports(options, _refused(reason, "the loop that runs has the margins asked"))
+            print(f"Error: {reason}", file=sys.stderr)
+            return UNPROVED
+        checked.messages.extend(lines)
     _write_reports(options, checked)
     if options.json:
         compared = _compared(options) if options.cross else None
@@ -113,6 +134,24 @@ def _c_source(options: argparse.Namespace) -> tuple[str, str]:
         f"{options.gains}"
     )
     return "; ".join(found.differences), line
+
+
+def _asked_margins(written: str) -> AskedMargins:
+    # Imported here, with all that linearises: few ask for it, and it is no trusted code.
+    from takagi.reports.margins.thresholds import asked_margins
+
+    return asked_margins(written)
+
+
+def _margins(
+    asked: AskedMargins, options: argparse.Namespace
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what is below a threshold, and the lines that say what was measured."""
+    from takagi.reports.simulation.filed_margins import filed_margins
+
+    model = _file_of(options.model)
+    assert model is not None  # run() asks for it
+    return filed_margins(asked, options.gains, model)
 
 
 def _needed(error: Exception, options: argparse.Namespace) -> tuple[str, bool]:
@@ -261,6 +300,12 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         type=Path,
         help="a C file of `takagi export --to c` that must hold the gain file's law",
+    )
+    add(
+        "--margins",
+        metavar="TEXT",
+        help="margins that a turbine's loop that runs must have, such as "
+        "'gain 1.5, phase 10deg, delay 15ms'; needs --gains and --model",
     )
     add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
     add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")

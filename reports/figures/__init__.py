@@ -5,6 +5,7 @@
     cells, overlaps          what is certified over wind, and for which overlaps
     equilibria               how often each loop rests
     poles, bode              linear loops over wind
+    running_margins          margins of the loop that runs
     response, scenario       steps and gusts; the paper's scenario
     style, writing           the one style; SVG, PDF and PNG
     captioned_figure         a drawn figure with its caption
@@ -28,12 +29,14 @@ if TYPE_CHECKING:
     from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
     from takagi.reports.figures.poles import poles_figure
     from takagi.reports.figures.response import ResponseLine, response_figure
+    from takagi.reports.figures.running_margins import MarginLine, running_margins_figure
     from takagi.reports.figures.scenario import ScenarioRun, scenario_figure
     from takagi.reports.figures.style import decimate
     from takagi.reports.figures.writing import figure_to_pdf, figure_to_png, figure_to_svg
 
 __all__ = [
     "BodeLine",
+    "MarginLine",
     "OverlapRow",
     "ResponseLine",
     "ScenarioRun",
@@ -51,6 +54,7 @@ __all__ = [
     "power_surface_figure",
     "response_figure",
     "rests_figure",
+    "running_margins_figure",
     "scenario_figure",
     "trim_figure",
 ]

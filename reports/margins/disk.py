@@ -116,8 +116,13 @@ def mimo_disk_margins(
 
     return MimoDiskMargins(
         loop_at_a_time=tuple(entry(i) for i in range(size)),
-        simultaneous=_smallest(response, scaled_bound),
+        simultaneous=disk_of(response),
     )
+
+
+def disk_of(response: LoopResponse) -> DiskMargin:
+    """Return the disk margin of all loops of a response at once, as ``mimo_disk_margins`` does."""
+    return _smallest(response, scaled_bound)
 
 
 def scaled_bound(matrices: Complex) -> Floats:

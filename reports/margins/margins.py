@@ -155,7 +155,7 @@ def _gain_factors(scalar: _Scalar) -> list[tuple[float, float]]:
         found.append((float(-1 / scalar.values[0].real), 0.0))
     end = scalar.response.at_infinity
     if end is not None and end[0, 0].real < 0:
-        found.append((float(-1 / end[0, 0].real), INF))
+        found.append((float(-1 / end[0, 0].real), scalar.response.end))
     return found
 
 

@@ -34,15 +34,18 @@ class LoopResponse:
     ----------
     evaluate : omega (k,) [rad/s] -> L(j omega) (k, m, m).
     frequencies : increasing grid [rad/s]; begins with 0 where L(0) is finite.
-    at_infinity : L(j inf) (m, m), or None where it is not known (sampled responses).
+    at_infinity : L(j inf) (m, m), or None where it is not known (sampled responses); of a loop in
+        discrete time, L at ``end``.
     stable : whether all closed-loop poles lie in the open left half-plane; None where it cannot
         be known (sampled responses).
+    end : the highest frequency [rad/s]: inf, or pi / T of a loop in discrete time.
     """
 
     evaluate: Callable[[Floats], Complex]
     frequencies: Floats
     at_infinity: Complex | None
     stable: bool | None
+    end: float = float("inf")
 
 
 def loop_response(
@@ -97,6 +100,12 @@ def frequency_grid(*matrices: Floats) -> Floats:
     first matrix, that of the open loop, has a pole there.
     """
     modes = np.concatenate([np.linalg.eigvals(a) for a in matrices if a.size] or [np.ones(1)])
+    open_modes = np.linalg.eigvals(matrices[0]) if matrices[0].size else np.ones(1)
+    return grid_of_modes(modes, open_modes)
+
+
+def grid_of_modes(modes: Any, open_modes: Any) -> Floats:
+    """Return ``frequency_grid`` of modes [1/s]; ``open_modes`` are those of the open loop."""
     size = np.abs(modes)
     fast = max(float(size.max()), 1e-6)
     lively = modes[size > ORIGIN * fast]
@@ -112,8 +121,8 @@ def frequency_grid(*matrices: Floats) -> Floats:
     undamped = np.abs(modes[np.abs(modes.real) <= ORIGIN * np.abs(modes)])
     near = np.abs(grid[:, None] - undamped) <= ORIGIN * undamped
     grid = grid[(grid >= low) & ~near.any(axis=1)]
-    open_modes = np.abs(np.linalg.eigvals(matrices[0])) if matrices[0].size else np.ones(1)
-    return grid if open_modes.min() <= ORIGIN * fast else np.concatenate([[0.0], grid])
+    at_origin = np.abs(open_modes).min() <= ORIGIN * fast
+    return grid if at_origin else np.concatenate([[0.0], grid])
 
 
 def largest(
@@ -134,7 +143,7 @@ def largest(
         if -float(found.fun) > best:
             best, where = -float(found.fun), float(found.x)
     if at_infinity is not None and at_infinity > best:
-        return at_infinity, float("inf")
+        return at_infinity, response.end
     return best, where
 
 

@@ -38,12 +38,12 @@ VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "sour
 FIGURES = {
     "wind-class", "power-coefficient", "trim", "gains-partial-load", "gains-full-load", "gains",
     "effort-ramp", "memberships", "cells", "poles", "bode-torque", "bode-pitch",
-    "bode-pitch-frozen", "response-step-up", "response-step-down", "response-gust",
-    "response-ramp",
+    "bode-pitch-frozen", "running-margins", "response-step-up", "response-step-down",
+    "response-gust", "response-ramp",
 }  # fmt: skip
 SECTIONS = (
     "verdict", "model", "regions", "law", "blending", "certificate", "poles", "loops",
-    "responses", "observer", "check", "provenance",
+    "running", "responses", "observer", "check", "provenance",
 )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ regions, gains, blending  regional models; the law; how control is blended
 synthesis_table           gains found in one step against two
 cells                     the certificate cell by cell
 loops, responses          poles and margins; steps and gusts
+running                   margins of the loop that runs
 observer                  the wind observer
 drawings                  figures that only this page has
 """

@@ -51,6 +51,7 @@ def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], S
     from takagi.reports.sections.turbine.observer import observer_section
     from takagi.reports.sections.turbine.regions import regions_section
     from takagi.reports.sections.turbine.responses import responses_section
+    from takagi.reports.sections.turbine.running import running_section
     from takagi.reports.sections.turbine.verdict import verdict_section
 
     return {
@@ -62,6 +63,7 @@ def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], S
         "certificate": lambda: cells_section(design),
         "poles": lambda: poles_section(design),
         "Bode plots and margins": lambda: loops_section(design),
+        "margins of the loop that runs": lambda: running_section(design),
         "responses": lambda: responses_section(design),
         "wind observer": lambda: observer_section(design),
         "how to check": lambda: check_section(

@@ -1,0 +1,224 @@
+"""The loop that runs, linearised: validation plant, observer and law at a steady wind, sampled.
+
+The plant's own right-hand side is differenced at rest and held between samples by the matrix
+exponential; the program (observer, filters, law) is differenced as it runs, sample by sample.  So
+sampling and computation time are in the loop exactly, and no delay is approximated.
+
+The loops are broken where commands leave the program.  The observer reads the torque that the
+program asks for, so it belongs to the program: a factor at the break is a generator or a pitch
+drive that gives more or less than it was told, which the observer does not know.
+
+Everything here is floating point: it is measured, and not proved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import expm
+
+from takagi.models.arrays import Complex, Floats
+from takagi.models.errors import ModelError
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.sampled import SampledLaw, sampled
+from takagi.models.simulation.closed_loop import Observer
+from takagi.models.simulation.dynamics import plant_rate
+from takagi.models.simulation.turbine_plant import SimulatedTurbine
+from takagi.models.turbine.data import Turbine
+from takagi.reports.margins.running_rest import LoopRest, loop_rest, measured_speed
+from takagi.reports.margins.slopes import slopes
+
+# What the wake does: as it is, always in equilibrium, or not at all; the answers of torque to
+# pitch at the two ends are those between which a certificate holds.
+WAKES = ("dynamic", "equilibrium", "frozen")
+# A multiplier of one sample below this is gone.
+GONE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningLoop:
+    """The sampled loop x+ = A x + B u, u = -L's answer, broken at both commands.
+
+    Attributes
+    ----------
+    wind : [m/s].   sample_time : [s].
+    A, B, C : of the broken loop: commands (torque, pitch reference) in, minus what the program
+        answers out, so that the closed loop is x+ = (A - B C) x.
+    scale : of each state, for well-conditioned numbers.
+    kinks : names of the states at which plant or program have two slopes; they are read on one
+        side.
+    rest : what it is linearised at.
+    """
+
+    wind: float
+    sample_time: float
+    A: Floats
+    B: Floats
+    C: Floats
+    scale: Floats
+    kinks: tuple[str, ...]
+    rest: LoopRest
+
+    @property
+    def multipliers(self) -> Complex:
+        """Eigenvalues of one sample of the closed loop, largest first."""
+        values = np.linalg.eigvals(self.A - self.B @ self.C).astype(np.complex128)
+        return values[np.argsort(-np.abs(values))]
+
+    @property
+    def poles(self) -> Complex:
+        """log(multipliers) / T [1/s], slowest first, without what is gone after a sample."""
+        return continuous(self.multipliers, self.sample_time)
+
+
+def continuous(multipliers: Complex, sample_time: float) -> Complex:
+    """Return log(multipliers) / T [1/s], without those that are gone after a sample."""
+    kept = multipliers[np.abs(multipliers) > GONE]
+    return np.asarray(np.log(kept) / sample_time, dtype=np.complex128)
+
+
+def with_inertia(plant: SimulatedTurbine, factor: float) -> SimulatedTurbine:
+    """Return the plant with both inertias times a factor; the torsion mode keeps its frequency."""
+    turbine: Turbine = plant.turbine
+    rotor, generator = factor * turbine.rotor_inertia, factor * turbine.generator_inertia
+    changed = replace(turbine, rotor_inertia=rotor, generator_inertia=generator)
+    return replace(plant, turbine=changed)
+
+
+def linearised_loop(
+    plant: SimulatedTurbine,
+    program: SampledLaw,
+    observer: Observer,
+    wind: float,
+    *,
+    rest: LoopRest | None = None,
+    wake: str = "dynamic",
+    side: int = 1,
+) -> RunningLoop:
+    """Return the loop at a steady wind [m/s].
+
+    Parameters
+    ----------
+    rest : where the loop rests; None looks for it (``loop_rest``).
+    wake : one of ``WAKES``.
+    side : +1 or -1, on which a kink is read that is no stop, such as a node of the law's tables.
+        At a stop (pitch, torque) it is read on the side where the machine can go.
+
+    Raises
+    ------
+    ModelError : an unknown wake, or what ``loop_rest`` refuses.
+    """
+    if wake not in WAKES:
+        raise ModelError(f"wake {wake!r} is not known; choose one of {WAKES}")
+    rest = rest or loop_rest(plant, program.law, observer, wind)
+    n, k = len(rest.plant), len(rest.law)
+    at, rate = np.concatenate([rest.plant, rest.commands]), plant_rate(plant)
+    found = slopes(
+        lambda x: rate(x[:n], float(x[n]), float(x[n + 1]), wind), at, _sides(plant, at, n, side)
+    )
+    names = [*plant.state_names, "torque command", "pitch reference"]
+    kinks = [names[place] for place in found.kinks]
+    A, B = found.matrix[:, :n], found.matrix[:, n:]
+    kept, A, B = _with_wake(plant, A, B, wake)
+    places = (kept.index(measured_speed(plant)), kept.index(1))
+    held_A, held_B, late_B = _held(A, B, program)
+    speed, pitch = rest.plant[measured_speed(plant)], rest.plant[1]
+    inside = np.concatenate([rest.law, rest.observer, [rest.commands[0], speed, pitch]])
+    step = _program_step(program, observer, k)
+    answer = slopes(step, inside, _sides(plant, inside, len(inside) - 2, side, pitch_last=True))
+    inner = [*program.state_names, "estimated speed", "estimated wind", "torque", "speed", "pitch"]
+    kinks += [inner[place] for place in answer.kinks]
+    scale = np.concatenate([rest.plant[kept], inside[:-2]])
+    if late_B.any():
+        scale = np.concatenate([scale, rest.commands])
+    A, B, C = _broken(held_A, held_B, late_B, places, answer.matrix)
+    size = np.maximum(np.abs(scale), 1e-3)
+    return RunningLoop(wind, program.sample_time, A, B, C, size, tuple(dict.fromkeys(kinks)), rest)
+
+
+def _program_step(program: SampledLaw, observer: Observer, k: int) -> Callable[[Floats], Floats]:
+    """Return (law, observer, torque before, speed, pitch) -> (the first three later, commands).
+
+    As ``takagi.models.simulation.closed_loop`` runs it, without the limits of rate.
+    """
+    period = program.sample_time
+    late = program.computation_time / period
+
+    def step(x: Floats) -> Floats:
+        inner, estimator, before = x[:k], x[k:-3], float(x[-3])
+        seen = Measurement(float(x[-2]), float(x[-1]), observer.wind_estimate(estimator))
+        command, later = sampled(program.law, inner, seen, period)
+        mean = command.torque + late * (before - command.torque)
+        rate = observer.state_rate(estimator, seen.rotor_speed, seen.pitch, mean)
+        return np.concatenate([later, estimator + period * rate, [command.torque], command])
+
+    return step
+
+
+def _sides(
+    plant: SimulatedTurbine, at: Floats, n: int, side: int, *, pitch_last: bool = False
+) -> Floats:
+    """Return on which side each coordinate is read at a kink.
+
+    Pitch and its reference at their lower stop go up alone, at the upper one down alone.
+    """
+    turbine, found = plant.turbine, np.full(len(at), float(side))
+    for place in (len(at) - 1,) if pitch_last else (1, n + 1):
+        if at[place] <= turbine.pitch_min:
+            found[place] = 1.0
+        elif at[place] >= turbine.pitch_max:
+            found[place] = -1.0
+    return found
+
+
+def _with_wake(
+    plant: SimulatedTurbine, A: Floats, B: Floats, wake: str
+) -> tuple[list[int], Floats, Floats]:
+    """Return the states that are kept, and the plant with this wake."""
+    place, everything = plant.index("induced wind"), list(range(len(A)))
+    if wake == "dynamic" or place is None:
+        return everything, A, B
+    kept = [k for k in everything if k != place]
+    inner, across = A[np.ix_(kept, kept)], A[np.ix_(kept, [place])]
+    if wake == "frozen":
+        return kept, inner, B[kept]
+    settled = -across / A[place, place]
+    return kept, inner + settled @ A[[place]][:, kept], B[kept] + settled @ B[[place]]
+
+
+def _held(A: Floats, B: Floats, program: SampledLaw) -> tuple[Floats, Floats, Floats]:
+    """Return (A, B, B of the commands before) of one sample, both commands held.
+
+    For the first computation_time of a sample the commands before act.
+    """
+    n, m = B.shape
+
+    def over(time: float) -> tuple[Floats, Floats]:
+        block = np.zeros((n + m, n + m))
+        block[:n, :n], block[:n, n:] = A, B
+        grown = expm(time * block)
+        return grown[:n, :n], grown[:n, n:]
+
+    first, late = over(program.computation_time)
+    rest, soon = over(program.sample_time - program.computation_time)
+    return rest @ first, soon, rest @ late
+
+
+def _broken(
+    A: Floats, B: Floats, late: Floats, places: tuple[int, ...], program: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return the loop, broken at both commands: states plant, program, commands before."""
+    n, inner = len(A), program.shape[1] - 2
+    before = 2 if late.any() else 0
+    size = n + inner + before
+    whole, entry, answer = np.zeros((size, size)), np.zeros((size, 2)), np.zeros((2, size))
+    C = np.eye(n)[list(places)]
+    whole[:n, :n], entry[:n] = A, B
+    whole[n : n + inner, n : n + inner] = program[:inner, :inner]
+    whole[n : n + inner, :n] = program[:inner, inner:] @ C
+    if before:
+        whole[:n, n + inner :], entry[n + inner :] = late, np.eye(2)
+    answer[:, :n], answer[:, n : n + inner] = program[inner:, inner:] @ C, program[inner:, :inner]
+    return whole, entry, -answer

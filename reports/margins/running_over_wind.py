@@ -1,0 +1,211 @@
+"""Margins of the loop that runs, over wind, inertia and wake; its modes beside the crossover.
+
+What can be asked is refused before the long work: a sampling that the modes do not fit in, a wind
+that the observer cannot see.  A mode that the loop crosses over at is named with the margins, since
+it is a loop that runs, with a margin.  All figures are floating point: measured, and not proved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from takagi.models.arrays import Complex
+from takagi.models.errors import ModelError
+from takagi.models.laws.protocol import Law
+from takagi.models.laws.sampled import SampledLaw
+from takagi.models.simulation.closed_loop import Observer
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
+from takagi.models.turbine.data import Turbine
+from takagi.reports.margins.disk import DiskMargin, disk_of
+from takagi.reports.margins.margins import Margins, loop_margins
+from takagi.reports.margins.running_loop import (
+    WAKES,
+    RunningLoop,
+    linearised_loop,
+    with_inertia,
+)
+from takagi.reports.margins.running_rest import loop_rest
+from takagi.reports.margins.sampled_response import BrokenLoops, broken_loops
+
+# (Factor on the inertia, wake): the machine as its file says, then the ends of what is not known.
+NOMINAL = (1.0, "dynamic")
+PLANTS = (NOMINAL, *((factor, wake) for factor in (0.9, 1.1) for wake in WAKES))
+# A loop below this gain at every frequency does nothing.
+SILENT = 1e-6
+# Samples a period of the fastest mode, at least: fewer, and its phase is the sampling's.
+SAMPLES_A_PERIOD = 6.0
+# Around a mode, as a share of its frequency: it is inside the crossover where |L| reaches 1 there.
+NEAR_MODE = 0.15
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A mode that the loop should not meet: its name and frequency [rad/s]."""
+
+    name: str
+    frequency: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningMargins:
+    """The margins of one loop at one wind, for one plant.
+
+    Attributes
+    ----------
+    wind [m/s]; inertia : factor on the nominal one.   wake : one of ``WAKES``.
+    torque, pitch : margins of the loop broken there; None where that command does not answer.
+    both : disk margin of both at once, independent of each other.
+    decay_rate : of the slowest mode of the closed loop [1/s]; negative for an unstable one.
+    modes_met : "torque" or "pitch" -> modes at which that loop's gain reaches 1.
+    kinks : what has two slopes here; the figures are then the worse of the sides looked at.
+    """
+
+    wind: float
+    inertia: float
+    wake: str
+    torque: Margins | None
+    pitch: Margins | None
+    both: DiskMargin
+    decay_rate: float
+    modes_met: tuple[tuple[str, Mode], ...]
+    kinks: tuple[str, ...]
+
+    @property
+    def loops(self) -> tuple[tuple[str, Margins], ...]:
+        """The loops that act, with their names."""
+        named = (("torque", self.torque), ("pitch", self.pitch))
+        return tuple((name, found) for name, found in named if found is not None)
+
+    @property
+    def nominal(self) -> bool:
+        """Whether this is the turbine as its file says."""
+        return (self.inertia, self.wake) == NOMINAL
+
+
+def running_margins(
+    turbine: Turbine,
+    law: Law,
+    observer: Observer,
+    winds: Sequence[float],
+    *,
+    speed_filter: float | None,
+    sample_time: float = 0.02,
+    computation_time: float = 0.0,
+    plants: Sequence[tuple[float, str]] = PLANTS,
+    tell: Tell | None = None,
+) -> tuple[RunningMargins, ...]:
+    """Return the margins of the loop that runs: validation plant, observer, filters, sampling.
+
+    Parameters
+    ----------
+    winds : steady ones [m/s].
+    speed_filter : corner of the low-pass on the measured speed [rad/s]; None for none.
+    sample_time, computation_time : of the program [s], see ``SampledLaw``.
+    plants : (factor on the nominal inertia, one of ``WAKES``); wakes in equilibrium and frozen are
+        the ends of the pitch effectiveness.
+
+    Returns
+    -------
+    One entry a wind and plant, in the order given.
+
+    Raises
+    ------
+    ModelError : a sampling too slow for the modes, or a wind outside cut-in to cut-out or where
+        more wind gives no more torque, so that the observer is blind.
+    NoRest : a ModelError; the loop has no rest at a wind.
+    """
+    program = SampledLaw(law, sample_time, computation_time)
+    plant = replace(validation_plant(turbine), speed_filter=speed_filter)
+    modes = plant_modes(plant)
+    _require_sampling(program, modes)
+    rests = {wind: loop_rest(plant, law, observer, wind) for wind in map(float, winds)}
+    made = {factor: with_inertia(plant, factor) for factor, _ in plants}
+    found = []
+    for wind, rest in rests.items():
+        if tell is not None:
+            tell(f"margins of the loop that runs, {wind:g} m/s")
+        first, *others = _sides(turbine, wind)
+        for factor, wake in plants:
+            at = partial(
+                linearised_loop, made[factor], program, observer, wind, rest=rest, wake=wake
+            )
+            loops = [at(side=first)]
+            if _chosen(loops[0].kinks):
+                loops += [at(side=side) for side in others]
+            rows = [_margins(loop, factor, wake, modes) for loop in loops]
+            found.append(min(rows, key=lambda row: row.both.alpha))
+    return tuple(found)
+
+
+def plant_modes(plant: SimulatedTurbine) -> tuple[Mode, ...]:
+    """Return the tower's and the torsion mode of a plant, those that it has."""
+    turbine, found = plant.turbine, []
+    if plant.tower:
+        found.append(Mode("tower", float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))))
+    if plant.torsion:
+        generator = turbine.gear_ratio**2 * turbine.generator_inertia
+        reduced = turbine.rotor_inertia * generator / turbine.inertia
+        found.append(Mode("torsion", float(np.sqrt(plant.shaft[0] / reduced))))
+    return tuple(found)
+
+
+def _margins(loop: RunningLoop, factor: float, wake: str, modes: Sequence[Mode]) -> RunningMargins:
+    broken = broken_loops(loop)
+    acting = {name: getattr(broken, name) for name in ("torque", "pitch") if _acts(broken, name)}
+    margins = {name: loop_margins(response) for name, response in acting.items()}
+    met = tuple(
+        (name, mode)
+        for name, response in acting.items()
+        for mode in modes
+        if _reaches_one(response.evaluate, mode)
+    )
+    return RunningMargins(
+        wind=loop.wind,
+        inertia=factor,
+        wake=wake,
+        torque=margins.get("torque"),
+        pitch=margins.get("pitch"),
+        both=disk_of(broken.both),
+        decay_rate=-float(loop.poles.real.max()),
+        modes_met=met,
+        kinks=_chosen(loop.kinks),
+    )
+
+
+def _chosen(kinks: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the kinks with a choice of sides; pitch at its stop goes inwards alone."""
+    return tuple(kink for kink in kinks if not kink.startswith("pitch"))
+
+
+def _acts(broken: BrokenLoops, name: str) -> bool:
+    response = getattr(broken, name)
+    return float(np.abs(response.evaluate(response.frequencies[1:])).max()) > SILENT
+
+
+def _reaches_one(evaluate: Callable[..., Complex], mode: Mode) -> bool:
+    near = mode.frequency * np.linspace(1 - NEAR_MODE, 1 + NEAR_MODE, 301)
+    return float(np.abs(evaluate(near)).max()) >= 1.0
+
+
+def _sides(turbine: Turbine, wind: float) -> tuple[int, ...]:
+    """Return on which sides kinks are read: at the ends of the winds, inwards alone."""
+    if wind <= turbine.cut_in:
+        return (1,)
+    return (-1,) if wind >= turbine.cut_out else (1, -1)
+
+
+def _require_sampling(program: SampledLaw, modes: Sequence[Mode]) -> None:
+    for mode in modes:
+        longest = 2 * np.pi / mode.frequency / SAMPLES_A_PERIOD
+        if program.sample_time > longest:
+            raise ModelError(
+                f"the law is sampled every {program.sample_time:g} s, and the {mode.name} mode "
+                f"swings once in {2 * np.pi / mode.frequency:.3g} s: less than "
+                f"{SAMPLES_A_PERIOD:g} samples a swing; sample at least every {longest:.2g} s"
+            )

@@ -1,0 +1,441 @@
+"""Margins of the loop that runs: against the simulation's own steps, and in time."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
+from takagi.models import ModelError, WindObserver
+from takagi.models.laws import Command, EffortSharingLaw, Measurement, SampledLaw
+from takagi.models.simulation import (
+    SimulatedTurbine,
+    WindSeries,
+    closed_loop,
+    dynamics,
+    simulate,
+    validation_plant,
+)
+from takagi.models.turbine import nrel5mw
+from takagi.reports.figures import MarginLine, running_margins_figure
+from takagi.reports.margins import (
+    WAKES,
+    LoopResponse,
+    LoopRest,
+    RunningLoop,
+    broken_loops,
+    disk_margin,
+    linearised_loop,
+    loop_margins,
+    loop_rest,
+    plant_modes,
+    running_margins,
+    running_rest,
+    searched_margins,
+    slopes,
+    with_inertia,
+)
+
+Floats = NDArray[np.float64]
+LAW = Path(__file__).parents[1] / "models" / "openfast" / "swinging_law.json"
+PERIOD = 0.02
+
+
+@lru_cache(maxsize=1)
+def swinging() -> tuple[EffortSharingLaw, WindObserver]:
+    """The law that swings in OpenFAST with a wind filter of 0.05 s, and its observer."""
+    stated = json.loads(LAW.read_text(encoding="utf-8"))["observer"]
+    observer = WindObserver(nrel5mw(), float(stated["l1"]), float(stated["l2"]))
+    return effort_sharing_law_from_data(read_law(LAW)), observer
+
+
+def law_with(wind_filter: float) -> EffortSharingLaw:
+    return replace(swinging()[0], wind_filter=wind_filter)
+
+
+@lru_cache(maxsize=4)
+def plant(speed_filter: float | None = 8.0) -> SimulatedTurbine:
+    return replace(validation_plant(nrel5mw()), speed_filter=speed_filter)
+
+
+def measured(machine: SimulatedTurbine) -> int:
+    """The place of the measured speed."""
+    place = machine.index("filtered")
+    assert place is not None
+    return place
+
+
+def scalar_loop(A: Any, B: Any, C: Any, period: float = 0.1) -> LoopResponse:
+    """A loop at the torque alone; the pitch does nothing."""
+    size = len(A)
+    entry, answer = np.zeros((size, 2)), np.zeros((2, size))
+    entry[:, 0], answer[0] = B, C
+    rest = LoopRest(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2))
+    ones = np.ones(size)
+    return broken_loops(
+        RunningLoop(0.0, period, np.array(A, dtype=float), entry, answer, ones, (), rest)
+    ).torque
+
+
+# --- loops whose margins are known ---------------------------------------------------------------
+
+
+def test_sampled_integrator_has_its_textbook_margins() -> None:
+    """L = k T / (z - 1), Franklin, Powell & Workman: unstable from k T = 2, at pi / T."""
+    gain, period = 4.0, 0.1
+    found = loop_margins(scalar_loop([[1.0]], [gain * period], [1.0], period))
+    assert found.gain_increase == pytest.approx(2 / (gain * period))
+    assert found.gain_increase_frequency == pytest.approx(np.pi / period)
+    # |L| = 1 at 2 sin(w T / 2) = k T, where the phase is -(pi + w T) / 2.
+    crossing = 2 / period * np.arcsin(gain * period / 2)
+    assert found.crossover == pytest.approx(crossing)
+    assert found.phase == pytest.approx((np.pi - crossing * period) / 2)
+    assert found.delay == pytest.approx(found.phase / crossing)
+    # S - 1/2 = (z - 1 - kT) / (z - 1 + kT) / 2 is largest at z = -1.
+    assert found.disk.alpha == pytest.approx(2 * (2 - gain * period) / (2 + gain * period))
+
+
+def test_a_delay_of_whole_samples_is_exact() -> None:
+    """The loop bears as many late samples as its delay margin holds, and no more."""
+    gain, period = 1.5, 0.1
+    margin = loop_margins(scalar_loop([[1.0]], [gain * period], [1.0], period)).delay
+
+    def grows(samples: int) -> bool:
+        late = np.diag(np.ones(samples), 1)
+        late[0, 0], late[-1, 0] = 1.0, -gain * period
+        late[:-1, 0] = 0.0
+        A = np.zeros((samples + 1, samples + 1))
+        A[0, 0] = 1.0
+        if samples:
+            A[0, 1] = gain * period
+            A[np.arange(1, samples), np.arange(2, samples + 1)] = 1.0
+            A[samples, 0] = -1.0
+        else:
+            A[0, 0] -= gain * period
+        return float(np.abs(np.linalg.eigvals(A)).max()) > 1
+
+    assert not grows(int(margin / period))
+    assert grows(int(margin / period) + 1)
+
+
+def test_fast_sampling_gives_the_published_disk_margin() -> None:
+    """L = 25 / (s^3 + 10 s^2 + 10 s + 10): alpha = 0.46, Seiler, Packard & Gahinet (2020)."""
+    import control
+
+    system = control.ss(control.tf(25, [1, 10, 10, 10]))
+    sampled = control.c2d(system, 1e-4)
+    found = disk_margin(scalar_loop(sampled.A, sampled.B[:, 0], sampled.C[0], 1e-4))
+    assert found.alpha == pytest.approx(disk_margin(system).alpha, rel=1e-3)
+    assert found.alpha == pytest.approx(0.46, abs=0.005)
+
+
+# --- slopes --------------------------------------------------------------------------------------
+
+
+def test_a_stop_has_the_slope_of_the_side_that_is_allowed() -> None:
+    """max(x, 0) has slope 1 upwards and 0 downwards, and never the mean."""
+
+    def stopped(x: Floats) -> Floats:
+        return np.array([max(x[0], 0.0) + 3 * x[1], x[1] ** 2])
+
+    up = slopes.slopes(stopped, np.array([0.0, 2.0]), np.ones(2))
+    down = slopes.slopes(stopped, np.array([0.0, 2.0]), -np.ones(2))
+    assert up.kinks == down.kinks == (0,)
+    assert up.matrix == pytest.approx(np.array([[1, 3], [0, 4]]), abs=1e-6)
+    assert down.matrix == pytest.approx(np.array([[0, 3], [0, 4]]), abs=1e-6)
+    away = slopes.slopes(stopped, np.array([0.1, 2.0]), np.ones(2))
+    assert away.kinks == ()
+
+
+# --- against the simulation ----------------------------------------------------------------------
+
+
+def simulated_step(program: SampledLaw, wind: float, rest: LoopRest) -> Any:
+    """Return the multipliers of one sample of ``simulate``, differenced as a whole.
+
+    With its own program step, rate limits and Runge-Kutta steps; commands before included.
+    """
+    machine, observer, run = plant(), swinging()[1], dynamics.dynamics(plant())
+    n, k, inner = len(rest.plant), len(rest.law), 2
+    late = round(inner * program.computation_time / program.sample_time)
+    at = np.concatenate([rest.plant, rest.law, rest.observer, rest.commands])
+
+    def step(s: Floats) -> Floats:
+        before = Command(float(s[-2]), float(s[-1]))
+        state, estimate = s[:n].copy(), s[n + k : -2]
+        seen = Measurement(
+            float(state[measured(machine)]),
+            float(state[1]),
+            observer.wind_estimate(estimate),
+        )
+        within = program.start(wind, before)._replace(law_state=s[n : n + k])
+        command, later = program.step(within, seen)
+        torque, _ = closed_loop._limit_torque(
+            machine, before.torque, command.torque, program.sample_time
+        )
+        mean = torque + late / inner * (before.torque - torque)
+        rate = observer.state_rate(estimate, seen.rotor_speed, seen.pitch, mean)
+        sent = np.array([*before, torque, command.pitch])
+        winds = np.full(2 * inner + 1, wind)
+        moved = run.advance(state, sent, late, winds, program.sample_time / inner)
+        after = [moved, later.law_state, estimate + program.sample_time * rate]
+        return np.concatenate([*after, [torque, command.pitch]])
+
+    assert step(at) == pytest.approx(at, rel=1e-7, abs=1e-7)
+    sizes = 2e-6 * np.maximum(np.abs(at), 0.1)
+    # A blade that stands at its stop can only leave it, and only begin to move upwards.
+    stopped = {1, 2} if at[1] <= machine.turbine.pitch_min else set()
+    columns = []
+    for place, unit in enumerate(np.diag(sizes)):
+        below, width = (at, 1) if place in stopped else (at - unit, 2)
+        columns.append((step(at + unit) - step(below)) / (width * sizes[place]))
+    return slow(np.linalg.eigvals(np.array(columns).T))
+
+
+def slow(multipliers: Any) -> Any:
+    """Return the multipliers that are left after some samples, in a fixed order."""
+    return np.sort_complex(multipliers[np.abs(multipliers) > 0.3])
+
+
+@pytest.mark.parametrize("computing", [0.0, 0.01, 0.02])
+@pytest.mark.parametrize("wind", [6.1, 10.1, 11.3, 12.1, 18.1, 24.1])
+def test_poles_are_those_of_the_simulation(wind: float, computing: float) -> None:
+    program = SampledLaw(law_with(5.0), PERIOD, computing)
+    loop = linearised_loop(plant(), program, swinging()[1], wind)
+    # What remains is the simulation's integration error of its fastest mode.
+    simulated = simulated_step(program, wind, loop.rest)
+    assert slow(loop.multipliers) == pytest.approx(simulated, abs=1e-5)
+
+
+def test_sampling_hardly_moves_the_slow_poles() -> None:
+    poles = [
+        linearised_loop(plant(), SampledLaw(law_with(5.0), T), swinging()[1], 12.1).poles[:1]
+        for T in (0.02, 0.01)
+    ]
+    assert poles[0] == pytest.approx(poles[1], rel=1e-3)
+
+
+@dataclass(frozen=True, eq=False)
+class Actuated:
+    """A law and an observer where an actuator gives ``gain`` times what moves from its rest.
+
+    The observer reads what was asked, as a program does.
+    """
+
+    law: EffortSharingLaw
+    observer: WindObserver
+    rest: Floats
+    gains: tuple[float, float]
+
+    @property
+    def name(self) -> str:
+        return self.law.name
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        return self.law.state_names
+
+    def initial_state(self, *at: float) -> Floats:
+        return self.law.initial_state(*at) if len(at) == 1 else self.observer.initial_state(*at)
+
+    def wind_estimate(self, state: Floats) -> float:
+        return self.observer.wind_estimate(state)
+
+    def state_rate(self, state: Floats, *seen: Any) -> Floats:
+        if len(seen) == 1:
+            return self.law.state_rate(state, *seen)
+        speed, pitch, torque = seen
+        asked = self.rest[0] + (torque - self.rest[0]) / self.gains[0]
+        return self.observer.state_rate(state, speed, pitch, asked)
+
+    def command(self, state: Floats, measurement: Measurement) -> Command:
+        return self._given(self.law.command(state, measurement))
+
+    def sample(
+        self, state: Floats, measurement: Measurement, time: float
+    ) -> tuple[Command, Floats]:
+        command, later = self.law.sample(state, measurement, time)
+        return self._given(command), later
+
+    def _given(self, asked: Command) -> Command:
+        return Command(
+            *(r + g * (c - r) for r, g, c in zip(self.rest, self.gains, asked, strict=True))
+        )
+
+
+@pytest.mark.parametrize(
+    ("wind", "loop", "computing"),
+    [(8.1, "torque", 0.0), (11.1, "torque", 0.01), (13.1, "pitch", 0.0), (18.1, "pitch", 0.02)],
+)
+def test_the_gain_margin_is_where_the_simulation_begins_to_grow(
+    wind: float, loop: str, computing: float
+) -> None:
+    law, observer, place = law_with(5.0), swinging()[1], ("torque", "pitch").index(loop)
+    program = SampledLaw(law, PERIOD, computing)
+    found = linearised_loop(plant(), program, observer, wind)
+    margins = loop_margins(getattr(broken_loops(found), loop))
+    swing = 2 * np.pi / margins.gain_increase_frequency
+
+    def growth(factor: float) -> float:
+        """Of the measured speed's swing, from one third of the time to the next."""
+        gains = [1.0, 1.0]
+        gains[place] = factor * margins.gain_increase
+        acted = Actuated(law, observer, found.rest.commands, (gains[0], gains[1]))
+        time = np.arange(0.0, 60 * swing, PERIOD)
+        speed = np.where((time > swing) & (time < 2 * swing), wind + 1e-4, wind)
+        history = simulate(
+            plant(), replace(program, law=acted), WindSeries(time, speed), observer=acted
+        )
+        moved = np.diff(history.plant_states[:, measured(plant())])
+        parts = np.array_split(moved[len(moved) // 10 :], 3)
+        return float(np.abs(parts[2]).max() / np.abs(parts[1]).max())
+
+    assert growth(0.9) < 0.9
+    assert growth(1.1) > 1.1
+
+
+# --- what is known of the laws -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wind", [12.0, 12.1])
+def test_the_law_that_swings_in_openfast_has_no_margins(wind: float) -> None:
+    both = {
+        wind_filter: running_margins(
+            nrel5mw(),
+            law_with(wind_filter),
+            swinging()[1],
+            [wind],
+            speed_filter=8.0,
+            plants=[(1.0, "dynamic")],
+        )[0]
+        for wind_filter in (0.05, 5.0)
+    }
+    assert both[0.05].decay_rate < 0 and both[0.05].both.alpha == 0
+    assert [m.gain_increase for _, m in both[0.05].loops] == [1.0]
+    assert both[5.0].decay_rate > 0 and both[5.0].both.alpha > 0.3
+
+
+def test_the_fast_pole_of_an_unfiltered_estimate_is_the_machine_s() -> None:
+    """Feed-forward of the estimate's rate to torque: 5 1/s, in the simulation's steps too."""
+    program = SampledLaw(law_with(0.05), PERIOD)
+    loop = linearised_loop(plant(), program, swinging()[1], 10.1)
+    assert loop.poles[0].real > 1.0
+    simulated = simulated_step(program, 10.1, loop.rest)
+    assert np.abs(simulated).max() == pytest.approx(np.abs(loop.multipliers[0]), rel=1e-5)
+
+
+def test_pitch_at_its_stop_is_no_loop_and_its_reference_goes_up_alone() -> None:
+    (row,) = running_margins(
+        nrel5mw(),
+        law_with(5.0),
+        swinging()[1],
+        [8.0],
+        speed_filter=8.0,
+        plants=[(1.0, "dynamic")],
+    )
+    assert row.pitch is None and row.torque is not None
+    loop = linearised_loop(plant(), SampledLaw(law_with(5.0), PERIOD), swinging()[1], 8.0)
+    assert "pitch reference" in loop.kinks
+    free = linearised_loop(plant(), SampledLaw(law_with(5.0), PERIOD), swinging()[1], 14.1)
+    # A pitch drive answers its reference the same at its stop, on the side it may go to.
+    assert loop.B[1, 1] == pytest.approx(free.B[1, 1], rel=1e-4)
+
+
+def test_modes_at_the_crossover_are_named() -> None:
+    tower, torsion = plant_modes(plant())
+    assert (tower.name, torsion.name) == ("tower", "torsion")
+    assert tower.frequency / 2 / np.pi == pytest.approx(0.324, abs=0.02)
+    (row,) = running_margins(
+        nrel5mw(),
+        law_with(5.0),
+        swinging()[1],
+        [10.1],
+        speed_filter=None,
+        plants=[(1.0, "dynamic")],
+    )
+    assert [(loop, mode.name) for loop, mode in row.modes_met] == [("torque", "torsion")]
+
+
+def test_wakes_and_inertia_change_what_they_should() -> None:
+    program, observer = SampledLaw(law_with(5.0), PERIOD), swinging()[1]
+    rest = loop_rest(plant(), program.law, observer, 14.1)
+    size = {}
+    for wake in WAKES:
+        loop = linearised_loop(plant(), program, observer, 14.1, rest=rest, wake=wake)
+        size[wake] = abs(broken_loops(loop).pitch.evaluate(np.array([0.3]))[0, 0, 0])
+    assert size["equilibrium"] < size["dynamic"] < size["frozen"]
+    heavy = with_inertia(plant(), 1.1)
+    assert heavy.turbine.inertia == pytest.approx(1.1 * plant().turbine.inertia)
+    assert plant_modes(heavy)[1].frequency == pytest.approx(plant_modes(plant())[1].frequency)
+
+
+def test_all_winds_are_searched_and_all_plants_where_it_counts() -> None:
+    """Between whole winds the least disk margin of the pitch loop is found, near rated wind."""
+    turbine = replace(nrel5mw(), cut_in=11.0, cut_out=13.0)
+    found = searched_margins(turbine, law_with(5.0), swinging()[1], speed_filter=8.0)
+    assert found.whole == (11.0, 12.0, 13.0) and found.none == ()
+    assert found.least and all(11.0 < wind < 12.0 for wind in found.least)
+    for wind in (*found.whole, *found.least):
+        plants = {(row.inertia, row.wake) for row in found.rows if row.wind == wind}
+        assert len(plants) == 7
+    pitch = {row.wind: row.pitch.disk.alpha for row in found.rows if row.nominal and row.pitch}
+    assert min(pitch, key=pitch.__getitem__) in (*found.least, *found.whole)
+
+
+def test_the_picture_needs_a_line_and_as_many_figures_as_winds() -> None:
+    winds = np.array([8.0, 9.0, 10.0])
+    some = dict.fromkeys(("gain", "phase", "delay", "disk"), np.array([2.0, np.inf, np.nan]))
+    drawn = running_margins_figure(winds, [MarginLine("torque", some, some)])
+    assert len(drawn.axes) == 4
+    with pytest.raises(ModelError, match="no loops were given"):
+        running_margins_figure(winds, [])
+    with pytest.raises(ModelError, match="torque, gain"):
+        running_margins_figure(winds[:2], [MarginLine("torque", some, some)])
+
+
+# --- what is refused -----------------------------------------------------------------------------
+
+
+def test_slow_sampling_is_refused_with_what_fits() -> None:
+    with pytest.raises(ModelError, match=r"torsion mode swings once.*sample at least every 0\.1 s"):
+        running_margins(
+            nrel5mw(), law_with(5.0), swinging()[1], [12.0], speed_filter=8.0, sample_time=0.2
+        )
+
+
+def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stalled(*_: object) -> tuple[float, float, float]:
+        return 0.0, 0.0, -1e4
+
+    monkeypatch.setattr(running_rest, "rotor_torque_gradient", stalled)
+    with pytest.raises(ModelError, match=r"at 9 m/s more wind gives no more torque.*set-point"):
+        running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
+
+
+def test_a_rest_that_newton_runs_away_from_is_found_by_following_the_motion() -> None:
+    """x' = -atan x: Newton's steps from 3 grow; a loop that has no rest is told so."""
+
+    def moving(s: Floats) -> Floats:
+        return np.array([-np.arctan(s[0]), -s[1]])
+
+    def found(move: Any, times: Floats) -> Floats | None:
+        return running_rest._at_rest(move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0))
+
+    assert found(moving, running_rest.NEWTON) is None
+    rest = found(moving, running_rest.PATIENT)
+    assert rest is not None and rest == pytest.approx([0.0, 0.0], abs=1e-8)
+    assert found(lambda s: np.array([1.0, -s[1]]), running_rest.PATIENT) is None
+
+
+def test_unknown_wake_is_refused() -> None:
+    with pytest.raises(ModelError, match="wake 'still' is not known"):
+        linearised_loop(
+            plant(), SampledLaw(law_with(5.0), PERIOD), swinging()[1], 9.0, wake="still"
+        )
