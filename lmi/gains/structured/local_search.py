@@ -145,7 +145,7 @@ def _at(search: StepSearch, level: tuple[float, float]) -> StepSearch:
 
 
 def _further(search: StepSearch, spot: StructuredPoint, best: StructuredPoint) -> StructuredPoint:
-    """Return the best point beyond a step on its line; the inner approximation keeps steps short."""
+    """Return the best point beyond a step; the inner approximation makes steps too short."""
     direction, length = best.F - spot.F, 1.0
     for _ in range(DOUBLED):
         length *= 2.0
