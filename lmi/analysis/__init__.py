@@ -1,7 +1,7 @@
-"""Conditions about a given loop, one a file: each has a builder that solves nothing.
+"""Conditions on a given loop, one in each file, with a builder that solves nothing.
 
 common_quadratic, norm_bounded    one P for all vertices; also for uncertain models
-decay_rate, slow_modes     the largest decay rate; vertices that decay too slowly by themselves
+decay_rate, slow_modes the largest decay rate; single vertices that decay too slowly
 impossibility, mean_states    why there is no common P; where a loop of high gain has a margin
 pole_region                eigenvalues of every blend in a region of the complex plane
 interval_matrices          interval families, without a list of their corners

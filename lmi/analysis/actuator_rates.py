@@ -33,7 +33,7 @@ from takagi.lmi.argument_checks import (
 from takagi.lmi.condition.term import Array
 from takagi.models.errors import ModelError
 
-# Rules for which the corners of the set of membership rates, r 2^(r-1), are still listed.
+# The most rules for which the corners of the set of membership rates are listed, about r 2^(r-1).
 MOST_RULES = 12
 
 
@@ -54,8 +54,8 @@ def input_rate_bound(
     model : A (r, n, n) and B (r, n, m).
     gains : K, (r, m, n), of u = -sum_j h_j K_j x; (m, n) for the same in every rule.
     P : (n, n), positive definite.
-    rate_bounds : phi, (r,), |h_j'| <= phi_j in 1/s; needed in continuous time where the gains
-        differ, for without it u can jump.
+    rate_bounds : phi, (r,), |h_j'| <= phi_j in 1/s; needed in continuous time if the gains differ,
+        because u can jump if the memberships can.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def input_rate_bound(
 def input_rate_rows(A: Array, B: Array, K: Array, *, discrete: bool = False) -> Array:
     """Return the rows c of the module for constant memberships, (T, m, n).
 
-    In discrete time those of memberships that jump.
+    In discrete time the rows are those of memberships that may jump.
     """
     if len(K) == 1 or np.all(K == K[:1]):
         closed = A - B @ K[:1]
@@ -155,7 +155,7 @@ def _largest_of_rates(K: Array, phi: Array, Q: Array) -> Array:
     """Return (m,): a bound on |sum_j h_j' K_j x|."""
     if len(K) <= MOST_RULES:
         return _largest(np.tensordot(membership_corners(phi), K, axes=1), Q)
-    # As the rates sum to zero, any one gain may be taken off all of them.
+    # The rates sum to zero, so the same gain may be subtracted from all gains.
     apart = np.stack([_norms(K - other, Q) for other in (*K, K.mean(axis=0))])
     return np.asarray((phi[:, None] * apart).sum(axis=1).min(axis=0))
 

@@ -1,4 +1,4 @@
-"""How much the box of a model may grow before one quadratic function no longer serves it."""
+"""How much the box of a model may grow until one quadratic function no longer shows its decay."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from takagi.lmi.parameter_search.largest_parameter import Extreme, extreme_param
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 
-# Of the matrices that do not move with the box: rounding only.
+# Tolerance of the matrices that do not change with the box; it only allows for rounding.
 STILL = 1e-13
 ROUNDS, ADDED = 40, 12
 
@@ -40,9 +40,9 @@ def max_box_enlargement(
     """Return the largest theta, and its P, with P common to all A_0 + theta (A_i - A_0).
 
     V = x' P x decays as V' <= -2 alpha V (discrete: V+ <= e^(-2 alpha T) V) for every blend of
-    the enlarged vertices, however fast it varies.  theta = 1 is the model as it is; 1.2 that its
-    box may grow by a fifth about the nominal point; below 1 the box itself is not shown.  With
-    gains u = -K x, B grows as A does, and K is, by ``law``,
+    the enlarged vertices, however fast it varies.  theta = 1 is the given model; with 1.2 its box
+    may grow by a fifth about the nominal point; below 1 decay is not shown for the whole box of the
+    model.  With gains u = -K x, B grows as A does, and K is, by ``law``,
 
     - "independent": any blend of the K_j at any time, which covers every law with these gains;
     - "stretched": sum_j h_j K_j with the memberships of the enlarged box, as if the law were made
@@ -72,7 +72,8 @@ def max_box_enlargement(
     by the tolerance at most, or by a thousandth where less was asked for.  Where the search stops
     farther from it the status is "unknown", the diagnosis has both numbers, and ``feasible`` the P
     that shows the smaller one.
-    "infeasible" when no P serves even the nominal point, or, where theta is at least 1, the box.
+    "infeasible" if there is no P even for the nominal point, or, if theta is at least 1, for the
+    box.
 
     Not promised: that the plant is what the vertices say outside the model's box.  The vertices
     of a sector model grow as its premises' ranges do, not as the ranges of the states.
@@ -122,8 +123,8 @@ def wide_box(
 ) -> Answer:
     """Return the P that shows the widest box that was found, whether or not it is the widest.
 
-    As ``max_box_enlargement``, for those who claim no more than what P shows: the bound may be far
-    above it.
+    As ``max_box_enlargement``, for callers that only need a P and its enlargement: the upper bound
+    may be far above it.
     """
     alpha = float(number("decay_rate", decay_rate))
     tolerance = float(number("tolerance", tolerance, at_least=1e-12))
@@ -160,7 +161,7 @@ def wide_box(
 def _search(
     family: EnlargedLoops, P: Floats, alpha: float, step: float | None, tolerance: float
 ) -> tuple[Extreme, list[Try]]:
-    """Return the least mu over all matrices: few are given to the solver, all are looked at."""
+    """Return the least mu over all matrices; the solver gets a few of them, and all are checked."""
     count = len(family.base)
     allowed = growth_allowed(family, P, decay_rate=alpha, sample_time=step)
     chosen = np.arange(count) if count <= ALL_AT_ONCE else np.argsort(allowed)[:ADDED]

@@ -119,9 +119,9 @@ def common_lyapunov(
 ) -> Answer:
     """Return a candidate P with A_i' P + P A_i + 2 alpha P < 0 at every vertex.
 
-    Discrete time: A_i' P A_i - e^(-2 alpha T) P < 0.  P is the one whose smaller margin, of P in
-    0 < P <= I and of the vertex inequalities, is largest in balanced states: the best conditioned
-    for what it shows.
+    Discrete time: A_i' P A_i - e^(-2 alpha T) P < 0.  P maximises, in balanced states, the smaller
+    of two margins: that of P > 0 with P <= I, and that of the vertex inequalities. So P is well
+    conditioned.
 
     Parameters
     ----------
@@ -134,9 +134,10 @@ def common_lyapunov(
 
     Returns
     -------
-    An ``Answer``; a no comes with multipliers and a diagnosis.  Nothing is proved: floating point
-    decides.  Where no margin is seen in the scaled states, P is looked for in those in which the
-    mean of the vertices falls evenly (``coordinates`` is None then), as gains of 1e5 need it.
+    An ``Answer``; a no comes with multipliers and a diagnosis. Nothing is proved: floating point
+    decides. If no margin is found in the scaled states, P is sought in states in which the mean of
+    the vertices decays equally in all directions (``coordinates`` is None then). Loops with gains
+    of 1e5 need this.
 
     Raises
     ------
@@ -152,7 +153,8 @@ def common_lyapunov(
     if hopeless is not None:
         return _no_by_one_vertex(scaled, alpha, s, hopeless, step)
     pose = common_lyapunov_condition if step is None else _sampled(scaled, step)
-    # Other states settle more, and sooner, than other solvers: those are asked last.
+    # A change of states decides more cases, and in less time, than other solvers do; so other
+    # solvers are called last.
     condition, outcome = decide_by_rounds(scaled, alpha, pose, most=1)
     if outcome.status == "unknown":
         there = _where_the_mean_falls(A, s, alpha, step)
@@ -167,7 +169,8 @@ def common_lyapunov(
 def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None) -> Answer | None:
     """Return the answer in states in which the mean falls evenly; None where it does not fall.
 
-    Only a candidate counts: rounded in other states, the vertices are others.
+    Only a candidate counts. The vertices are rounded in these states, so a no would be about
+    slightly different vertices.
     """
     scaled = A * s / s[:, None]
     T = states_of_mean(scaled, alpha, step)

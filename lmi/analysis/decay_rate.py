@@ -1,4 +1,4 @@
-"""The largest decay rate one quadratic function can show: a generalised eigenvalue problem."""
+"""The largest decay rate that one quadratic function shows: a generalised eigenvalue problem."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 
 ROUNDS, ADDED = 40, 12
-# The search begins anew in coordinates where the last P is the identity, so often, each time
-# with so many steps: near a rate that is not attained P degenerates and the numbers with it.
+# The search starts again in coordinates where the last P is the identity: so many times, each time
+# with so many steps. This is needed because P becomes singular near a rate that is not attained.
 ATTEMPTS, STEPS = 12, 6
-# The bound is a look just beyond the rate, up to two hairs above it.
+# The search ends when the upper bound is at most this many tolerances above the rate.  The bound
+# is computed up to two tolerances above the rate, so this must be more than 2.
 ENOUGH = 4.0
 # Reciprocal condition number of P, in balanced states, below which it is not used.
 WORST = 1e-8
@@ -114,8 +115,8 @@ def fast_decay(
 ) -> Answer:
     """Return the P that shows the fastest decay that was found, whether or not it is the largest.
 
-    As ``max_decay_rate``, for those who want a P that decays fast and claim no more of it: the
-    bound may be far above the rate.
+    As ``max_decay_rate``, for callers that only need a P with fast decay: the upper bound may be
+    far above the rate.
     """
     A = vertex_stack(model).astype(np.float64)
     step = sample_time_of(model, sample_time)
@@ -143,7 +144,7 @@ def fast_decay(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """Vertices in balanced states, the sample time, what is near enough, and their size [1/s]."""
+    """Vertices in balanced states, the sample time, the tolerance, and the vertices' size [1/s]."""
 
     A: Floats
     step: float | None
@@ -151,13 +152,14 @@ class _Search:
     size: float
 
     def hair(self, rate: float) -> float:
-        """Return the difference in rate that does not matter."""
+        """Return the absolute tolerance of the rate."""
         return self.tolerance * max(abs(rate) if np.isfinite(rate) else 0.0, 1e-3 * self.size)
 
     def slowest_mode(self) -> float:
         """Return the rate of the slowest mode of any vertex, which no P exceeds.
 
-        Raised by what rounding can do to the eigenvalue, which is most for a defective one.
+        It is increased by the possible rounding error of the eigenvalue; a defective eigenvalue has
+        the largest one.
         """
         n = self.A.shape[1]
         values = np.linalg.eigvals(self.A)
@@ -174,7 +176,7 @@ class _Search:
         for _ in range(ATTEMPTS):
             better, bound = self._attempt(A, P, tries)
             upper = min(upper, bound)
-            # Near a supremum that is not attained P degenerates, and shows nothing any more.
+            # Near a supremum that is not attained P is almost singular, and shows no rate any more.
             usable = np.linalg.eigvalsh(better)[0] > WORST
             gained = rate_of(A, better, step=self.step) - rate if usable else -np.inf
             if gained > 0:
@@ -210,12 +212,12 @@ class _Search:
         return float(-np.log(value) / (2 * self.step)) if value > 0 else np.inf
 
     def _difference(self, value: float) -> float:
-        """Return the difference in the parameter that does not matter."""
+        """Return the absolute tolerance of the parameter."""
         hair = self.hair(self._rate(value))
         return hair if self.step is None else float(value * np.expm1(2 * self.step * hair))
 
     def centre(self, chosen: Floats, P: Floats) -> tuple[Condition, Outcome]:
-        """Return the best conditioned P a hair below the rate, with its check over all."""
+        """Return the best conditioned P just below the rate, checked at all vertices."""
         rate = rate_of(self.A, P, step=self.step)
         aim = rate - self.hair(rate) if np.isfinite(rate) else 0.0
         condition = common_lyapunov_condition(chosen, decay_rate=aim, sample_time=self.step)

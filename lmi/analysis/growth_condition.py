@@ -6,9 +6,9 @@ Of matrices G_k + s D_k (``loop_growth``) with s > 0 and mu = 1 / s,
     discrete     mu [ -He(P N_k) - (1 - rho^2) P   *  ]  +  [ -He(P D_k)   *  ]  > 0
                     [ P N_k                        P  ]     [ P D_k        0  ]
 
-with N_k = G_k - I and rho = e^(-alpha T), say that V = x' P x decays as V' <= -2 alpha V (V+ <=
-rho^2 V); what mu multiplies says so of the nominal matrices.  By convexity P then serves every
-smaller s, so the least mu is sought.
+with N_k = G_k - I and rho = e^(-alpha T), mean that V = x' P x decays as V' <= -2 alpha V (V+ <=
+rho^2 V) for G_k + s D_k; the terms with mu alone mean the same for the nominal matrices.  By
+convexity P then serves every smaller s, so the least mu is sought.
 
 The second is a congruence, with [I, -I; 0, I], of mu [rho^2 P, *; P G, P] + [0, *; P D, 0].  Its
 first block, of the order of what happens in one step, is measured in e, about that size, so that
@@ -178,7 +178,7 @@ def _root_of_step(loops: EnlargedLoops) -> float:
 def growth_allowed(
     loops: EnlargedLoops, P: Floats, *, decay_rate: float = 0.0, sample_time: float | None = None
 ) -> Floats:
-    """Return (N,), the s up to which P shows the rate of base_k + s direction_k; inf without end.
+    """Return (N,), the s up to which P shows the rate of base_k + s direction_k; inf if for all s.
 
     By eigenvalues; nan where it does not even at s = 0.
     """

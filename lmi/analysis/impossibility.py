@@ -1,10 +1,11 @@
-r"""When no common P exists: multipliers that say so.
+r"""Multipliers that show that no common P exists.
 
     continuous   find 0 <= Z_i <= I with  sum_i (A_i Z_i + Z_i A_i' + 2 alpha Z_i) >= t I,  t > 0,
     discrete     find 0 <= Z_i <= I with  sum_i (A_i Z_i A_i' - e^(-2 alpha T) Z_i) >= t I,  t > 0.
 
-For any P > 0 with A_i'P + PA_i + 2 alpha P < 0, or A_i'P A_i < e^(-2 alpha T) P, the trace of P
-times the sum would be negative by the one and positive by the other.
+If such Z_i exist, there is no P > 0 with A_i'P + PA_i + 2 alpha P < 0, or A_i'P A_i < e^(-2 alpha
+T) P, at all vertices. The trace of P times the sum would be negative by these inequalities, and
+positive by those on Z_i.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.2.3 (theorems of alternatives).
 """

@@ -31,7 +31,7 @@ Groups = Indices
 
 FIRST, ADDED, ROUNDS = 60, 60, 25
 MULTIPLIERS = np.geomspace(5e-4, 0.8, 60)
-# How often, and into how many, the grid is divided beside its best multiplier.
+# How often the grid around its best multiplier is refined, and into how many intervals.
 FINER, BETWEEN = 3, 9
 
 
@@ -43,9 +43,9 @@ class Ellipsoid:
     ----------
     P : (n, n), or None where no common P was found.
     multipliers : (G,) alpha per group of vertices.
-    scale : how much of the stated disturbance it survives while inside the stated bounds.
+    scale : the factor on the stated disturbance for which it is invariant and inside the bounds.
     diagnosis : why there is none, in words.
-    words : what the solver said, last step.
+    words : the solver's status in the last step.
     """
 
     P: Floats | None
@@ -142,7 +142,7 @@ def invariant_ellipsoid(
     P = np.asarray(first.P)
     alpha = 0.5 * _least(2 * decay_rates(P, A), groups, count)
     scale, words = 0.0, ""
-    # Coordinates in which the set is about a unit ball keep the solver's numbers near one.
+    # In these coordinates the set is about a unit ball, so the solver's numbers are near one.
     units = 1 / np.abs(directions).max(axis=0)
     scaled_A, scaled_d, h = A * units / units[:, None], d / units, directions * units
     for _ in range(rounds):

@@ -49,7 +49,7 @@ def pair_means(X: Array) -> Array:
 
 
 def of_pairs(answer: Answer, gains: ArrayLike | None) -> Answer:
-    """Return a no whose vertices are rules and means of pairs, and state what it proves."""
+    """Return a "no" whose vertices are rules and means of pairs, with what it proves."""
     if answer.found or gains is None or not answer.diagnosis:
         return answer
     words = "the vertices are rules and means of pairs of rules; a mean that fails excludes nothing"

@@ -1,9 +1,9 @@
-"""States in which the mean of the vertices falls evenly: where a loop of high gain has a margin.
+"""States in which the mean of the vertices decays equally in all directions.
 
-In any units of the states, its P may be conditioned as the gains squared, and the remaining margin
-is below a solver's tolerance.  Where the P of Lyapunov's equation of the mean is |x|^2, the
-mean falls alike in all directions, and vertices near to it nearly so.  A guess of coordinates, from
-which nothing is claimed.
+For a loop of high gain the condition number of P may be that of the gains squared, in any units of
+the states. The margin is then below a solver's tolerance. In states where the P of the mean's
+Lyapunov equation is |x|^2, the mean decays equally in all directions, and vertices near the mean
+almost equally. This only gives coordinates; nothing is claimed from it.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.7 (Lyapunov's equation).
 """
@@ -33,7 +33,8 @@ def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None
         return None
     try:
         with warnings.catch_warnings():
-            # A solution that rounding has spoilt is found out below, and where it is used.
+            # A solution with large rounding errors is detected below, and by the checks of the
+            # caller.
             warnings.simplefilter("ignore")
             if step is None:
                 P = solve_continuous_lyapunov(mean.T, -one)

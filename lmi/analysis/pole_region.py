@@ -70,11 +70,11 @@ def d_stability(
 ) -> Answer:
     """Return a candidate P with L (x) P + M (x) (P A_i) + M' (x) (A_i' P) < 0 for every part.
 
-    What it says: for memberships h that stand still, every eigenvalue of sum_i h_i A_i lies in
-    the region.  Under memberships that move there are no eigenvalues; what one P then says is the
-    ``decay_rate`` of the answer, V' <= -2 alpha V (at least that of a ``half_plane`` in the
-    region; in discrete time that of a ``disc`` about 0), however fast h moves.  For a single
-    vertex P exists exactly when its eigenvalues lie in the region; for more it is sufficient.
+    For constant memberships h every eigenvalue of sum_i h_i A_i lies in the region. For memberships
+    that vary, eigenvalues say nothing about stability; P then shows the ``decay_rate`` of the
+    answer, V' <= -2 alpha V (at least that of a ``half_plane`` in the region; in discrete time that
+    of a ``disc`` about 0), however fast h moves.  For a single vertex P exists exactly when its
+    eigenvalues lie in the region; for more it is sufficient.
 
     Parameters
     ----------
@@ -205,7 +205,8 @@ def _no_by_one_vertex(
     y = np.linalg.eigh(L + z * M + z.conjugate() * M.T)[1][:, -1]
     w = np.kron(y, v)
     Z = np.real(np.outer(w, w.conj()))
-    # One real vertex has the conjugate eigenvalue too, so a real number is named as one.
+    # A real vertex has both conjugate eigenvalues; a real eigenvalue is written without imaginary
+    # part.
     shown = f"{z.real:.6g}" if z.imag == 0 else f"{z.real:.6g} +- {abs(z.imag):.6g}j"
     return Answer(
         status="infeasible",

@@ -1,8 +1,8 @@
-"""Vertices that decay too slowly by themselves: a no that needs no solver.
+"""Single vertices that decay too slowly: an answer "no" without a solver.
 
-An eigenvalue is computed to rounding times its condition number, which of a loop with gains of 1e5
-is more than many a decay rate.  Within that of its limit the coefficients of the characteristic
-polynomial decide, exact, by Routh's table.
+The error of a computed eigenvalue is the rounding error times its condition number. For a loop with
+gains of 1e5 that can be more than the decay rate. If an eigenvalue is that near to its limit, the
+exact coefficients of the characteristic polynomial decide, by Routh's table.
 
 Source: Golub and Van Loan (2013), Matrix Computations, section 7.2.2 (condition of an eigenvalue);
 Gantmacher (1959), The Theory of Matrices, volume 2, chapter XV (Routh).
@@ -21,7 +21,7 @@ from takagi.models.arrays import Floats
 
 # Vertices that are looked at, slowest first; the others are left to the solver.
 MOST = 8
-# What rounding may do to an eigenvalue, in units of size, condition number and epsilon.
+# The rounding error of an eigenvalue is at most this many times norm, condition number and epsilon.
 ROUNDING = 8.0
 
 
@@ -50,26 +50,26 @@ def slow_vertex(
 
 
 def _sizes(eigenvalues: NDArray[Any], step: float | None) -> Floats:
-    """Return what must be small: the real part, or the modulus in discrete time."""
+    """Return the number that decides on decay: the real part, or the modulus in discrete time."""
     return np.asarray(eigenvalues.real if step is None else np.abs(eigenvalues))
 
 
 def _most_rounding(A: Floats) -> float:
-    """Return what rounding may do to an eigenvalue at most, that of a chain of equal ones."""
+    """Return the largest possible rounding error of an eigenvalue, that of a defective one."""
     size = float(np.linalg.norm(A))
     return float(size * (ROUNDING * len(A) * float(np.finfo(float).eps)) ** (1.0 / len(A)))
 
 
 def _rounding(A: Floats, vectors: Floats) -> Floats:
-    """Return what rounding may do to each eigenvalue; inf where they do not separate them."""
+    """Return the possible rounding error of each eigenvalue; inf if it cannot be bounded."""
     try:
         left = np.linalg.inv(vectors)
     except np.linalg.LinAlgError:
         return np.full(len(A), np.inf)
-    with np.errstate(over="ignore"):  # inf: vectors that are almost equal separate nothing
+    with np.errstate(over="ignore"):  # inf: almost dependent eigenvectors give no bound
         condition = np.linalg.norm(left, axis=1) * np.linalg.norm(vectors, axis=0)
     unit = ROUNDING * len(A) * np.finfo(float).eps * float(np.linalg.norm(A))
-    # Beyond, the first order is no measure any more.
+    # For larger errors the first-order bound does not hold.
     return np.where(unit * condition.max() < 1e-3 * np.linalg.norm(A), unit * condition, np.inf)
 
 

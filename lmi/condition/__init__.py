@@ -1,4 +1,4 @@
-"""A linear matrix inequality as data, and its readers.
+"""A linear matrix inequality as data, and the functions that read it.
 
 term, unknown         sums of L X R with constants, in blocks; what an LMI is solved for
 evaluate, exact       values put into it: in floats, in exact numbers

@@ -10,7 +10,7 @@ import numpy as np
 from takagi.lmi.condition.term import LMI, Array, Condition
 from takagi.models.arrays import Floats
 
-# A margin is recomputed from the unknowns, so it is wrong by rounding only, some 1e-15.
+# A margin is recomputed from the unknowns, so its only error is that of rounding, about 1e-15.
 SMALLEST_MARGIN = 1e-10
 
 
@@ -69,8 +69,9 @@ def shares(condition: Condition, lmi: LMI, values: Mapping[str, Array]) -> Array
 def margin(condition: Condition, values: Mapping[str, Array]) -> float:
     """Return the largest t with sign F >= t weight I for every strict LMI.
 
-    Where a non-strict LMI is missed by more than its tolerance: how far, as a negative share of
-    its size.  Where no LMI is strict: their least share, 0 where they are touched.
+    If a non-strict LMI is violated by more than its tolerance, return the violation as a negative
+    share of its size. If no LMI is strict, return the least share of all; it is 0 if an LMI holds
+    with equality.
     """
     strict = [
         float(smallest_eigenvalues(condition, lmi, values).min()) / lmi.weight
@@ -89,7 +90,7 @@ def margin(condition: Condition, values: Mapping[str, Array]) -> float:
 
 
 def holds(condition: Condition, held: float) -> bool:
-    """Return whether every LMI holds, from the margin: with one, where an LMI is strict."""
+    """Return whether every LMI holds, from the margin; a strict LMI needs a positive one."""
     return held > SMALLEST_MARGIN if any(lmi.strict for lmi in condition.lmis) else held >= 0
 
 

@@ -1,4 +1,4 @@
-"""Say a condition in cvxpy: a second opinion, and a place to add constraints of one's own."""
+"""Write a condition in cvxpy, to solve it a second time or to add further constraints."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def expressed(condition: Condition, *, margin: float | None = None) -> Expressed
         found = _expressions(lmi, variables, condition.parameters)
         expressions[lmi.name] = tuple(found)
         for F in found:
-            # Symmetrised, because cvxpy would constrain the symmetric part without a word.
+            # Symmetrised here, because cvxpy would constrain the symmetric part without a warning.
             constraints.append((F + F.T) / 2 - t * lmi.weight * np.eye(lmi.size) >> 0)
     if margin is None:
         objective: Any = -t

@@ -1,4 +1,4 @@
-"""Names of an LMI's items, made when somebody asks: thousands are posed, a few are ever read."""
+"""Names of an LMI's items, made on demand: an LMI may have thousands, and few names are read."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ class Labels(Sequence[str]):
     def __getitem__(self, item: int | slice) -> str | tuple[str, ...]:
         if isinstance(item, slice):
             return tuple(self.of(k) for k in range(*item.indices(self.size)))
-        # A range knows negative indices, and says which are out of range.
+        # A range handles negative indices, and raises IndexError for those out of range.
         return self.of(range(self.size)[item])

@@ -1,4 +1,4 @@
-"""Some of an LMI's items: what the rounds over many items give to the solver, or look at."""
+"""Some of an LMI's items, for the rounds that give only a few of many items to the solver."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from takagi.models.arrays import Indices
 
 
 def selected_items(lmi: LMI, items: Indices | range) -> LMI:
-    """Return the LMI with these items only, in this order; labels stay those of the whole.
+    """Return the LMI with these items only, in this order; each item keeps its label.
 
     Parameters
     ----------
@@ -57,5 +57,5 @@ def _constant(constant: Constant, count: int, chosen: slice | Indices) -> Consta
 
 
 def _of(part: Array, length: int, chosen: slice | Indices) -> Array:
-    """Return the chosen entries of what has one entry each; what is the same in all as it is."""
+    """Return the chosen entries of an array with an entry for each item; a single entry stays."""
     return part[chosen] if len(part) == length and length > 1 else part

@@ -1,4 +1,4 @@
-"""Which decay rate given unknowns show: exact in each LMI, by one generalised eigenvalue."""
+"""The decay rate that given unknowns show, by one generalised eigenvalue for each item."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from takagi.models.errors import ModelError
 Array: TypeAlias = NDArray[Any]
 Position: TypeAlias = tuple[int, int]
 
-# By how much a non-strict LMI may be missed where nothing else is said, relative to its size.
+# The default tolerance of a non-strict LMI, relative to its size.
 TOLERANCE = 1e-7
 
 
@@ -107,14 +107,14 @@ class Constant:
 class LMI:
     """F_k(X) = sum of terms + constants, and sign F_k(X) > 0 for every item k.
 
-    A strict LMI holds with a margin t > 0.  A non-strict one, sign F_k(X) >= 0, may be touched: it
-    takes no part in the margin, and holds where the smallest eigenvalue of
+    A strict LMI holds with a margin t > 0. A non-strict one, sign F_k(X) >= 0, may hold with
+    equality: it does not count for the margin, and it holds if the smallest eigenvalue of
 
         N_k^(-1/2) sign F_k(X) N_k^(-1/2)
 
     is at least -tolerance.  N_k is diagonal: the sum of the absolute values that are summed up on
     the diagonal of F_k, and no less than the largest constant of the item, or 1 where it has none.
-    So x <= b is kept to within 2 tolerance b, in all units.
+    So x <= b is satisfied to within 2 tolerance b, in any units.
 
     Attributes
     ----------
@@ -125,8 +125,8 @@ class LMI:
     count : number of items, one cone each.
     weight : a strict LMI holds with margin t when sign F >= t weight I; 0 says the same as
         ``strict=False``, and every non-strict LMI has it.
-    strict : False for an LMI that may be touched.
-    tolerance : by how much a non-strict LMI may be missed, as above.
+    strict : False for an LMI that may hold with equality.
+    tolerance : by how much a non-strict LMI may be violated, as above.
     labels : one name per item, made when it is asked for if it is ``Labels``; ``"<name> 3 of 8"``
         when empty.
     index : LaTeX of the index range, e.g. ``"i = 1, \\dots, 8"``.

@@ -32,8 +32,8 @@ def latex(condition: Condition) -> str:
 def markdown(condition: Condition) -> str:
     r"""Return the condition for a Markdown page: each line's name, then its formula as a block.
 
-    The blocks are fences of the language ``math``, which GitHub and GitLab render.  Between two
-    dollar signs Markdown comes first, and takes half of every ``\\``.
+    The blocks are fences of the language ``math``, which GitHub and GitLab render. Formulas between
+    dollar signs would not do: Markdown reads them first, and turns every ``\\`` into one backslash.
     """
     blocks = []
     for label, formula in _lines(condition):
@@ -112,7 +112,7 @@ def _declared(unknown: Unknown, condition: Condition) -> str:
         if term.unknown == unknown
     }
     if pairs := sorted(name for name in written if re.search(r"_([a-z])(?!\1)[a-z]$", name)):
-        # Members with two indices: their names say more than their number.
+        # Members with two indices are named by these, not by their running number.
         return rf"{symbol}_{{{pairs[0][-2:]}}} \in {space}"
     dots = ", " if unknown.count == 2 else r", \dots, "
     first, last = (_indexed(symbol, number) for number in ("1", f"{{{unknown.count}}}"))

@@ -6,8 +6,9 @@ with A(h) = sum_i h_i A_i and so on: p_k = Delta_k (E_k x + F_k u) for any matri
 most 1, which may depend on time and state in any way.  Discrete time: x+ in the place of x'.
 
 Where D_k and E_k both differ from rule to rule this is not sum_i h_i D_i Delta E_i, a sum of
-products, but the product of the sums; ``NormBounded.by_rule`` gives that other reading.  Where one
-of them is the same in all rules the two are one, and the conditions have a multiplier a rule.
+products, but the product of the sums; ``NormBounded.by_rule`` gives that other uncertainty. If one
+of them is the same in all rules, the two are equal, and the conditions have a multiplier for each
+rule.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What an LMI is solved for: a matrix, or a family of matrices with one shape."""
+"""An unknown of an LMI: a matrix, or several matrices of one shape."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Unknown:
         return self.count * self.entries
 
     def entry_index(self) -> Indices:
-        """Return (rows, cols): where entry (k, l) stands among the numbers of its member.
+        """Return (rows, cols): the position of entry (k, l) among the numbers of its member.
 
         Symmetric: upper triangle, column by column.  Otherwise row by row.
         """

@@ -5,3 +5,19 @@ weaker_requests        repeated design with weaker requests
 smaller_box            the model on a smaller box
 uncontrollable_blend   a blend that no gains stabilise
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.explaining.smaller_box import on_smaller_box, with_narrower_premise
+
+__all__ = [
+    "on_smaller_box",
+    "with_narrower_premise",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

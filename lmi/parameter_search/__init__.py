@@ -7,3 +7,22 @@ multiplier_bound     the values that the multipliers of a solver exclude
 parameter_sweep      one condition solved at many values, assembled once
 least_over_rate      the decay rate at which a bound is least
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.parameter_search.multiplier_bound import excluded_from
+    from takagi.lmi.parameter_search.parameter_path import follow_path
+    from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil
+
+__all__ = [
+    "ParameterPencil",
+    "excluded_from",
+    "follow_path",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

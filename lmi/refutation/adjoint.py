@@ -66,7 +66,7 @@ class Adjoint:
         return len(self.constant)
 
     def strict(self, block: Block) -> bool:
-        """Return whether the block's LMI must hold strictly; a normalisation may be touched."""
+        """Return whether the block's LMI is strict; a normalisation may hold with equality."""
         return self.condition.lmis[block.lmi].strict
 
     def name(self, block: Block) -> str:
@@ -177,7 +177,7 @@ def _term_entries(term: Term, lmi: LMI, start: int, offset: int) -> _Entries:
     else:
         M, E = _spread_integers(term.right, right.shape)
         s, m, q = np.nonzero(M)
-        # Every left entry meets every right entry of its contribution.
+        # The product L X R has a term for each pair of an entry of L and an entry of R.
         per = np.bincount(s, minlength=len(M))
         repeats = per[t]
         one = np.repeat(np.arange(len(t)), repeats)

@@ -26,8 +26,8 @@ DEPENDENT = 1e-11
 def exact_near(face: Face, s: Floats, size: Floats) -> Array | None:
     """Return exact s, (columns,) of Fractions, with row_v . z = 0 in every row, near the given.
 
-    An equality with an entry that no other has is settled by that entry; the few that are left
-    by as many entries as there are equalities, which an exact linear solve finds.
+    If an entry appears in one equality only, that entry is computed from it. The few equalities
+    that are left are solved exactly for as many entries as there are equalities.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def exact_near(face: Face, s: Floats, size: Floats) -> Array | None:
 
     Returns
     -------
-    None where the equalities have no such solution by the entries that were picked.
+    None if the equalities have no solution in the entries that were picked.
     """
     entries = _Rows(face.row, face.column, face.value, face.rows)
     slack = entries.own_columns(face.columns)
@@ -47,7 +47,8 @@ def exact_near(face: Face, s: Floats, size: Floats) -> Array | None:
     free = np.flatnonzero(~settled)
     exact[free] = _short(s[free])
     if len(core):
-        # A column with a single entry belongs to a settled row, so the core has free ones only.
+        # A column with a single entry belongs to a row that is already solved, so that the core
+        # only has columns that are still free.
         part = entries.only(core)
         exact[free] = _short(_projected(part, core, s, size)[free])
         if not _settle_core(part, core, exact, size):

@@ -7,8 +7,8 @@ Of a condition in one symmetric P, with P > 0 and an item F(P) > 0 without const
 let F(P_0) > 0 for a P_0 that is not positive definite.  Then no P_1 > 0 has F(P_1) > 0: on the
 way from P_0 to P_1 there is a last P_t that is singular; P_t >= 0, P_t x = 0 for an x other than
 0, and x' F(P_t) x > 0, against (*).  (*) holds for sums of P R + R' P, any multiple of P, and
--R' P R.  For F(P) = -(A' P + P A) this is Lyapunov's instability theorem; it answers where the
-multipliers of an unstable vertex are unique and irrational.
+-R' P R.  For F(P) = -(A' P + P A) this is Lyapunov's instability theorem; it still gives an answer
+if the multipliers of an unstable vertex are unique and irrational.
 
 Source: Schneider (1965), Positive operators and an inertia theorem, Numerische Mathematik 7.
 """
@@ -54,7 +54,7 @@ def fault_of_function(condition: Condition, values: Mapping[str, Array]) -> str:
 
 
 def function_that_decays(read: Adjoint) -> Mapping[str, Array] | None:
-    """Return exact values that rule every solution out by one item; None where none was found."""
+    """Return exact values with which one item excludes every solution; None if none were found."""
     condition = read.condition
     P = _lone_unknown(condition)
     if P is None:
@@ -125,7 +125,7 @@ def _multiple(matrix: Array) -> object:
 
 
 def _solved(read: Adjoint, block: Block, P: Unknown) -> Floats:
-    """Return about the P with F(P) = I, in floating point."""
+    """Return P with F(P) = I approximately, in floating point."""
     n = block.size
     place = np.full(read.columns, -1)
     high, low = np.tril_indices(n)

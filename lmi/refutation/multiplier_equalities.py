@@ -1,4 +1,4 @@
-"""What multipliers must satisfy to leave no unknowns: linear equalities, from a cone program."""
+"""The linear equalities of multipliers that exclude every solution of a cone program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from takagi.models.arrays import Floats, Indices
 
 # Reciprocal condition number below which a row of A' follows from others.
 DEPENDENT = 1e-13
-# Entries of the linear system above which it is not posed: some seconds.
+# The linear system is not posed if it has more entries than this; it would take some seconds.
 LARGEST = 40_000_000
 
 
@@ -30,7 +30,7 @@ class Equalities:
     rows : of the program, those whose multipliers may differ from zero.
     sizes, starts : of each multiplier, and where it begins among these rows.
     matrix : independent equalities of length 1; the last is the constant's, where it has a sign.
-    constant : whether it has.
+    constant : whether the last row of ``matrix`` is that of the constant.
     strict : weights of the rows in the margin.
     """
 
@@ -87,8 +87,8 @@ def _diagonals(program: ConeProgram) -> Iterator[tuple[Indices, Indices]]:
 def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
     """Return which rows may differ from zero: entries of multipliers that nothing forces to be 0.
 
-    A variable, or the constant, that has nothing but entries of one sign on diagonals forces
-    these to be zero, and with them their rows and columns.
+    If a variable, or the constant, only has diagonal entries, and all of one sign, the equality
+    forces these to be zero. A semidefinite multiplier then has zeros in their rows and columns.
     """
     A = sp.csr_array(program.A[:, :-1])
     A.eliminate_zeros()

@@ -1,7 +1,7 @@
 r"""Faces of the cone of multipliers: Z_k = U_k S_k U_k' with integer U_k, S_k in the place of Z_k.
 
-Where every multiplier that rules a condition out is singular, it lies on such a face; on it exact
-ones can be sought as if they were definite.
+If every multiplier that excludes a solution is singular, the multipliers lie on such a face. In the
+coordinates S_k of the face they are definite, and exact ones are found as in the definite case.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.refutation.adjoint import Adjoint
 from takagi.models.arrays import Floats, Indices
 
-# What is taken for zero, relative to the largest eigenvalue of a multiplier, and how near a ratio
-# must come to a fraction to be taken for it: solvers leave less or more noise.
+# Pairs of tolerances: eigenvalues below the first, relative to the largest one of a multiplier,
+# count as zero; a ratio that differs from a fraction by less than the second counts as that
+# fraction. There are several pairs because solvers differ in accuracy.
 ROUGHNESS = ((1e-6, 1e-5), (1e-5, 1e-4), (1e-4, 1e-3))
 LARGEST_DENOMINATOR = 64
 
@@ -82,9 +83,10 @@ class Face:
 def open_face(read: Adjoint) -> Face:
     """Return the face of the entries that may differ from 0 in a contradiction.
 
-    A row, or the constant, that has nothing but entries of one sign on diagonals forces these to
-    be zero, and with them their rows and columns, for the multipliers are semidefinite: such are
-    normalisations, and unknowns that only ever help.
+    If a row, or the constant, only has diagonal entries, and all of one sign, the equality forces
+    these to be zero. A semidefinite multiplier with a zero diagonal entry has zeros in that row and
+    column. This happens for normalisations, and for unknowns that enlarge the margin in one
+    direction.
     """
     owner = np.full((read.columns, 2), -1)
     for number, block in enumerate(read.blocks):
@@ -129,7 +131,7 @@ def restricted_to_face(read: Adjoint, bases: list[Array]) -> Face:
     for U in bases:
         starts.append(total)
         total += triangle(U.shape[1])
-    # z = E s: entries of E, most of them ones that pick an entry of Z.
+    # z = E s. Most entries of E are 1: they copy an entry of S to its place in Z.
     z_entry: list[Indices] = []
     s_entry: list[Indices] = []
     factor: list[Array] = []

@@ -1,4 +1,4 @@
-"""A condition whose objective must lie below a number: what is ruled out bounds it rigorously."""
+"""A condition whose objective must lie below a number; a proof of "no" bounds the objective."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from takagi.models.errors import ModelError
 def objective_below(condition: Condition, value: float | Fraction) -> Condition:
     """Return the condition with its objective < value as one more LMI, and no objective.
 
-    When ``exact_no`` rules it out, the least objective of the condition is at least the value: a
-    rigorous lower bound on a cost or a norm, of what this condition can show.
+    If ``exact_no`` proves that it has no solution, the least objective of the condition is at least
+    the value. This is a rigorous lower bound on the cost or the norm that this condition can show.
 
     Raises
     ------

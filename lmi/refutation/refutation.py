@@ -1,9 +1,9 @@
 r"""A rigorous no: exact multipliers that rule out every solution of a condition.
 
-Those of a solver are tried first.  Where they touch zero, better ones are sought: of the
-multipliers with sum_k <sign F_k(x), Z_k> + zeta = 0 for all x and zeta >= 0, those with
-Z_k >= s g_k I, zeta >= s g_0 and s largest.  As an LMI problem of the size of the condition's own,
-in x, x_0 and tau:
+The multipliers of a solver are tried first. If these are singular, others are computed that are as
+far from singular as possible: among the multipliers with sum_k <sign F_k(x), Z_k> + zeta = 0 for
+all x and zeta >= 0, those with Z_k >= s g_k I, zeta >= s g_0 and s largest.  As an LMI problem of
+the size of the condition's own, in x, x_0 and tau:
 
     minimise tau  with  A_k(x) + x_0 C_k + tau w_k I >= 0,  x_0 + tau w_0 >= 0,
                         sum_k g_k trace(.) + g_0 (.) >= 1,
@@ -36,7 +36,8 @@ from takagi.lmi.solver.solve import attempts
 from takagi.models.arrays import Floats, Indices
 
 TRIES = 2
-# How much of the size of the constants the sum should be below zero, for multipliers of order one.
+# How far the sum should be below zero, as a share of the size of the constants, if the multipliers
+# are of order one.
 ROOM = 0.1
 
 
@@ -47,9 +48,9 @@ def rigorous_no(answer: Answer | Design) -> Alternative | None:
 
     Returns
     -------
-    None for a candidate, for an answer that carries no condition, and where the multipliers could
-    not be made exact: at the limit of a condition, or where they are unique and irrational.  None
-    is no evidence of the contrary.
+    None for a candidate, for an answer without a condition, and if the multipliers could not be
+    made exact. That happens if a condition has a solution only just, or if the multipliers are
+    unique and irrational. None does not show that a solution exists.
     """
     found = answer.answer if isinstance(answer, Design) else answer
     if found.status == "candidate" or found.condition is None:
@@ -86,7 +87,7 @@ def exact_no(
     exact = replace(condition, parameters=numbers)
     read = adjoint(exact)
     if not read.columns:
-        # Nothing is asked, so nothing contradicts it.
+        # A condition without LMIs always has a solution.
         return None
     face = open_face(read)
     if not face.columns:
@@ -137,7 +138,7 @@ def _on_face(face: Face, s: Floats) -> Alternative | None:
 
 
 def _sizes(face: Face, s: Floats) -> Floats:
-    """Return how far each entry may be moved: as far as its multiplier is from singular."""
+    """Return how far each entry may be moved: the distance of its multiplier from singular."""
     size = np.full(len(s), 1e-12)
     for number, U in enumerate(face.bases):
         if U.shape[1]:

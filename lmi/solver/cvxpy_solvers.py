@@ -1,4 +1,4 @@
-"""Other solvers through cvxpy, where they are installed: slow to pose, for what the first miss."""
+"""Other installed solvers, called through cvxpy if the first solvers fail; posing is slow."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def with_cvxpy(program: ConeProgram, name: str) -> Raw:
         options = {"mosek_params": {"MSK_DPAR_OPTIMIZER_MAX_TIME": left}}
     try:
         with warnings.catch_warnings():
-            # The status says it too, and is recorded.
+            # cvxpy warns if a solution is inaccurate; the recorded status says so too.
             warnings.simplefilter("ignore", UserWarning)
             problem.solve(solver=name, **options)
     except cp.SolverError as error:

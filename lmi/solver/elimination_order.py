@@ -19,11 +19,12 @@ from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.solver.incidence import Incidence, incidence
 from takagi.models.arrays import Indices
 
-# Cones of fewer rows are factored in no time in any order.
+# Cones with fewer rows than this are factored quickly in any order.
 WIDEST_UNGUIDED = 8
-# A variable of two cones may go first: what it joins is joined in any order.
+# A variable of only two cones may be eliminated first: it joins these two in any order.
 MANY_CONES = 3
-# Above this many times the rows of its largest cone, the degree is enough as it is.
+# If a variable's degree is more than this many times the rows of its largest cone, it is high
+# enough without zeros.
 ENOUGH = 1.25
 
 
@@ -43,7 +44,7 @@ class Guide:
 
 
 def guide(program: ConeProgram, inside: Incidence | None = None) -> Guide | None:
-    """Return the zeros for a program; None where they would be of no use."""
+    """Return the zeros for a program; None if they would not help."""
     if max(cone.size for cone in program.cones) <= WIDEST_UNGUIDED:
         return None
     found = incidence(program) if inside is None else inside
@@ -63,7 +64,8 @@ def guide(program: ConeProgram, inside: Incidence | None = None) -> Guide | None
 def _raised(found: Incidence) -> tuple[Indices, Indices]:
     """Return the variables whose degree is raised, and in which cone: a largest that each has.
 
-    In turns, because a cone whose rows have many entries is taken for dense and put last.
+    The cones are taken in turns, because clarabel's ordering treats a row with many entries as
+    dense and puts it last.
     """
     turn = (found.cone + found.variable) % len(found.size)
     order = np.lexsort((turn, found.rows[found.cone], found.variable))

@@ -12,13 +12,13 @@ from takagi.models.arrays import Indices
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Incidence:
-    """Pairs (variable, cone), one for each cone that a variable stands in.
+    """Pairs (variable, cone), one for each cone in which a variable appears.
 
     Attributes
     ----------
     size, first, rows : (cones,) width of a cone, its first row in A, how many rows it has.
     variable, cone : (pairs,) by variable, then by cone.
-    touched : (variables,) in how many cones each stands.
+    touched : (variables,) in how many cones each variable appears.
     degree : (variables,) in how many rows.
     entries : (cones,) entries of A in each.
     """
@@ -45,7 +45,7 @@ def incidence(program: ConeProgram) -> Incidence:
     inside = cone >= 0
     cone, variable = cone[inside], variable[inside]
     entries = np.bincount(cone, minlength=len(size))
-    # Rows rise within a column, so the entries of a pair stand side by side.
+    # Row numbers increase within a column, so the entries of a pair are adjacent.
     new = np.ones(len(cone), dtype=bool)
     new[1:] = (cone[1:] != cone[:-1]) | (variable[1:] != variable[:-1])
     variable, cone = variable[new], cone[new]

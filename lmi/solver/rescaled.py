@@ -1,11 +1,10 @@
-"""The same program where its own solution has entries of order one: equilibration by what is found.
+"""Rescaling of a program by its own solution, so that the solution has entries of order one.
 
-A solver equilibrates the data before it knows the solution.  Where some unknowns are of size 1e5
-and others of size one, or an LMI's entries differ as much at the solution, its tolerances are met
-long
-before its numbers are right (SDPLIB's hinf5 to hinf11).  Here variables are divided by the size
-that they were found with, and every LMI is congruent to one whose diagonal equals that of its
-multiplier; powers of two, so nothing is rounded.
+A solver equilibrates the data before it knows the solution. If some unknowns are of size 1e5 and
+others of size one, or if an LMI's entries differ as much at the solution, the solver meets its
+tolerances long before its numbers are right (SDPLIB's hinf5 to hinf11).  Here variables are divided
+by the size that they were found with, and every LMI is congruent to one whose diagonal equals that
+of its multiplier; powers of two, so nothing is rounded.
 
 Source: Nesterov and Todd (1997), Self-scaled barriers and interior-point methods for convex
 programming, Mathematics of Operations Research 22, whose scaling this is, diagonal by diagonal.
@@ -22,7 +21,7 @@ from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.models.arrays import Floats
 
-# How far the scales of LMIs, and those of variables, may lie apart.
+# The largest ratio of the scales of LMIs, and of those of variables.
 FARTHEST = 2.0**40
 
 

@@ -32,12 +32,12 @@ from takagi.models.arrays import Floats, Indices
 
 Entries: TypeAlias = tuple[Indices, Indices, Floats]
 
-# Where the iterates begin: a multiple of the identity, to be larger than the solution.  Too small
-# and sdpa stops at once without a step; then it is called again with a larger one.
+# The starting points: multiples of the identity, which must be larger than the solution. If one is
+# too small, sdpa stops at once without a step; then it is called again with a larger one.
 BEGINNINGS = (10.0, 1e4)
 SMALLEST_BEGINNING = 1e2
 STUCK = 3
-# What sdpa allows itself without being told.
+# The default number of iterations of sdpa.
 MOST_ITERATIONS = 100
 
 
@@ -81,7 +81,7 @@ def _options(beginning: float) -> dict[str, Any]:
 
 
 def _iterations(program: ConeProgram) -> dict[str, Any]:
-    """Return the most iterations that fit a time limit, by their foretold time; sdpa knows none."""
+    """Return how many iterations fit the time limit, by a model: sdpa has no time limit."""
     left = remaining()
     if left is None:
         return {}
@@ -96,8 +96,8 @@ def _wide(sizes: list[int]) -> tuple[int, ...]:
 def _whole(program: ConeProgram) -> tuple[sp.csr_array, list[int]]:
     """Return S with S (packed rows) = linear rows, then whole matrices; and the cones' sizes.
 
-    Entries off the diagonal are divided by sqrt(2) and stand twice, so S' takes whole multipliers
-    back to packed ones.
+    Entries off the diagonal are divided by sqrt(2) and appear twice, so that S' maps whole
+    multipliers back to packed ones.
     """
     sizes = [size for cone in program.cones for size in [cone.size] * cone.items]
     linear = np.arange(program.linear)
@@ -130,9 +130,9 @@ def _squares(cone: Cone, program: ConeProgram, position: int) -> Entries:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep sdpa's remarks, written past ``sys.stdout``, off the process's standard output.
+    """Suppress sdpa's messages, which it writes directly to the standard output.
 
-    What other threads write there meanwhile is lost too.
+    Anything that other threads write there in the meantime is lost too.
     """
     sys.stdout.flush()
     try:

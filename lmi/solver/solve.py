@@ -1,8 +1,8 @@
-"""The calls of a solver: cone data in, numbers out.  Its word is recorded, never believed.
+"""The calls of a solver: cone data in, numbers out. Its status is recorded, but decides nothing.
 
-Which solver is first is foretold from the sizes (``solver_choice``); the others follow when its
-numbers do not withstand their check: clarabel with the other chordal flag, with other
-regularisation, unscaled, then whatever else is installed.
+The first solver is chosen from the sizes (``solver_choice``). The others follow if its numbers do
+not pass their check: clarabel with the other chordal flag, with other regularisation, unscaled,
+then whatever else is installed.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         "clarabel, unscaled": {"equilibrate_enable": False},
     }
 )
-# Where the solution is of order one, clarabel reaches a hundredth of its usual tolerances.
+# If the solution is of order one, clarabel reaches a hundredth of its usual tolerances.
 CLOSER: Mapping[str, Any] = MappingProxyType(
     {"tol_feas": 1e-10, "tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10}
 )
 # How the status of a solver that broke down begins.
 FAILED = "failed"
-# Programs of different shape that a session keeps a solver for.
+# The number of program shapes for which a session keeps a solver.
 KEPT = 4
 
 
@@ -68,8 +68,8 @@ class _Kept:
 class Session:
     """Solvers kept between programs of one shape, so that the next starts from their set-up.
 
-    An updated solver keeps the scaling of the first program: compare verdicts with a fresh one,
-    not digits.
+    An updated solver keeps the scaling of the first program, so its digits differ from those of a
+    new solver; only the verdicts can be compared.
     """
 
     def __init__(self) -> None:
@@ -100,7 +100,7 @@ class Session:
 
 
 def attempts(program: ConeProgram, session: Session | None = None) -> Iterator[Raw]:
-    """Yield one solver's answer after another; stop asking when one withstands its check."""
+    """Yield one solver's answer after another; the caller stops when one passes its check."""
     if out_of_time():
         yield _not_called("clarabel")
         return
@@ -160,7 +160,7 @@ def _variant(program: ConeProgram, name: str, zeros: Guide | None) -> Raw:
 
 
 def _advice(program: ConeProgram) -> tuple[Guide | None, bool]:
-    """Return the zeros that help clarabel, and whether sdpa is to be asked before it."""
+    """Return the zeros that help clarabel, and whether sdpa is called before it."""
     if max(cone.size for cone in program.cones) <= 8:
         return None, False
     found = incidence(program)
@@ -203,7 +203,8 @@ def _run(solver: Any, name: str, started: float) -> Raw:
     try:
         solution = solver.solve()
     except BaseException as error:
-        # A panic of clarabel's own code is no Exception, and no reason not to ask the next solver.
+        # A panic inside clarabel (Rust) is a BaseException, not an Exception; the next solver is
+        # then called as after any other failure.
         if type(error).__name__ != "PanicException":
             raise
         nothing = np.zeros(0)

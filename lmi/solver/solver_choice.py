@@ -1,8 +1,9 @@
-"""Which solver first: the time of an iteration, foretold from the sizes of cones and variables.
+"""The choice of the first solver, by a model of the time of an iteration.
 
 The two models were fitted to 70 programs (Lyapunov, compensation, energy gain, discrete time; six
-relaxations; cones 2 to 84 wide, 4 to 2500 variables) on one core: clarabel's within a factor 1.3
-for two of three, sdpa's within 1.5.  Only a clear difference counts, in programs that take a while.
+relaxations; cones 2 to 84 wide, 4 to 2500 variables) on one core: two of three times lie within a
+factor 1.3 of the model for clarabel, and within 1.5 for sdpa. sdpa is preferred only if it is
+clearly quicker and the program takes long.
 """
 
 from __future__ import annotations
@@ -11,13 +12,14 @@ import numpy as np
 
 from takagi.lmi.solver.incidence import Incidence
 
-# Seconds in clarabel below which it is called in any case, and how much quicker sdpa must be.
+# clarabel is called first if it takes less than so many seconds, or if sdpa is not so many times
+# quicker.
 LONG, CLEARLY = 0.5, 1.5
 ITERATIONS_CLARABEL, ITERATIONS_SDPA = 25, 30
 
 
 def prefers_sdpa(found: Incidence) -> bool:
-    """Return whether sdpa is foretold to be clearly quicker than clarabel."""
+    """Return whether sdpa is expected to be clearly quicker than clarabel."""
     clarabel = ITERATIONS_CLARABEL * clarabel_iteration(found)
     return clarabel > LONG and clarabel > CLEARLY * ITERATIONS_SDPA * sdpa_iteration(found)
 
@@ -26,7 +28,7 @@ def clarabel_iteration(found: Incidence) -> float:
     """Return about the seconds of one iteration: factors of a dense block a cone.
 
     The cones are eliminated one by one, then the variables that they share.  A variable of two
-    cones goes before the wider of them.
+    cones is eliminated before the wider of them.
     """
     rows = found.rows.astype(np.float64)
     shared = found.touched[found.variable] >= 3

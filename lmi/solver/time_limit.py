@@ -1,8 +1,9 @@
 """A limit on the time of all solver calls of one question, passed down to each of them.
 
-``limited`` opens a budget for the call of a public function that takes ``time_limit``, and reads
-what came of it; ``remaining`` tells a solver what is left.  A question that is asked inside another
-shares its budget.  The budget belongs to the thread, or task, that opened it.
+``limited`` opens a budget for the call of a public function that takes ``time_limit``, and notes
+whether it was exceeded; ``remaining`` gives the seconds that are left for a solver. A limited
+function that is called inside another one shares its budget.  The budget belongs to the thread, or
+task, that opened it.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def limited(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _told(found: Any, seconds: float) -> Any:
-    """Return an answer, or what holds one, that says why it is unknown."""
+    """Return an answer, or a value that holds one, whose diagnosis says why it is unknown."""
     words = f"stopped by the time limit of {seconds:g} s before it was settled"
     for place in ("diagnosis", "reason"):
         if is_dataclass(found) and hasattr(found, place):

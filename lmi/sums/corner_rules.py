@@ -16,9 +16,9 @@ from takagi.models.errors import ModelError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProductRules:
-    """h_i = prod_c w_(p_c, corner_ic): what rule i takes of each premise, p_c that of column c.
+    """h_i = prod_c w_(p_c, corner_ic): rule i's corner of each premise; p_c is that of column c.
 
-    The weights of a premise are nonnegative and sum to 1, so those of the rules do.
+    The weights of a premise are nonnegative and sum to 1; so the memberships of the rules do too.
 
     Attributes
     ----------
@@ -76,12 +76,12 @@ class ProductRules:
         return ProductRules(np.hstack([first, second]), (*self.premises, *other.premises))
 
 
-# The plain array stands for premises named by their columns.
+# A plain array of corners has no names: its premises are named after its columns.
 Corners: TypeAlias = ProductRules | Indices
 
 
 class HasPremises(Protocol):
-    """What is read of a model: its premises by name, and which corners each rule takes."""
+    """The part of a model that is read here: its premises by name, and the corners of each rule."""
 
     @property
     def premises(self) -> tuple[_Named, ...]: ...

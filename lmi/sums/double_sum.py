@@ -1,8 +1,9 @@
-r"""Sums of h_i m_j Theta_ij, what a law with memberships makes of a condition, as terms of an LMI.
+r"""Sums of h_i m_j Theta_ij, as they arise from a law with memberships, as terms of an LMI.
 
 Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
-that of the gain.  A relaxation (``relaxations``) asks for weighted sums of such Theta_ij, and
-never looks inside: whatever is posed as a ``DoubleSum`` has every relaxation.
+that of the gain.  A relaxation (``relaxations``) only needs weighted sums of the Theta_ij, not
+their contents. Therefore every relaxation applies to every condition that is posed as a
+``DoubleSum``.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from takagi.lmi.sums.weighted_sum import constant_of, same_term, term_of
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
-# What a relaxation makes of a double sum: unknowns of its own, and LMIs.
+# The result of a relaxation: its own (slack) unknowns, and the LMIs.
 Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 

@@ -1,4 +1,4 @@
-"""What every relaxation must satisfy: the double sum at single blends of the rules."""
+"""A necessary condition for every relaxation: the double sum at single blends of the rules."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ def number_of_points(rules: int, corners: Corners | None, parts: int) -> int:
 def points_of(rules: int, corners: Corners | None, parts: int) -> Floats:
     """Return memberships h, (blends, rules): every choice of shares that are multiples of 1/parts.
 
-    Of the rules themselves; of each premise where the memberships are products, for other blends
-    never occur then.
+    The shares are those of the rules. If the memberships are products, they are those of the
+    corners of each premise, because other blends never occur then.
     """
     shares = _whole_shares(rules, corners, parts)
     return np.asarray(shares / shares.sum(axis=1, keepdims=True))
 
 
 def at_points(parts: int) -> Callable[[DoubleSum], Posed]:
-    """Return what poses sum_ij h_i h_j Theta_ij < 0 at all blends h in steps of 1/parts.
+    """Return a function that poses sum_ij h_i h_j Theta_ij < 0 at all blends h in steps of 1/parts.
 
-    Each is posed times a positive number near 1.  Necessary, not sufficient: unknowns that satisfy
-    any relaxation satisfy this too, so where it has none, no relaxation has any.  Nothing is said
-    of the blends between.
+    Each inequality is multiplied by a positive number near 1. The condition is necessary, not
+    sufficient: unknowns that satisfy any relaxation satisfy this too. So if it has no solution, no
+    relaxation has one. It says nothing about the blends between these points.
     """
     return partial(_pose, parts=parts)
 

@@ -1,4 +1,4 @@
-r"""What is known of the memberships besides h_i >= 0 and sum_i h_i = 1, put into a double sum.
+r"""Use what is known of the memberships, besides h_i >= 0 and sum_i h_i = 1, in a double sum.
 
 Bounds h_i h_j <= b_ij, by the S-procedure: with N_ij = N_ji > 0 where a bound is known, 0 else
 and Sigma > sum_ij b_ij N_ij,
@@ -9,7 +9,7 @@ because Sigma - sum_ij h_i h_j N_ij > sum_ij (b_ij - h_i h_j) N_ij >= 0 and sum_
 relaxation then asks for the right-hand side to be negative; it is a double sum too.  A pair that
 never acts together needs no inequality at all.
 
-What is found holds for memberships that keep the bounds, and for no others.
+The result holds for memberships that satisfy the bounds, and for no others.
 
 Source: Sala and Arino (2007), IEEE Trans. Systems, Man and Cybernetics B 37(3), for bounds on
 products; Sala and Arino (2008), IEEE Trans. Fuzzy Systems 16(5), for polynomial constraints.
@@ -50,7 +50,7 @@ def with_overlap(
 
     Returns
     -------
-    The double sum for a relaxation, and what goes into the condition besides the relaxation's.
+    The double sum for a relaxation, and the unknowns and LMIs that the condition needs in addition.
 
     Raises
     ------
@@ -121,8 +121,9 @@ def product_bounds(source: HasPremises | Corners) -> Array:
     """Return b, (r, r) of Fractions, the largest value of each h_i h_j of product memberships.
 
     h_i h_j is a product of weights w^e over each premise, |e| = D, largest at w = e / D: a quarter
-    for each premise in which the rules differ.  "product" does not contain these bounds, nor they
-    it: it knows which products are equal, they know that (w_1 - w_2)^2 >= 0.
+    for each premise in which the rules differ.  The relaxation "product" does not imply these
+    bounds, nor do they imply it: "product" uses which products are equal, the bounds use that (w_1
+    - w_2)^2 >= 0.
 
     Parameters
     ----------

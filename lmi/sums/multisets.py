@@ -18,7 +18,7 @@ def multisets(values: int, degree: int) -> Indices:
     """Return (count, degree), each row sorted; row k is the multiset with number k."""
     found = np.zeros((1, 0), dtype=np.intp)
     for _ in range(degree):
-        # Each row goes on with every value from its last to the largest.
+        # Each row is continued with every value from its last entry to the largest one.
         last = found[:, -1] if found.shape[1] else np.zeros(len(found), dtype=np.intp)
         choices = values - last
         row = np.repeat(np.arange(len(found)), choices)

@@ -1,4 +1,4 @@
-"""Which relaxation contains which, by theorems, and what one of them costs a solver."""
+"""Which relaxation contains which, by theorems; and the work of a solver for each."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ NAMES = (
     "polya-4",
     "polya-8",
 )
-# The same where premises are known; with a single premise they are Polya's.
+# The list if the premises are known; with a single premise these are Polya's relaxations.
 PRODUCTS = ("product", "product-1", "product-2", "product-liu-zhang")
 
-# Operations of one iteration of the solver above which a relaxation is not tried: a second or so,
-# and
-# half a minute or more in all.  The weight of a row stands for what is done in sparse matrices: a
-# row took as long as 6e4 operations of a dense cone (clarabel; rules 2 to 16, states 4 to 8).
+# A relaxation is not tried if one iteration of the solver takes more operations than this. That is
+# about a second for an iteration, and half a minute or more for the whole call. The weight of a row
+# accounts for the work in sparse matrices: a row took as long as 6e4 operations of a dense cone
+# (measured with clarabel; 2 to 16 rules, 4 to 8 states).
 MOST_WORK = 1e10
 ROW = 6e4
 
@@ -67,8 +67,8 @@ def contains(rich: str, poor: str, *, few_active: bool = False) -> bool:
     Lee's by X_ii = -(r - 1) Y - eps I, X_ij = Y, since 1 1' <= r I; Liu and Zhang only drop the
     symmetry of X_ij.  All pairs are Polya's degree 0; negative definite coefficients stay so when
     the polynomial is multiplied by h_1 + ... + h_r, and when those of equal products of corner
-    weights are added up.  "auto" contains what it tries, but for what is too large.  False says
-    nothing: of some pairs nothing is known.
+    weights are added up.  "auto" contains the relaxations that it tries, except those that are too
+    large. False is no evidence of the contrary: for some pairs no theorem is known.
 
     Parameters
     ----------

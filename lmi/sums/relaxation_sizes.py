@@ -18,8 +18,9 @@ from takagi.lmi.sums.simplex_products import simplexes_of
 from takagi.lmi.sums.summands import SumPart
 from takagi.models.errors import ModelError
 
-# Assembly and clarabel took some 65 bytes for each (16 rules, Polya's of degrees 2 and 3, Liu and
-# Zhang's): 3 GB, and some minutes.
+# The most entries that are posed. Assembly and clarabel took about 65 bytes for each entry
+# (measured for 16 rules with Polya's relaxation of degrees 2 and 3 and Liu and Zhang's): 3 GB and
+# some minutes.
 MOST_ENTRIES = 50_000_000
 CHEAP = ("wang-tanaka-griffin", "tuan", "tanaka-wang", "product", "polya-1", "kim-lee", "liu-zhang")
 
@@ -77,7 +78,8 @@ def relaxation_size(
 ) -> RelaxationSize:
     """Return how many LMIs, how wide, and how many slack variables; nothing is built.
 
-    An upper bound where it is known which rules act together and the relaxation is by products.
+    The result is an upper bound if it is known which rules act together and the relaxation is by
+    products.
 
     Parameters
     ----------
@@ -139,7 +141,7 @@ def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
 
 
 def check_size(name: str, loop: DoubleSum) -> None:
-    """Raise ModelError for a relaxation too large to pose, with those that are not."""
+    """Raise ModelError for a relaxation too large to pose; the message lists smaller ones."""
     size = size_of(name, loop)
     entries = size.entries(_unknown(loop, size))
     if entries <= MOST_ENTRIES:

@@ -65,7 +65,7 @@ def relaxation_named(name: str) -> Relaxation:
 def common_gain(loop: DoubleSum) -> Posed:
     """Theta_i < 0 with one gain for all rules: a robust controller, no schedule.
 
-    Where Theta changes with j although the gain does not, all pairs.
+    If Theta changes with j although the gain does not, this poses all pairs.
     """
     if not loop.by_gain:
         return (), (rule_lmi(loop),)
@@ -84,7 +84,7 @@ def wang_tanaka_griffin(loop: DoubleSum) -> Posed:
 def tanaka_wang(loop: DoubleSum) -> Posed:
     """Theta_ii + (s - 1) Y < 0, Theta_ij + Theta_ji - 2 Y < 0 for i < j, Y > 0.
 
-    A common slack: rules that act together may be worse in the sum, if each alone is better.
+    Y is a common slack: the sum for a pair may be positive if each rule alone has a margin.
     At most s of the r rules act at a time; s = r where nothing is known.
 
     Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and

@@ -9,9 +9,9 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.summands import Summand
 
-# Margin of a slack unknown for a margin 1 of Theta: what a slack must keep away from zero it takes
-# from the margin of the sum, r - 1 times in Tanaka and Wang's.  Much smaller, and the centring near
-# a least objective finds no room (seen at 1 / 128).
+# Margin of a slack unknown for a margin 1 of Theta. The margin of a slack reduces the margin of the
+# sum, r - 1 times in Tanaka and Wang's relaxation, so it must be small. But if it is much smaller,
+# the centring near a least objective finds no interior point (seen at 1 / 128).
 SLACK_SHARE = 2.0**-4
 
 
@@ -21,7 +21,7 @@ def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
     i = np.arange(r)
     return loop.lmi(
         "rule",
-        # Where the gains have fewer rules of their own, nothing depends on j.
+        # With a single gain nothing depends on j.
         (Summand(i, np.minimum(i, loop.gains - 1), np.ones(r), names=("i", "i")),),
         slack,
         count=r,

@@ -1,4 +1,4 @@
-r"""A double sum as a polynomial in the weights of its premises: which Theta_ij make a coefficient.
+r"""A double sum as a polynomial in the weights of its premises, and its coefficients.
 
 Where rules are combinations of corners, h_i = prod_k w_(k, c_ik), the double sum is a polynomial in
 the weights w_k of each premise, homogeneous in each: of degree D_k where premise k is a factor D_k
@@ -23,7 +23,7 @@ from takagi.models.errors import ModelError
 
 @dataclass(frozen=True, slots=True)
 class Simplex:
-    """The weights of one premise, and where they are factors.
+    """The weights of one premise, and the columns of corners in which they are factors.
 
     Attributes
     ----------

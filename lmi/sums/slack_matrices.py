@@ -14,7 +14,7 @@ from takagi.models.arrays import Indices
 def kim_lee(loop: DoubleSum) -> Posed:
     """Theta_ii < X_ii, Theta_ij + Theta_ji < 2 X_ij for i < j, [X_ij] < 0, each X_ij symmetric.
 
-    Pairs that never act together leave their X_ij free.
+    For pairs that never act together X_ij is not constrained by a Theta_ij.
 
     Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
     """

@@ -1,4 +1,4 @@
-"""What a double sum is made of: the parts of Theta_ij, and weights to sum them by."""
+"""The parts of Theta_ij in a double sum, and the weights of a sum of Theta_ij."""
 
 from __future__ import annotations
 

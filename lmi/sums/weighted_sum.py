@@ -1,4 +1,4 @@
-"""A weighted sum of matrices Theta_ij, term by term: what is equal is gathered, not repeated."""
+"""A weighted sum of matrices Theta_ij, term by term; equal contributions are added up first."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from takagi.models.arrays import Indices
 def term_of(part: SumPart, summand: Summand, gains: int, scale: float) -> Term:
     """Return scale times the summand's sum of one part.
 
-    Where one side of the unknown is the same for all rules, contributions to one item with one
-    member are added up beforehand: their number is what the solver's data grow with.
+    If one side of the unknown is the same for all rules, contributions to one item with one member
+    are added up beforehand, because the solver's data grow with the number of contributions.
     """
     left, right = part.left, part.right
     weight = scale * summand.weight

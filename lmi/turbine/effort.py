@@ -35,13 +35,13 @@ CURVE_POINTS = 25
 
 @dataclass(frozen=True, slots=True)
 class EffortSettings:
-    """What is asked of the effort loop.
+    """The requirements on the effort loop.
 
     Attributes
     ----------
     bandwidth : proportional action aimed at where pitch acts [1/s].
-    partial_bandwidth : the same where torque alone acts; a stiff speed hold there only swings
-        torque.  At most the other; region 2.5 goes from one to the other.
+    partial_bandwidth : the same where torque alone acts; a fast speed loop there only makes the
+        torque vary.  At most the other; region 2.5 goes from one to the other.
     speed_error : e_max of the operating set [rad/s].
     torque_share : largest share of the torque reserve to zero that the set may use [-].
     integral_share : integral rate over the slowest loop rate, where pitch acts [-].  A fast
@@ -91,7 +91,8 @@ def effort_gains(
     rows = [_named_node(turbine, schedule, asked, k) for k in range(len(schedule.wind))]
     gamma = np.array([row[0] for row in rows])
     rate = np.array([row[1] for row in rows])
-    # The slower neighbour: an interval's integral must suit both of its ends.
+    # The smaller of both nodes' values, because an interval's integral rate must suit both of its
+    # ends.
     nu = np.minimum(rate[:-1], rate[1:])
     return EffortDesign(
         EffortGains(np.round(gamma, 5), np.round(nu, 6)),

@@ -1,4 +1,4 @@
-"""What is asked of one region's gains: the requirement, the bounds, and the scaled condition."""
+"""The design problem of one region's gains: requirement, bounds, and the scaled condition."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WIND_SAMPLES = 43
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """What is asked of one region.
+    """The requirement on one region's gains.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ def region_request(
         )
     points = [trim(turbine, v, speed_setpoint=speed_setpoint) for v in _winds(model)]
     bounds = (_pitch_bounds if with_pitch else _torque_bounds)(turbine, points)
-    # The integral of an error that decays at the rate asked for has this size.
+    # The integral of an error that decays at the required rate has this size.
     ranges = np.where(np.isfinite(box), box, box[0] / requirement.decay_rate)
     return RegionRequest(
         "full load" if with_pitch else "partial load",

@@ -31,7 +31,8 @@ from takagi.models.turbine.full_load import full_load_model
 from takagi.models.turbine.partial_load import partial_load_model
 
 RELAXATION = "none needed: one input matrix in all rules"
-# The least demand is approached to this share; at the least value no inequality has room.
+# The least demand is approached to this share. At the least value itself no inequality has a
+# margin.
 OBJECTIVE_SLACK = 1e-2
 
 
@@ -53,7 +54,8 @@ class RegionGains:
     decay_rate : the rate that P shows for the closed rules [1/s], at least the one asked.
     bounds : name -> (limit, largest value on the ellipsoid), SI units.
     relaxation : of the double sum.
-    condition, tries : what was solved, in scaled coordinates, and every word of the solvers.
+    condition, tries : the solved condition, in scaled coordinates, and the record of all solver
+        calls.
     diagnosis : condition, region, winds, and what to relax; empty for a candidate.
     """
 
@@ -146,7 +148,7 @@ def region_gains(
 ) -> RegionGains:
     """Return the gains of the region that a model describes.
 
-    Of all gains that meet the requirement, those that ask least of the actuator on the ellipsoid:
+    Of all gains that meet the requirement, these need the least actuator effort on the ellipsoid:
     the smallest torque (partial load), the smallest demanded pitch rate (full load).
 
     Raises

@@ -8,7 +8,7 @@ In scaled states and input, with Q = P^-1 > 0 and M_i = K_i Q, u = -sum_i h_i K_
     [[mu, M_i + c Q], [(.)', Q]] >= 0,  mu <= r_max^2           |u - c x| <= r_max on V <= 1
     Q_ll <= b_l^2                                               |x_l| <= b_l: inside the box
 
-with mu least: of all gains that meet the requirement, those that ask least of the actuator.
+with mu least: of all gains that meet the requirement, these need the least actuator effort.
 
 B is the same in every rule, so sum_ij h_i h_j (A_i Q - B M_j) = sum_i h_i (A_i Q - B M_i): the
 rules' own inequalities are the double sum, and no relaxation can add anything.  Bounds at the
@@ -31,10 +31,11 @@ from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-# Largest eigenvalue of Q in scaled states: the ellipsoid may reach this many times (squared) the
-# states' ranges.  It only keeps the unknowns bounded.
+# Largest eigenvalue of Q in scaled states: the ellipsoid reaches at most the root of this times the
+# states' ranges. The bound only keeps the unknowns bounded.
 LARGEST_Q = 1e3
-# Margin of a bound for a margin 1 of decay: bounds hold with a little room, decay gets the rest.
+# Margin of a bound for a margin 1 of decay: a small margin is enough for the bounds, so that decay
+# gets most of it.
 LIMIT_WEIGHT = 1e-3
 ONE = np.ones((1, 1, 1))
 

@@ -1,8 +1,8 @@
 """Two actuators that share one effort, handed over by a ramp, for any plant.
 
-blending             Actuator, Blending: who acts where, and how well it is known
+blending Actuator, Blending: where each actuator acts, and its uncertainty
 substitution         the plant behind the blend: one input, the rate of the effort
-actuator_authority   whether the actuators can deliver what is asked of them on the box
+actuator_authority whether the actuators can deliver the commanded effort on the box
 modelling            its Takagi-Sugeno model
 run_time             shares, commands and actuators over a motion, in floating point
 """

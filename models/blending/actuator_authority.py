@@ -1,4 +1,4 @@
-"""Whether each actuator can deliver what the effort's range asks of it, everywhere on the box."""
+"""Whether each actuator can deliver its part of the effort's range, everywhere on the box."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from takagi.models.ranges.branch_and_bound import Range
 
-GRID = 9  # points along each side where a place for a message is looked for
+GRID = 9  # grid points along each side of the box, where a place for the message is sought
 MOST_POINTS = 10_000
 HALVINGS = 40
 
@@ -24,7 +24,8 @@ def check_authority(blending: Blending) -> None:
     """Raise ModelError unless b > 0 on the box and every command stays within its limits.
 
     The effectiveness b is enclosed rigorously.  psi(U) grows with U, so that the command is largest
-    at an end of the effort's range and where b is least: psi_max / b_min within the room.
+    at an end of the effort's range and where b is least: psi_max / b_min must be at most the
+    distance from idle to the limit.
 
     Raises
     ------
@@ -80,7 +81,7 @@ def effectiveness_range(blending: Blending, actuator: Actuator) -> Range:
 
 
 def _lowest(blending: Blending, actuator: Actuator) -> tuple[str, float]:
-    """Return where on a grid of the box b is least, in words, and b there: for messages alone."""
+    """Return the grid point of the box with the least b, in words, and b there; for messages."""
     b, box = blending.effectiveness(actuator), blending.plant.box
     symbols: list[sp.Symbol] = sorted(b.free_symbols, key=str)
     sides = []

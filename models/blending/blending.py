@@ -1,4 +1,4 @@
-"""Two actuators that share one effort, as a value: who acts where, and how well it is known."""
+"""Two actuators that share one effort, as a value: where each one acts, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 
-# Names that the blended plant has beside those of the file.
+# Names that the blended plant adds to those of the file.
 EFFORT, RATE, SHARE = "effort", "effort_rate", "share"
 
 
@@ -124,7 +124,7 @@ class Blending:
         return max(self.delivered(actuator, end) for end in ends)
 
     def room(self, actuator: Actuator) -> Fraction | None:
-        """Return how far the actuator may go from where it idles; None without limits."""
+        """Return the distance from idle to the actuator's limit; None without limits."""
         side = actuator.variable.range
         if side is None:
             return None
@@ -161,14 +161,14 @@ class Blending:
 
 
 def blending_of(plant: Plant) -> Blending | None:
-    """Return what a plant behind a blend was made of; None for others."""
+    """Return the blending from which a plant was made; None for other plants."""
     found = plant.blending
-    assert found is None or isinstance(found, Blending)  # nothing else makes such plants
+    assert found is None or isinstance(found, Blending)  # set by ``blended_plant`` alone
     return found
 
 
 def unit_text(unit: str) -> str:
-    """Return a unit as it stands behind a number."""
+    """Return a unit as text to be written behind a number."""
     return "" if unit == "-" else f" {unit}"
 
 

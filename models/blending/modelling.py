@@ -26,14 +26,15 @@ def blended_model(
 ) -> TSModel:
     """Return ``sector_model(plant)``, with share and errors as premises of their own where it goes.
 
-    Entries such as (1 + delta) F then are products of premises that are variables, whose bounds are
-    those of the variables; and what the law knows is told from what it does not.  Without errors
-    the premises are left to be chosen: where both actuators act alike the share cancels.
+    Entries such as (1 + delta) F are then products of premises that are variables, and the bounds
+    of the premises are those of the variables. The premises that the law knows (F) stay apart from
+    those that it does not know (delta). Without errors the premises are chosen as usual, because
+    the share cancels if both actuators act alike.
 
     Parameters
     ----------
     choice, rest : as of ``sector_model``.
-    share_apart : keeps the share apart without errors too.
+    share_apart : make the share a premise of its own even without errors.
 
     Raises
     ------
@@ -46,7 +47,8 @@ def blended_model(
                 plant, choice=choice, rest=rest, premises={**plant.premises, **wanted}
             )
         except ModelError:
-            # They are not all found where a term has another factor too; then any form will do.
+            # Some may not be found, if a term has another factor too. Then any factored form is
+            # taken.
             return sector_model(plant, choice=choice, rest=rest)
     return sector_model(plant, choice=choice, rest=rest)
 

@@ -24,8 +24,8 @@ class RunTimeBlending:
 
     Attributes
     ----------
-    errors : actuator -> delta, its motion from rest moves the plant 1 + delta times as much;
-        0 for one that is not named.  Not limited to what is proved.
+    errors : actuator -> delta: its motion from rest moves the plant 1 + delta times as much. The
+        default is 0. Values outside the range of a proof are allowed.
 
     Raises
     ------
@@ -55,7 +55,7 @@ class RunTimeBlending:
         return (curved + (max(effort, e) - max(rest, e))) / (effort - rest)
 
     def signals(self, state: Floats) -> dict[str, float]:
-        """Return what the law knows of the signals at a state (n,): the share's deviation, by name.
+        """Return the signals that the law knows at a state (n,): the share's deviation, by name.
 
         The name is that of the model's variable: the deviation from the share at the equilibrium.
         """
@@ -64,7 +64,7 @@ class RunTimeBlending:
         return {name: self.share(float(state[-1])) - at_rest}
 
     def commands(self, state: Floats) -> Floats:
-        """Return (low, high), what the actuators are told at a state (n,), in SI."""
+        """Return the commands (low, high) of the actuators at a state (n,), in SI."""
         found = []
         for actuator, b in zip(self.blending.actuators, self._effectiveness, strict=True):
             sign = self.blending.sign(actuator)
@@ -81,7 +81,7 @@ class RunTimeBlending:
         return np.clip(self.commands(state), low, high)
 
     def actuators(self, state: Floats) -> Floats:
-        """Return (low, high) as they act: wrong by ``errors`` in their motion from rest."""
+        """Return the actual positions (low, high), with ``errors`` in their motion from rest."""
         told, rest = self.commands(state), self._at_rest
         wrong = [(self.errors or {}).get(a.name, 0.0) for a in self.blending.actuators]
         return np.asarray(rest + (1 + np.array(wrong)) * (told - rest))
@@ -89,7 +89,8 @@ class RunTimeBlending:
     def rate(self) -> Callable[[Floats, Floats], Floats]:
         """Return (x, u) -> x' of the plant as it was written, moved by its two actuators.
 
-        u has the plant's other inputs, then the rate of the effort.  Signals and disturbances rest.
+        u has the plant's other inputs, then the rate of the effort.  Signals and disturbances have
+        their rest values.
         """
         import sympy as sp
 

@@ -33,7 +33,7 @@ def blended_plant(blending: Blending) -> Plant:
     """Return the plant behind the blend: the states and the effort, the effort's rate as an input.
 
     Signals that schedule: ``share``, F with its exact range, and ``<actuator>_error`` for each
-    actuator with an error.  ``plant.blending`` keeps what it was made of.
+    actuator with an error.  ``plant.blending`` keeps the blending.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def blended_plant(blending: Blending) -> Plant:
 
 
 def actuator_laws(blending: Blending) -> dict[sp.Symbol, sp.Expr]:
-    """Return symbol of an actuator -> where it is, in effort, share, errors and parameters."""
+    """Return actuator symbol -> its position from effort, share, errors and parameters."""
     found = {}
     for a in blending.actuators:
         still, moved = _parts(blending, a)
@@ -76,10 +76,10 @@ def actuator_laws(blending: Blending) -> dict[sp.Symbol, sp.Expr]:
 
 
 def _behind(row: sp.Expr, blending: Blending) -> sp.Expr:
-    """Return one row with the actuators where they are.
+    """Return one row with the actuators' positions put in.
 
-    Where the row is affine in them, the effectiveness of the row is divided by that of the law
-    first, so that what cancels is gone.
+    If the row is affine in them, its effectiveness is first divided by that of the law, so that
+    common factors cancel.
     """
     import sympy as sp
 
@@ -105,7 +105,7 @@ def _ratio(slope: sp.Expr, effectiveness: sp.Expr) -> sp.Expr:
 def _parts(blending: Blending, actuator: Actuator) -> tuple[sp.Expr, sp.Expr]:
     """Return (still, moved): the actuator is at still + moved / effectiveness.
 
-    v = idle + step / b as commanded, v* + (1 + delta)(v - v*) where it is wrong by delta.
+    It is v = idle + step / b as commanded, and v* + (1 + delta)(v - v*) with the error delta.
     """
     share, effort = _symbol(SHARE), blending.effort
     known = {p.symbol.name for p in blending_parameters(blending)}

@@ -69,14 +69,14 @@ class PdcLaw:
 
     @property
     def is_scheduled(self) -> bool:
-        """Whether any gain differs from another; one that does not needs no premise."""
+        """Whether the gains differ from each other; if not, the law needs no premises."""
         return bool(np.any(self.gains != self.gains[0]))
 
     def memberships(self, state: ArrayLike, **signals: float) -> Floats:
         """Return h (r,) at a state (n,) in SI.
 
-        Outside its range a premise is held at the nearer end: there the law still gives a
-        command, and nothing is proved.
+        Outside its range a premise is held at the nearer end. There the law still gives a command,
+        but nothing is proved.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class PdcLaw:
     def sent(self, state: ArrayLike, **signals: float) -> Floats:
         """Return the command (m,), held within the ranges of the inputs that have one; SI.
 
-        A proof about the law is about states from where no command is held.
+        A proof about the law only covers states in which no command is limited.
         """
         free = np.array([-np.inf, np.inf])
         deviations = np.array([

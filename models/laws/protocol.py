@@ -1,4 +1,4 @@
-"""What every controller law is: a value that maps a state and a measurement to a command.
+"""The protocol of controller laws: a law is a value that maps state and measurement to a command.
 
     command = c(x_c, y),    x_c' = g(x_c, y),    y = (rotor speed, pitch, wind estimate)
 
@@ -14,7 +14,7 @@ from takagi.models.arrays import Floats
 
 
 class Measurement(NamedTuple):
-    """What a law sees: rotor speed [rad/s], pitch [rad], wind estimate [m/s]."""
+    """The inputs of a law: rotor speed [rad/s], pitch [rad], wind estimate [m/s]."""
 
     rotor_speed: float
     pitch: float
@@ -22,17 +22,17 @@ class Measurement(NamedTuple):
 
 
 class Command(NamedTuple):
-    """What a law asks for: generator torque on the high-speed shaft [N m], pitch [rad]."""
+    """The outputs of a law: generator torque on the high-speed shaft [N m], pitch [rad]."""
 
     torque: float
     pitch: float
 
 
 class Law(Protocol):
-    """A controller law as a value; it keeps no memory of its own, its state is passed in.
+    """A controller law as a value; it stores no state, because the state is an argument.
 
-    ``command`` and ``state_rate`` are pure.  A law need not limit what it asks for: the plant
-    limits torque, its rate, and the pitch drive.
+    ``command`` and ``state_rate`` are pure.  A law need not limit its commands: the plant limits
+    torque, its rate, and the pitch drive.
     """
 
     @property

@@ -1,7 +1,7 @@
 r"""A law as the discrete program that a turbine controller runs, every 10 to 20 ms.
 
-At t_k = k T the program reads its measurements, computes, and sends; what it sent holds until the
-next time:
+At t_k = k T the program reads its measurements, computes, and sends; a command that was sent is
+held until the next sample:
 
     c_k     = the law's command at (state_k, measurement_k)
     sent_k  = sent_{k-1} + (c_k - sent_{k-1} held within +- rate limit times T)
@@ -41,7 +41,7 @@ class Sampling(Protocol):
 
 
 class ProgramState(NamedTuple):
-    """What the program keeps between two samples: the law's states, and what it sent last."""
+    """The program's memory between two samples: the law's states, and the last command sent."""
 
     law_state: Floats
     sent: Command
@@ -49,7 +49,7 @@ class ProgramState(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SampledLaw:
-    """A law, its sample time, and limits on the rates of what it sends.
+    """A law, its sample time, and limits on the rates of its commands.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class SampledLaw:
 
     Raises
     ------
-    ModelError : a time or limit that makes no sense.
+    ModelError : a time or limit that is not allowed.
     """
 
     law: Law
@@ -91,7 +91,7 @@ class SampledLaw:
 
     @property
     def delay(self) -> float:
-        """T / 2 + T_c [s]: how late a command is on average."""
+        """T / 2 + T_c [s]: the average delay of a command."""
         return self.sample_time / 2 + self.computation_time
 
     def start(self, wind: float, sent: Command) -> ProgramState:
@@ -110,7 +110,7 @@ class SampledLaw:
 
 
 def require_times(sample_time: float, computation_time: float) -> None:
-    """Refuse times [s] that make no program.
+    """Refuse times [s] that are not possible for a program.
 
     Raises
     ------
@@ -142,10 +142,10 @@ def sampled(
 
 @cache
 def _discretises_itself(law: type) -> bool:
-    """Return whether laws of a class have ``sample``: kept, since each sample of a run asks."""
+    """Return whether laws of a class have ``sample``; cached, because every sample calls this."""
     return issubclass(law, Sampling)
 
 
 def _within(wanted: float, before: float, most: float) -> float:
-    """Return what is wanted, or the most that may be sent after ``before``."""
+    """Return the wanted value, or the nearest one that the rate limit allows after ``before``."""
     return float(min(max(wanted, before - most), before + most))

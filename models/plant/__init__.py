@@ -1,4 +1,4 @@
-"""What a user can write down of a plant: equations, variables with units and ranges, as values.
+"""A plant as the user writes it: equations, and variables with units and ranges, as values.
 
 variables         Variable, Parameter, Output, with their units
 plant             Plant, the value: M(x) x' = f(x, u, w), y = g(x, u, w), on a box
@@ -6,7 +6,7 @@ file_units        figures in SI in the units that the file is written in
 dimensions        the unit of an expression, where its parts fit
 table_coverage    the arguments of tables must stay inside them on the box
 entries, schema   what a plant file may contain; its JSON Schema, printed
-design_settings   what is asked of a design
+design_settings the requirements on a design
 
 Plant files are read in ``plant_files``; text, units and tables in ``expressions`` and ``files``.
 """

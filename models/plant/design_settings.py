@@ -1,4 +1,4 @@
-"""What is asked of a design for a plant, as its file says it in ``[design]``."""
+"""The requirements on a design for a plant, from the section ``[design]`` of its file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EFFORTS = ("small", "moderate", "large")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantSettings:
-    """What is asked of model and gains; SI units.
+    """The requirements on model and gains; SI units.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class PlantSettings:
 
     Raises
     ------
-    ModelError : a word that is not known, or a number that makes no sense.
+    ModelError : an unknown word, or a number out of its range.
     """
 
     choice: Choice = "fewest-rules"
@@ -88,7 +88,7 @@ class PlantSettings:
             )
 
     def require_names(self, *, states: tuple[str, ...], inputs: tuple[str, ...]) -> None:
-        """Raise ModelError unless what is named is an input (input_limit) or a state (initial)."""
+        """Raise ModelError for a name that is not an input (input_limit) or a state (initial)."""
         for field_name, given, known, what in (
             ("input_limit", self.input_limit, inputs, "input"),
             ("initial", self.initial, states, "state"),

@@ -134,6 +134,6 @@ class _Reader:
 
 
 def short(expression: sp.Expr) -> str:
-    """Return an expression as it stands in messages, cut at 80 characters."""
+    """Return an expression as it is printed in messages, cut at 80 characters."""
     text = str(expression).replace("**", "^")
     return text if len(text) <= 80 else f"{text[:77]}..."

@@ -1,4 +1,4 @@
-"""A plant as its equations say it, before anything is derived from it."""
+"""A plant as a value: its equations and data, before anything is derived from them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PER_SECOND = parse_unit("1/s").dimension
 
 
 class Blended(Protocol):
-    """What a plant behind a blend was made of: ``takagi.models.blending.Blending``."""
+    """The blending from which a plant was made: ``takagi.models.blending.Blending``."""
 
     @property
     def plant(self) -> Plant: ...
@@ -43,8 +43,8 @@ class Plant:
     units : "checked" if every unit is to fit (``takagi.models.plant.dimensions``), "unchecked" if
         they were not compared.
     name, description, source : what it is, in one line, and where its equations come from.
-    blending : of a plant behind a blend (``takagi.models.blending``): what it was made of, with
-        the plant as it was written; None for others.
+    blending : the ``takagi.models.blending.Blending`` from which a blended plant was made; it has
+        the plant as it was written. None for other plants.
 
     Two plants are equal if all of this is, symbol by symbol; expressions are compared as sympy
     holds them, not simplified.
@@ -175,10 +175,11 @@ def _check_units(plant: Plant) -> None:
     """Raise ModelError unless every equation, mass entry, output and premise fits by its units.
 
     What is added must have one unit; arguments of sin, exp, ... are pure numbers or in rad; the
-    derivative of a state has its unit per second (in discrete time: its unit); tables take and
-    give what they say.  Numbers in an expression are pure; 0 fits everything.
+    derivative of a state has its unit per second (in discrete time: its unit); arguments and values
+    of tables have the units that the table states.  Numbers in an expression are pure; 0 fits
+    everything.
 
-    The check reads the expressions as sympy holds them: what cancels is not looked at.
+    The check reads the expressions as sympy stores them, so terms that cancel are not checked.
     """
     units = _dimensions(plant)
     values = plant.values

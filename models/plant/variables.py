@@ -1,4 +1,4 @@
-"""What stands in a plant's equations: variables, parameters and outputs, with their units."""
+"""The symbols of a plant's equations: variables, parameters and outputs, with their units."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Variable:
     unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
     range : where the model shall hold; None for a variable that no premise may depend on.
     rest : its value at the operating point that the model is written around.
-    within : where its rest is no decimal: how far that may be from ``rest``, the decimal next to
-        it.  The model is written around the rest itself.
+    within : if the true rest is no decimal: the largest distance of the true rest from ``rest``,
+        the decimal nearest to it. The model is written around the true rest.
     equals : the expression without variables and parameters that such a rest is, e.g. 100*pi; None
         for one that was solved for.
     description : in words, e.g. ``"angle from upright"``.
@@ -57,8 +57,9 @@ class Variable:
 class Parameter:
     """A number with a name: exact value, SI unit, and where it comes from.
 
-    Where it is no decimal it ``equals`` an expression without variables and parameters, and lies
-    ``within`` so much of ``value``.  ``written`` is the unit in its file, for words alone.
+    If its exact value is no decimal, ``equals`` is that value as an expression without variables
+    and parameters, and ``within`` is its largest distance from ``value``.  ``written`` is the unit in
+    its file and is used in texts alone.
     """
 
     symbol: sp.Symbol
@@ -72,7 +73,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What is measured: y = expression, in its unit."""
+    """A measured output: y = expression, in its unit."""
 
     name: str
     expression: sp.Expr

@@ -4,7 +4,7 @@ loader             the file as a whole
 table_entry        a table that it names
 blending_section, design_section    its sections ``[blending]`` and ``[design]``
 derived_numbers    parameters and rests that are expressions
-entry_problem      what is wrong with a field, in words
+entry_problem messages about wrong fields
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def behind_blend(
     from takagi.models.files.units import parse_unit
 
     given = entry.blending
-    assert given is not None  # the caller looks
+    assert given is not None  # checked by the caller
     effort = variable(f"{PLACE}.effort", "effort", entry.all_states["effort"])
     rate = variable(f"{PLACE}.effort", "effort_rate", entry.commanded["effort_rate"])
     low = _actuator(document, "low", given.low, plant, read)

@@ -50,7 +50,7 @@ class DerivedNumbers:
         return tuple(self.found[name] for name in self.entry.parameters)
 
     def rest(self, place: str, text: str, unit: Unit) -> tuple[Fraction, Fraction, sp.Expr | None]:
-        """Return a rest that is an expression of parameters: decimal, radius, what it equals."""
+        """Return a rest given by parameters: nearest decimal, radius, exact expression."""
         expression = self._expression(place, text, ())
         self._check_unit(place, expression, unit.dimension)
         return self._number(place, expression)
@@ -100,7 +100,7 @@ class DerivedNumbers:
         return expression.subs({self.found[n].symbol: c for n, c in self.closed.items()})
 
     def _number(self, place: str, expression: sp.Expr) -> tuple[Fraction, Fraction, sp.Expr | None]:
-        """Return value, radius and what it equals; the last two only where it is no fraction."""
+        """Return value, radius and the exact expression; the last two only if it is no fraction."""
         import sympy as sp
 
         value = self._closed(expression)

@@ -21,14 +21,14 @@ _NUMBERS = ("gain_bound", "damping", "fastest", "sample_time")
 
 
 def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
-    """Return what a plant's file asks of a design, in SI.
+    """Return the requirements of a plant's file on a design, in SI units.
 
     Limits and initial states are in the units that the file gives the variables.
 
     Raises
     ------
-    ModelError : with file, line and field, as ``load_plant`` does; also a name that is no input
-        or state, and numbers that make no sense.
+    ModelError : with file, line and field, as ``load_plant`` does; also a name that is no input or
+        state, and numbers out of range.
     """
     asked = entry.design
     rate = asked.decay_rate if asked.settle is None else _settling_rate(document, asked)

@@ -1,4 +1,4 @@
-"""What is wrong with a field of a plant file, in words: what was given, and what to write."""
+"""Messages about wrong fields of a plant file: the given content, and what to write instead."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.entries import PlantEntry, VariableEntry
 
 Found = TypeVar("Found")
-# Those whose names share one space.
+# The sections whose names must differ from each other.
 SECTIONS = ("states", "inputs", "disturbances", "scheduling", "parameters", "tables", "premises")
 
 
@@ -60,7 +60,7 @@ def plant_files(name_or_path: str | Path) -> list[Path]:
 
 @dataclass(frozen=True, eq=False)
 class PlantFile:
-    """A plant's file, read once; what is made of it is made when it is asked for.
+    """A plant's file, read once; the plant and the settings are made on demand.
 
     Every property raises ``ModelError`` where the file does not allow it.
 
@@ -189,7 +189,7 @@ class _Reader:
         return behind_blend(self.document, self.entry, plant, self.variable, read)
 
     def at(self, field: str, work: Callable[[], Found]) -> Found:
-        """Return what ``work`` does; its error gets the place in the file."""
+        """Return the result of ``work``; its error message gets the place in the file."""
         try:
             return work()
         except ModelError as error:
@@ -255,7 +255,7 @@ class _Reader:
         self.check_exact(place, Fraction(1))
 
     def check_exact(self, place: str, within: Fraction) -> None:
-        """Refuse a rest that may be no decimal where only decimals are worked with."""
+        """Refuse a rest that may be no decimal for parts that need decimals."""
         if within and (self.entry.blending or place.split(".")[0] not in ("states", "inputs")):
             raise self.document.error(
                 f"{place}.rest",
@@ -327,7 +327,7 @@ class _Reader:
         return found
 
     def check_lost(self, plant: Plant) -> None:
-        """Refuse what sympy folded away, unless it has a value on the whole box."""
+        """Refuse terms that sympy removed, unless they have a value on the whole box."""
         from takagi.models.expressions.lost_parts import check_lost
         from takagi.models.expressions.tokens import expression_error
 

@@ -1,4 +1,4 @@
-"""A table that a plant file names: where it lies, and the function it stands for."""
+"""A table that a plant file names: its path, and its function."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def table_path(document: Document, name: str, file: str) -> Path:
 
     Raises
     ------
-    ModelError : a path that is absolute, leads out of the folder (also by a link), or to no file.
+    ModelError : an absolute path, a path out of the folder (also by a link), or a missing file.
     """
     place = f"tables.{name}.file"
     parts = PurePosixPath(file)

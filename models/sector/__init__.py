@@ -1,11 +1,11 @@
 """Symbolic sector nonlinearity: from equations of motion to an exact Takagi-Sugeno model.
 
-model             sector_model and rule_count;  arguments: from what they are given to a problem
+model             sector_model and rule_count; arguments: from their arguments to a problem
 terms, factored_form    ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
 choice            fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
 factorisation     one factored form without a search;  given_quotients: premises that are given
 premise_bounds    premises with proved ranges; with given or sampled ones
-rule_counting     how many rules premises make, and which of them are cheap to do without
+rule_counting     the number of rules, and the premises that could be left out at little cost
 assembly          derivation and model from entries in premise symbols
 exactness         whether the factored form is the plant: symbolically, or at points
 multilinear       entries at all corners, each rounded once

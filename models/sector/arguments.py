@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class GivenEquations:
-    """The arguments of ``sector_model`` that say what is modelled, not how premises are bounded."""
+    """The arguments of ``sector_model`` about the equations, not about the bounds of premises."""
 
     f: Plant | Sequence[sp.Expr]
     states: Sequence[sp.Symbol] = ()
@@ -42,7 +42,7 @@ class GivenEquations:
     source: str = ""
 
 
-# The members of ``GivenEquations`` that a plant carries itself.
+# The members of ``GivenEquations`` that a ``Plant`` has itself.
 OF_PLANT = (
     "states",
     "inputs",

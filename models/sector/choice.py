@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 CHOICES = ("fewest-rules", "least-conservative")
-MOST_ASSIGNMENTS = 64  # ways to give terms to states that are compared
-MOST_WIDTHS = 24  # forms whose hull is measured
-MOST_PREMISES = 12  # in a form whose hull is measured: 4096 vertices
+MOST_ASSIGNMENTS = 64  # the most assignments of terms to states that are compared
+MOST_WIDTHS = 24  # the most forms whose hull is measured
+MOST_PREMISES = 12  # the most premises of a form whose hull is measured: 4096 vertices
 
 
 def chosen_form(problem: Problem, choice: Choice) -> Factored:

@@ -15,7 +15,7 @@ MOST_SHOWN = 4
 
 
 def domain_steps(domain: Domain | None) -> tuple[Step, ...]:
-    """Return what the derivation says of a band or of a union of cells; nothing for a box."""
+    """Return the steps of the derivation about a band or a union of cells; none for a box."""
     if domain is None:
         return ()
     count = len(domain.cells)

@@ -1,4 +1,4 @@
-"""Whether two expressions are the same function: shown symbolically, refuted or tried at points."""
+"""Check that two expressions are the same function, symbolically or at points."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     import sympy as sp
 
 POINTS = 12
-DENOMINATOR = 997  # of the points' coordinates as shares of the sides: a prime, so no special angle
-SMALLEST = Fraction(1, 10**20)  # what a ball at a point may be wide and still speak for zero
-LONGEST = 150  # operations in an expression that sympy is asked to simplify: about a second
+DENOMINATOR = 997  # of the points' coordinates; a prime avoids special angles
+SMALLEST = Fraction(1, 10**20)  # the widest ball that is evidence for zero
+LONGEST = 150  # most operations for sympy's simplify: about a second
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,7 @@ MOST_TOGETHER = 3  # premises whose products are looked for in entries
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FactoredForm:
-    """``entries`` in ``premises``, which stand as expressions, those of the user first."""
+    """``entries`` in terms of ``premises``, which are expressions; those of the user come first."""
 
     premises: tuple[sp.Expr, ...]
     entries: Mapping[Place, Polynomial]
@@ -63,7 +63,7 @@ def _one() -> sp.Rational:
 def _parted(entries: Mapping[Place, Sum]) -> tuple[dict[Place, sp.Expr], dict[Place, Sum]]:
     """Return the constant part of each entry, a fraction, and the rest of it.
 
-    A number such as pi is in the rest: vertices are fractions, so that it takes a premise.
+    A number such as pi is in the rest: vertices are fractions, so it needs a premise.
     """
     import sympy as sp
 
@@ -120,7 +120,7 @@ def _scaled(value: Sum) -> Sum:
 
 
 def _without_products(atoms: Sequence[sp.Expr]) -> list[sp.Expr]:
-    """Return the atoms but those that are the product of two or three others that stay."""
+    """Return the atoms without those that are products of two or three of the remaining ones."""
     import sympy as sp
 
     kept = list(atoms)

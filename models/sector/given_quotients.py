@@ -16,9 +16,9 @@ def with_quotients(
 ) -> tuple[tuple[sp.Expr, ...], dict[sp.Symbol, sp.Expr]]:
     """Return the rows with N = z D for each wanted z = N/D, and the z that were used.
 
-    sin(x + 2 y) then reads z x + 2 z y, whose terms go to x and y; looked for term by term, the
-    quotient would not be found, for sin(x + 2 y) vanishes with neither of them alone.  Done where
-    D is a linear sum of two or more states and N appears in a row.
+    sin(x + 2 y) becomes z x + 2 z y, whose terms go to x and y. A search term by term would not
+    find this quotient, because sin(x + 2 y) does not vanish for x = 0 alone or y = 0 alone.  Done
+    where D is a linear sum of two or more states and N appears in a row.
     """
     import sympy as sp
 

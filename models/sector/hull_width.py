@@ -54,7 +54,8 @@ class HullWidth:
         low = np.array([float(side.lower) for side in sides])
         high = np.array([float(side.upper) for side in sides])
         shares = chance.random((SAMPLES, len(sides)))
-        # Half of the coordinates at their ends: extremes are more often there than inside.
+        # Half of the coordinates are at their ends, because extremes are there more often than
+        # inside.
         shares[SAMPLES // 2 :] = np.round(shares[SAMPLES // 2 :])
         self.points = low + (high - low) * shares
         if domain is not None:

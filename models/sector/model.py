@@ -1,4 +1,4 @@
-"""The front door of symbolic sector nonlinearity: equations of motion in, TSModel out."""
+"""Symbolic sector nonlinearity: from equations of motion to a Takagi-Sugeno model."""
 
 from __future__ import annotations
 
@@ -95,16 +95,16 @@ def sector_model(
     """Return xdot = f(x, u, w) as sum_i h_i(z) (A_i x + B_i u + E_i w), equal to f on the box.
 
     Each premise z_k is an expression whose range over the box is enclosed rigorously and rounded
-    outward to decimals; the rules are the corners of those ranges.  How the factored form was
-    checked to be f is said in ``model.derivation.exactness``.
+    outward to decimals; the rules are the corners of those ranges.  ``model.derivation.exactness``
+    says how the factored form was checked to equal f.
 
     Parameters
     ----------
-    f : a ``Plant``, which carries all that the arguments up to ``parameters`` and ``units``,
-        ``name`` and ``source`` say; its equilibrium is moved to the origin, so that the model is
-        in deviations (``delta_x`` for a variable x whose equilibrium is not 0), and x(t + T)
-        replaces xdot where it has a sample time.  Or n expressions; floats in them are
-        read as the decimals they print as.
+    f : a ``Plant``, which replaces the arguments up to ``parameters``, and ``units``, ``name`` and
+        ``source``; its equilibrium is moved to the origin, so that the model is in deviations
+        (``delta_x`` for a variable x whose equilibrium is not 0), and x(t + T) replaces xdot where
+        it has a sample time.  Or n expressions; floats in them are read as the decimals they print
+        as.
     rest : of a plant: ``"given"`` refuses rest values at which a row does not vanish exactly;
         ``"solve inputs"`` takes those of states and disturbances and solves for the inputs.
     box : a range for every variable that a premise depends on.

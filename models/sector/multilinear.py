@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MultiAffine: TypeAlias = Mapping[tuple[int, ...], Fraction]
 """Premise numbers -> coefficient of their product; () is the constant term."""
 
-DIGITS = 60  # of an irrational coefficient such as pi or sqrt(2), before anything is rounded
+DIGITS = 60  # of an irrational coefficient such as sqrt(2), before the entry is rounded
 
 
 def vertex_product(
@@ -63,7 +63,7 @@ def multi_affine(
 ) -> MultiAffine:
     """Return sum_S c_S prod_{k in S} z_k, the entry as a polynomial of degree <= 1 in each z_k.
 
-    The products of weights blend such entries exactly, and no others.
+    Products of weights interpolate exactly such entries, and no others.
 
     Raises
     ------

@@ -31,7 +31,7 @@ MARGIN = Fraction(1, 100)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoundsRequest:
-    """What was asked of the bounds: given ones, premises to sample, and the excess allowed."""
+    """The request for bounds: given ones, premises to sample, and the allowed excess."""
 
     given: Mapping[sp.Symbol, Given]
     sampled: frozenset[sp.Symbol]
@@ -72,7 +72,7 @@ def bounded_premises(problem: Problem, factored: Factored, asked: BoundsRequest)
 
     Raises
     ------
-    ModelError : bounds of a premise that there is not, one that cannot be bounded, or given
+    ModelError : bounds of a premise that does not exist, a premise that cannot be bounded, or given
         bounds that an attained value contradicts.
     """
     for what, symbols in (("bounds", asked.given), ("sampled bounds", asked.sampled)):
@@ -102,7 +102,7 @@ def bounded_premise(
     given: Given | Literal["sampled"] | None,
     tolerance: Fraction,
 ) -> Premise:
-    """Return the premise with proved bounds; or with given ones, or such as its samples have.
+    """Return the premise with proved bounds, with given ones, or with those of its samples.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def _of_balls_alone(expression: sp.Expr, problem: Problem, bounds: Interval) -> 
 def _given(
     symbol: sp.Symbol, expression: sp.Expr, problem: Problem, bounds: Interval, tolerance: Fraction
 ) -> _Bounded:
-    """Return the given bounds: proved, or with what is missing, or refused."""
+    """Return the given bounds, with a proof or with what is missing for it; or refuse them."""
     from takagi.models.ranges.expression_range import expression_range
 
     words, excess = "given by the user", Fraction(0)

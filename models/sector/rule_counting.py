@@ -8,8 +8,8 @@ from fractions import Fraction
 
 from takagi.models.ts.premise import Premise
 
-ROUGH = Fraction(1, 50)  # excess of bounds that only rank premises
-MOST_TOLD = 8  # premises that are told, of how many there may be
+ROUGH = Fraction(1, 50)  # allowed excess of bounds that are only used to rank premises
+MOST_TOLD = 8  # the most premises that a message names
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,7 +19,8 @@ class RuleCount:
     Attributes
     ----------
     rules : number of vertices.
-    premises : those that vary, the cheapest to do without first: by width over size.
+    premises : those that vary, sorted by width over size: the one with the least effect comes
+        first.
     constant : those that cost no rule.
     """
 

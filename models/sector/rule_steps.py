@@ -10,7 +10,7 @@ from takagi.models.equations.step import Step
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_product import VertexProduct
 
-MOST_LISTED = 16  # rules whose corners and vertices are written out
+MOST_LISTED = 16  # the most rules whose corners and vertices are written out
 
 
 def rule_steps(

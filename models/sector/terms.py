@@ -1,4 +1,4 @@
-"""The rows of f as sums of terms, each with the columns (states, inputs) that it may go to."""
+"""The rows of f as sums of terms, each with the columns (states, inputs) to which it may belong."""
 
 from __future__ import annotations
 
@@ -139,7 +139,8 @@ def _signed(term: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     factors = []
     for factor in sp.Mul.make_args(rest):
         if factor.is_Add:
-            # Whole numbers as large as the digits of a table would only blow the premise up.
+            # The decimals of a table would give huge whole numbers, which make the premise
+            # unreadable.
             sizes = factor.as_coefficients_dict()
             first = min((part for part in sizes if part is not sp.S.One), key=sp.default_sort_key)
             large = any(abs(size.p) > LARGE for size in sizes.values())

@@ -1,7 +1,7 @@
 """Ranges of the torque coefficient for a search: ``patch_ranges`` between rational numbers.
 
-Right up to rounding, and no bound: what a search finds with them is enclosed anew before anything
-is claimed.
+The ranges are right up to rounding, so they are no rigorous bounds. A result that a search finds
+with them is enclosed rigorously before anything is claimed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.splines.patch_ranges import patch_ranges
 from takagi.models.splines.surface import Surface
 
-# An end on the table's edge may round to the far side of it.
+# An end on the table's edge may be rounded to a point outside.
 EDGE = 1e-12
 
 

@@ -1,8 +1,8 @@
 """Exact linear maps from the B-spline coefficients of a knot span to Bernstein coefficients.
 
-One direction at a time: for a span, a part of it and an order of differentiation, an integer matrix
-over one denominator.  Everything is a blossom: the polar form of a polynomial, evaluated by the
-recursion of de Boor with a different argument at each level.
+There is one map for each direction, span, part of the span and order of differentiation: an integer
+matrix over one denominator. Its entries are values of the blossom, the polar form of a polynomial,
+evaluated by de Boor's recursion with a different argument at each level.
 
 Source: Ramshaw (1989), "Blossoms are polar forms", Computer Aided Geometric Design 6.
 """
@@ -40,8 +40,8 @@ class KnotAxis:
     spans: tuple[int, ...]
     starts: tuple[Fraction, ...]  # where each span begins
     maps: dict[tuple[int, int], AxisMap]
-    # The interval that was asked for last with each order, and its parts: the derivatives of a
-    # surface over one rectangle ask for the same ones.
+    # The last interval for each order, and its parts: the derivatives of a surface over one
+    # rectangle need the same ones.
     latest: dict[int, tuple[Interval, list[tuple[int, AxisMap]]]] = field(
         default_factory=dict, repr=False, compare=False
     )

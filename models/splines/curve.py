@@ -23,7 +23,8 @@ from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_
 
 # A point given in other units lands on the edge only up to rounding: see models/splines/surface.py.
 EDGE = 1e-9
-# A curve is a surface that does not depend on y: one span [0, 1] with four equal coefficients.
+# A curve is treated as a surface that does not depend on y: the y direction has one span [0, 1] and
+# four equal coefficients.
 FLAT_KNOTS = tuple(Fraction(k) for k in (0, 0, 0, 0, 1, 1, 1, 1))
 ORIGIN = Interval(Fraction(0), Fraction(0))
 

@@ -1,4 +1,4 @@
-"""One point of a bicubic surface at a time, cheaply: what a time loop needs.
+"""Fast evaluation of a bicubic surface at one point, for the time loop of a simulation.
 
 Every knot cell of the spline is a polynomial sum_pq c_pq (x - x_i)^p (y - y_j)^q; its sixteen
 coefficients are computed once, then evaluated by Horner's rule on Python floats.  About thirty
@@ -44,8 +44,8 @@ def patch_coefficients(surface: Surface) -> tuple[Floats, Floats, Floats]:
 def scalar_surface(surface: Surface) -> ScalarSurface:
     """Return f(x, y) on Python floats; a point outside the table is moved to its edge.
 
-    Nothing is raised and NaN is not looked for: whoever needs to know that a point was outside
-    compares with ``surface.x_range`` and ``surface.y_range``.
+    Nothing is raised, and NaN is not checked for. To know whether a point was outside, compare it
+    with ``surface.x_range`` and ``surface.y_range``.
     """
     corners_x, corners_y, patches = patch_coefficients(surface)
     x_knots, y_knots = corners_x.tolist(), corners_y.tolist()

@@ -23,7 +23,8 @@ from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_
 
 DECIMALS = 12
 # A point given in other units lands on the edge only up to rounding: 30 deg is 3e-13 rad
-# outside a knot of 12 decimals.  That much is moved to the edge; anything more is refused.
+# outside a knot of 12 decimals.  Points that far outside are moved to the edge; points further
+# outside are refused.
 EDGE = 1e-9
 
 

@@ -17,13 +17,14 @@ from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.loops.published.cells import (
+from takagi.models.loops.published import (
+    LoopFigures,
     PublishedCell,
     disturbance_bound,
     enclosed_cell,
+    loop_figures,
     wind_breaks,
 )
-from takagi.models.loops.published.tables import LoopFigures, loop_figures
 from takagi.models.splines.patch_ranges import patch_ranges
 from takagi.models.turbine import rotor_torque
 from tests.paper_models import regional_models

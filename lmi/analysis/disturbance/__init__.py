@@ -6,3 +6,27 @@ peak_to_peak, peak_condition, reachable_set    peak-to-peak gain; its LMIs; that
 least_gain, channel          what all norms have in common; the path through the vertices
 guessed_function             a guess of the function that shows a norm
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, disturbance_channel
+    from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
+    from takagi.lmi.analysis.disturbance.output_variance import variance_shown
+    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
+    from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
+
+__all__ = [
+    "DisturbanceChannel",
+    "OneVertex",
+    "disturbance_channel",
+    "energy_gain_of",
+    "peak_shown",
+    "variance_shown",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -1,10 +1,11 @@
-r"""The energy gain of one vertex, and a P that shows nearly so much, by its Riccati equation.
+r"""The energy gain of one vertex, and a P that nearly shows it, by a Riccati equation.
 
     A' P + P A + (P B + C' D / gamma) S^-1 (P B + C' D / gamma)' + C' C / gamma + R = 0,
     S = gamma I - D' D / gamma,
 
-has a solution P > 0 for every gamma above the norm of the path with the outputs of R beside y.
-With R > 0 the bounded real lemma holds with room for rounding P, and no program is solved.
+has a solution P > 0 for every gamma above the norm of the path from w to y and to the outputs that
+R adds. With R > 0 the bounded real lemma holds with a margin, so P may be rounded. No program is
+solved.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Zhou, Doyle, Glover (1996),
 Robust and Optimal Control, section 13.4; Kleinman (1968), IEEE Trans. Automatic Control 13(1), for
@@ -26,11 +27,12 @@ from takagi.models.arrays import Floats
 
 # Frequencies beside those of the poles: so many decades about them, so many in each.
 AROUND, DENSITY = 3.0, 20
-# How much of the largest state's size a state has in the room at least: some hardly show.
+# R weighs each state by its size in the output, but with at least this share of the largest size:
+# some states hardly appear in the output.
 LEAST = 1e-6
-# Newton's steps: of gains of 1e4 the first solution misses by more than the room.
+# Newton's steps: with gains of 1e4 the error of the first solution is larger than the margin of R.
 STEPS = 4
-# The share of the tolerance that is given for the room.
+# The share of the tolerance that R may use.
 SHARE = 0.5
 
 
@@ -50,7 +52,7 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
     if not np.linalg.eigvals(A).real.max() < 0:
         return None
     least = norm_seen(A, B, C, D)
-    # A state has the size that it shows in the output by itself.
+    # The size of a state is that of its own effect on the output.
     size = np.diag(_quiet(solve_continuous_lyapunov, A.T, -C.T @ C))
     if not (np.isfinite(least) and least > 0 and np.isfinite(size).all() and size.max() > 0):
         return None
@@ -108,7 +110,7 @@ def norm_seen(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
 
 
 def _quiet(solve: Callable[..., Any], *arguments: Floats, **named: Floats) -> Floats:
-    """Return what a solver of scipy says, in floats, without its doubts: P is checked elsewhere."""
+    """Return a scipy solver's result in floats without its warnings: P is checked elsewhere."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.asarray(solve(*arguments, **named), dtype=np.float64)

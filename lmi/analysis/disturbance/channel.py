@@ -110,7 +110,7 @@ def disturbance_channel(
 ) -> DisturbanceChannel:
     """Return the path E (or B, where there is no E) to C, of a model or of matrices.
 
-    Where there is an E nothing leads from w to y directly: a model's D is that of its input.
+    With E there is no direct term from w to y: a model's D belongs to its input.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def disturbance_channel(
     disturbed = given["E"] is not None and 0 not in np.shape(given["E"])
     if not disturbed and (given["B"] is None or 0 in np.shape(given["B"])):
         raise ModelError("there is no disturbance and no input; E (or B) is needed")
-    # What the input does to the output is no part of the path from E.
+    # D leads from the input to the output, so it is no part of the path from E.
     unused = ("B", "D") if disturbed else ("E",)
     arrays, _ = vertex_arrays(
         A,
@@ -162,8 +162,8 @@ def disturbance_channel(
 def near_least(outcome: Outcome) -> bool:
     """Return whether the outcome of a minimisation is a candidate: its objective near the least.
 
-    Where no solver gets near it, ``optimise`` says "unknown": unknowns that only satisfy the
-    condition show a bound too, but possibly a thousand times the least one.
+    If no solver comes near the least objective, ``optimise`` returns "unknown". Unknowns that only
+    satisfy the condition show a bound too, but it may be a thousand times the least one.
     """
     return outcome.status == "candidate"
 
@@ -174,7 +174,7 @@ def _power(value: float) -> float:
 
 def largest_response(channel: DisturbanceChannel) -> float:
     """Return the largest singular value of the vertices' responses, at their own frequencies."""
-    # It only sets units, for which some of very many vertices will do.
+    # It only sets units, so a sample of very many vertices is enough.
     some = slice(None, None, 1 + len(channel.A) // 512)
     A, B, C, D = channel.A[some], channel.B[some], channel.C[some], channel.D[some]
     poles = np.linalg.eigvals(A)

@@ -1,4 +1,4 @@
-"""The output's variance of one vertex by its Lyapunov equation, with room for rounding its P."""
+"""The output's variance of one vertex by a Lyapunov equation, with a margin for rounding its P."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import numpy as np
 from takagi.lmi.cone.balance import state_units
 from takagi.models.arrays import Floats
 
-# How much of the largest state's size a state has in the room at least: some hardly show.
+# R weighs each state by its size in P, but with at least this share of the largest size: some
+# states hardly appear in the output.
 LEAST = 1e-6
 
 
@@ -41,7 +42,7 @@ def gramian_with_room(
     if not (least > 0 and added > 0):
         return None
     P = P + tolerance * least / added * more
-    # Floats cannot decide whether an ill-conditioned P is definite; whoever proves it can.
+    # Floats cannot decide whether an ill-conditioned P is definite; the exact check decides later.
     return P / s / s[:, None] if np.isfinite(P).all() and np.diag(P).min() > 0 else None
 
 

@@ -1,8 +1,9 @@
 """A guess of the Lyapunov function that shows a norm, by the equations of one system.
 
-A loop of high gain has fast and slow parts; in balanced states its norm's P is conditioned as 1e8
-and more, and no solver comes near the least gain.  Where P is |x|^2 every one does.  The equations
-are those of the mean of the vertices: a guess of coordinates, from which nothing is claimed.
+A loop of high gain has fast and slow parts. In balanced states the P of its norm has a condition
+number of 1e8 and more, and no solver comes near the least gain. In states where P is |x|^2 every
+solver does. The guess is the P of the mean of the vertices. It only gives coordinates; nothing is
+claimed from it.
 
 Source: Zhou, Doyle and Glover (1996), Robust and Optimal Control, chapter 13.
 """
@@ -15,14 +16,16 @@ from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_
 from takagi.lmi.cone.balance import state_units
 from takagi.models.arrays import Floats
 
-# The Riccati equation is asked above the norm, which is known from a few frequencies.
+# The Riccati equation is solved for a gamma above the norm, by this factor; the norm is estimated
+# from a few frequencies.
 ABOVE = (1.05, 2.0, 10.0)
-# What the observability Gramian has more of everything, as a share of its largest weight.
+# The weight that is added for every state to that of the observability Gramian, as a share of its
+# largest weight.
 MORE = 1e-6
 
 
 def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
-    """Return P of the bounded real lemma's equation a little above the norm; None if not found."""
+    """Return P of the Riccati equation for a gamma a little above the norm; None if not found."""
     from scipy.linalg import solve_continuous_are, solve_discrete_are
 
     solve = solve_continuous_are if channel.sample_time is None else solve_discrete_are
@@ -41,7 +44,7 @@ def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
 
 
 def guessed_of_variance(channel: DisturbanceChannel) -> Floats | None:
-    """Return the observability Gramian, every state weighed a little; None if not found."""
+    """Return the observability Gramian with a small weight on every state; None if not found."""
     from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
     A, _, C, _, s = _mean(channel)

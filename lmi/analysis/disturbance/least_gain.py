@@ -27,12 +27,12 @@ Pose: TypeAlias = Callable[[DisturbanceChannel, ChannelUnits], Condition]
 Shown: TypeAlias = Callable[
     [DisturbanceChannel, ChannelUnits, Mapping[str, Floats]], tuple[float, Floats]
 ]
-# P, but for its size, of a system that is like the path.
+# A guess of P, up to a factor, from a single system near the path.
 Guess: TypeAlias = Callable[[DisturbanceChannel], Floats | None]
 
 # Gains that differ by less are the same.
 AGREED = 1e-6
-# An objective that is as near its bound, relative, is the least whatever the coordinates.
+# If an objective is as near to its lower bound, relatively, it is the least one in any coordinates.
 SURE = 1e-5
 
 
@@ -90,7 +90,7 @@ def _attempt(
 ) -> tuple[Answer, bool]:
     """Return the answer posed in x = s xhat; without a gain where no solver came near the least.
 
-    And whether the bound of the multipliers leaves no doubt that it is the least.
+    Also return whether the lower bound of the multipliers confirms that it is the least.
     """
     units = ChannelUnits.of(path, s, noise=noise)
     scaled = path.scaled(units)
@@ -113,9 +113,9 @@ def _attempt(
 def _gain_of(
     outcome: Outcome, scaled: DisturbanceChannel, units: ChannelUnits, shown: Shown, *, noise: bool
 ) -> tuple[float | None, Floats | None, str]:
-    """Return the gain that the unknowns show, its P, and why it is not the least; all may be none.
+    """Return the gain that the unknowns show, its P, and why it is not the least; each may be None.
 
-    An objective that no solver brought near the least may stand beside a P that shows less.
+    If no solver brought the objective near the least, P may still show a smaller gain than it.
     """
     values = outcome.values if near_least(outcome) else outcome.feasible
     if not values:
@@ -133,7 +133,7 @@ def _gain_of(
 def _in_states(
     path: DisturbanceChannel, T: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
 ) -> tuple[Answer, bool]:
-    """Return the answer posed in x = T xhat, and whether it is the least without doubt."""
+    """Return the answer posed in x = T xhat, and whether its lower bound confirms it."""
     one = np.ones(len(T))
     found, sure = _attempt(path.in_states(T), one, pose, shown, noise=noise, slack=slack)
     if found.P is None:
@@ -145,10 +145,10 @@ def _in_states(
 def _confirmed(
     path: DisturbanceChannel, found: Answer, pose: Pose, shown: Shown, *, noise: bool, slack: float
 ) -> Answer:
-    """Return what is found again where the first P is |x|^2, if that is less.
+    """Return the answer in states where the first P is |x|^2, if its gain is less.
 
-    In coordinates that do not suit it a solver may call solved what is a per cent above the least
-    gain; only other coordinates decide.
+    In unsuitable coordinates a solver may report "solved" for a gain that is a per cent above the
+    least. Only a second solution in other coordinates shows this.
     """
     assert found.P is not None and found.gain is not None  # a gain comes with its P
     if len(path.A) > ALL_AT_ONCE:
@@ -172,7 +172,7 @@ def states_of(P: Floats) -> Floats | None:
 
 
 def motion_of(channel: DisturbanceChannel, P: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return what V = x' P x does in a step: V' or V(x+) - V = [x; w]' [[-F, G], [G', H]] [x; w].
+    """Return the change of V = x' P x: V' or V(x+) - V = [x; w]' [[-F, G], [G', H]] [x; w].
 
     F = -He(P A_i), G = P B_i, H = 0; in discrete time P - A_i' P A_i, A_i' P B_i, B_i' P B_i.
     """
@@ -206,11 +206,11 @@ def _hopeless_vertex(channel: DisturbanceChannel, states: Floats, alpha: float) 
 def _answer_without(
     channel: DisturbanceChannel, states: Floats, tried: Answer, alpha: float
 ) -> Answer:
-    """Return the answer where no bound was found: no common P at all, or no solver settled it."""
+    """Return the answer without a bound: no common P exists, or no solver decided it."""
     stable = common_lyapunov(
         channel.A, decay_rate=alpha, scales=states, sample_time=channel.sample_time
     )
-    # One stable vertex has a P; a solver that finds none has only met its limits.
+    # A single stable vertex always has a P; a solver that finds none has failed numerically.
     no = stable.status == "infeasible" and len(channel.A) > 1
     rate = f" at the decay rate {alpha:g} 1/s" if alpha > 0 else ""
     why = (

@@ -29,13 +29,16 @@ from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknown
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 
-# Shares of the largest common decay rate; at the largest itself nothing is left for w.
+# Rates that are tried, as shares of the largest common decay rate. At the largest rate itself the
+# LMI has no margin left for the disturbance.
 SHARES = (0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98)
-# In discrete time a loop may reach the equilibrium in some steps: e^-7 in one is fast enough.
+# A discrete-time loop may reach the equilibrium in a few steps, so its rate may be infinite; the
+# search ends at a decay by e^-7 in one sample.
 FASTEST = 7.0
-# How much of the gain of one vertex is given for room in the states that it is posed in.
+# The relative increase of one vertex's gain that gives its P a margin; P only serves as
+# coordinates.
 ROOM = 1e-5
-# A rate at which nothing is lost, in units of order one, where none exists.
+# The rate, in units of order one, that is used if no rate has a finite gain.
 SMALLEST = 1e-6
 
 
@@ -138,9 +141,9 @@ def _largest(matrices: Floats) -> float:
 
 
 class _Search:
-    """Looks for the best decay rate, each time in the states where the last P was the identity.
+    """The search for the best decay rate, each time in states where the last P is the identity.
 
-    A loop that is far from normal leaves P ill-conditioned in balanced states.
+    If the matrix of a loop is far from normal, P is ill-conditioned in balanced states.
     """
 
     def __init__(self, path: DisturbanceChannel, states: Floats) -> None:
@@ -153,7 +156,7 @@ class _Search:
         return cls(path.at(first_vertices(moved)), np.diag(s))
 
     def best(self) -> float:
-        """Return about the rate with the least gain in 1/s; a tiny one where none has any."""
+        """Return about the rate [1/s] with the least gain; a tiny one if no gain is finite."""
         if len(self.path.A) == 1 and (rate := self._of_one_vertex()) is not None:
             return rate
         ceiling = self._ceiling()

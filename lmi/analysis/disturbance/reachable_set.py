@@ -1,4 +1,4 @@
-r"""The peak-to-peak gain of one vertex by its Lyapunov equation, with room for rounding its P.
+r"""The peak-to-peak gain of one vertex by a Lyapunov equation, with a margin for rounding its P.
 
 With Q = P^-1 the least ellipsoid x' P x <= 1 that is invariant for |w| <= 1 at a decay rate alpha
 needs no program: Q is least in every direction where
@@ -24,11 +24,13 @@ from takagi.lmi.cone.balance import state_units
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate
 from takagi.models.arrays import Floats
 
-# The rate is looked for by sigma / (most - sigma), so finely at both ends of its range.
+# The grid over the rate is in the logarithm of sigma / (most - sigma), so that it is fine at both
+# ends of the range.
 ODDS = np.geomspace(1e-4, 1e6, 31)
-# How much of the largest state's size a state has in the room at least: some hardly move.
+# R weighs each state by its size in Q, but with at least this share of the largest size: some
+# states hardly move.
 LEAST = 1e-6
-# The least share of gamma^2 that is left to x or to w where w shows in y directly.
+# The least share of gamma^2 for x, and for w, if w enters y directly.
 NARROWEST = 1e-9
 
 
@@ -145,7 +147,7 @@ class OneVertex:
     def _solved(self, weight: Floats, sigma: float) -> Floats | None:
         """Return Q of the equation with this weight; None where it is not positive."""
         with warnings.catch_warnings():
-            # Nothing is claimed here: whoever proves P sees whether Q was solved well enough.
+            # Nothing is claimed here: the later check of P shows whether Q is accurate enough.
             warnings.simplefilter("ignore", RuntimeWarning)
             try:
                 if self.step is None:

@@ -4,3 +4,22 @@ regulator         the linear-quadratic regulator of a Takagi-Sugeno model
 condition         its LMIs
 guaranteed_cost   one gain for all vertices, in given engineering ranges
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.gains.cost.guaranteed_cost import (
+        guaranteed_cost_condition,
+        guaranteed_cost_gain,
+    )
+
+__all__ = [
+    "guaranteed_cost_condition",
+    "guaranteed_cost_gain",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -6,3 +6,22 @@ largest_rate       the largest rate with gains
 relaxation_search, relaxation_table    one relaxation after another; what each costs and buys
 limited_outcome    whether a no is one of the limits
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.gains.decay.design import decided
+    from takagi.lmi.gains.decay.limited_outcome import stopped_by_limit
+    from takagi.lmi.gains.decay.request import decay_request
+
+__all__ = [
+    "decay_request",
+    "decided",
+    "stopped_by_limit",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

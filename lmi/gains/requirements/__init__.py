@@ -8,3 +8,23 @@ rate_limits     how fast the inputs move
 region_sums     eigenvalues in regions of the complex plane
 robust_sums     norm-bounded uncertainty of the model
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.gains.requirements.given_limits import GivenLimits
+    from takagi.lmi.gains.requirements.limits import Limits, limits_of
+    from takagi.lmi.gains.requirements.requirements import Requirements
+
+__all__ = [
+    "GivenLimits",
+    "Limits",
+    "Requirements",
+    "limits_of",
+]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -1,4 +1,4 @@
-"""The result of a structured design: gains, what they reach, what the structure costs."""
+"""The result of a structured design: gains, their value, and the loss due to the structure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from takagi.models.errors import ModelError
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StructuredDesign:
-    """Structured gains, and what the structure costs.
+    """Structured gains, their value, and the loss due to the structure.
 
     Attributes
     ----------
@@ -26,10 +26,10 @@ class StructuredDesign:
     objective : "decay_rate", "cost" or "hinf".
     value : decay rate in 1/s, mean cost, or gamma, that P shows for these gains.
     unstructured : the best value known without the structure, one gain a rule; nan if unknown.
-    loss : share of it that the structure costs, at least 0: 1 - value / unstructured of a decay
-        rate, value / unstructured - 1 of a cost or gamma.
+    loss : relative loss of the value due to the structure, at least 0: 1 - value / unstructured of
+        a decay rate, value / unstructured - 1 of a cost or gamma.
     relaxation : name of the double-sum relaxation.
-    steps : what was accepted, in order, from all starts.
+    steps : the accepted steps from all starts, in order.
     answer : the check of the gains as they are, K fixed and P unknown.
     """
 
@@ -102,7 +102,7 @@ def found_at(
 
 
 def unsettled(climb: LocalSearch) -> Answer:
-    """Return the answer where no start led to a decay."""
+    """Return the answer for the case that no start led to a stable loop."""
     rate = climb.reached()
     return Answer(
         status="unknown",

@@ -1,4 +1,4 @@
-"""Coordinates in which a given function is |x|^2, and what it shows is of order one."""
+"""Coordinates in which a given function is |x|^2 and its value (rate, cost, gamma) is near 1."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ from takagi.models.arrays import Floats
 class LocalUnits:
     """x = states xhat, u = inputs uhat, w = disturbance what, z = output zhat, time in 1 / time.
 
-    x' P x is |xhat|^2, and with the value gamma |w|^2 - |z|^2 / gamma is |what|^2 - |zhat|^2 times
-    the rate; so P and gamma are found about I and 1, or a multiple of 1 where no value is known.
+    In these units x' P x is |xhat|^2. With the value gamma, the supply rate gamma |w|^2 - |z|^2 /
+    gamma is |what|^2 - |zhat|^2 times the rate. The solver then finds P near I and gamma near 1, or
+    near a multiple of 1 if no value is known.
 
     Attributes
     ----------

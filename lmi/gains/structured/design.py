@@ -1,4 +1,4 @@
-"""Gains with a structure: zeros where the law may not look, outputs in the place of states."""
+"""Gains with a structure: prescribed zeros, shared gains, output feedback."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError, did_you_mean
 
-# Tolerances of H-infinity designs to begin from: the least gain is approached with gains without
-# bound, which is no place to project from.
+# Tolerances of the unstructured H-infinity designs that serve as starts. Near the least gamma the
+# feedback gains grow without bound, and a projection of such large gains is a poor start.
 MODEST = (1e-1, 1e-2)
 
 
@@ -164,10 +164,10 @@ def _unstructured(
     performance: Performance | None,
     sample_time: float | None,
 ) -> list[Design]:
-    """Return designs without structure, the best first; only a no where none exists."""
+    """Return designs without structure, the best first; if none exists, only the answer "no"."""
     name, bound = search.relaxation, search.gain_bound
     if search.objective == "cost":
-        assert Q is not None and R is not None  # plant_for has looked
+        assert Q is not None and R is not None  # plant_for has checked this
         found = [
             lqr_pdc(model, Q, R, relaxation=name, deviations=deviations, sample_time=sample_time)
         ]
@@ -199,7 +199,7 @@ def _starts(search: StepSearch, plain: list[Design]) -> Iterator[LocalStart]:
     s = state_units(search.plant.A, None, step=search.plant.sample_time)
     for number, design in enumerate(plain):
         if design.gains is None or design.P is None or (number == 0 and len(plain) > 2):
-            # The least gain itself is approached with gains without bound.
+            # The feedback gains grow without bound as gamma approaches its least value.
             continue
         for metric, name in ((np.linalg.inv(design.P), "by P"), (np.diag(s**2), "by size")):
             F = search.structure.projected(design.gains, (metric + metric.T) / 2)
@@ -212,7 +212,7 @@ def _starts(search: StepSearch, plain: list[Design]) -> Iterator[LocalStart]:
 def _best_without(
     search: StepSearch, plain: list[Design], spot: StructuredPoint, tolerance: float
 ) -> float:
-    """Return the best value known without the structure, of which the structured one is one."""
+    """Return the best value known without the structure; structured gains count as such too."""
     sense = search.sense
     free = replace(search, structure=search.structure.free)
     values = [spot.value]

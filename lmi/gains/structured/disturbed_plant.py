@@ -1,4 +1,4 @@
-"""The plant of a structured design: its disturbance and output are what the objective is about."""
+"""The plant of a structured design, with the disturbance and the output of the objective."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def plant_for(
     r, _, m = B.shape
     C, D12 = np.zeros((r, 1, n)), np.zeros((r, 1, m))
     if objective == "cost":
-        assert Q is not None and R is not None  # _check_given has looked
+        assert Q is not None and R is not None  # _check_given has checked this
         F = _root(symmetric("Q", Q, n, definite=False))
         G = _root(symmetric("R", R, m, definite=True))
         C = np.broadcast_to(np.concatenate([F, np.zeros((m, n))]), (r, len(F) + m, n))

@@ -50,16 +50,17 @@ class StructuredPoint:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StepSearch:
-    """What is sought.
+    """The objective of the search, with what all its steps need.
 
     Attributes
     ----------
     plant : in the model's units.
     deviations : L of the covariance L L' of x(0), for the cost.
     gain_bound : on the spectral norm of every K_i; None without.
-    held : margin at which cost and gamma are least: a larger one keeps P better conditioned.
-    fine : how near to the largest decay rate P is taken, relative, for the same reason.
-    tries : of all solver calls; grows.
+    held : margin that the LMIs must keep while cost or gamma is minimised; a larger margin keeps P
+        better conditioned.
+    fine : relative distance from the largest decay rate at which P is taken, for the same reason.
+    tries : the record of all solver calls; every call adds to it.
     """
 
     plant: DisturbedPlant
@@ -90,7 +91,7 @@ class StepSearch:
         Parameters
         ----------
         value : about what is to be expected of gamma; it only sets units.
-        settle : for an answer: no margin is held back, and more solvers are asked.
+        settle : True for the final answer: no margin is kept, and more solvers are tried.
         """
         K = self.structure.gains(F)
         units = LocalUnits.of(self.plant, self.objective, P, K, value=value)
@@ -247,7 +248,7 @@ class StepSearch:
         return Outcome("candidate" if held > 0 else "unknown", values, held, np.inf, {}, ())
 
     def _hair(self, units: LocalUnits, fine: float) -> Callable[[float], float]:
-        """Return the difference in the rate's parameter that does not matter."""
+        """Return the tolerance of the rate's parameter."""
         rest = 0.0 if self.rate == "alpha" else 1.0
         return lambda at: fine * max(abs(at - rest), 1e-3 * units.speed)
 

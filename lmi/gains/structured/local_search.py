@@ -1,4 +1,4 @@
-"""From several starts to the best structured gains: steps that never lose what was gained."""
+"""A local search for structured gains from several starts; no step makes the value worse."""
 
 from __future__ import annotations
 
@@ -14,18 +14,20 @@ from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.slack_matrix import slack_condition, slack_gains
 from takagi.models.arrays import Floats
 
-# Steps towards any decay at all, and for a start with room around it.
+# The number of steps to find a stable loop, and the number of steps to give it a decay margin.
 TOWARDS_DECAY, WITH_ROOM = 30, 2
-# Steps and relative gain at which a start is left for the best ones, of which so many go on.
+# Each start takes at most so many steps and stops at such a relative gain; then only the best
+# starts go on, and the last number says how many.
 EXPLORED, ENOUGH, PURSUED = 15, 3e-4, 2
 MOST = 80
-# What is held back in turn, of margins (cost, gamma) or of the rate: with a function that is well
-# conditioned first, then with one that touches more.
+# The shares of the margin (cost, gamma) or of the rate that are kept free, one after the other. The
+# larger share comes first because it keeps P well conditioned; the smaller one comes nearer to the
+# optimum.
 LEVELS = ((1e-6, 3e-2), (1e-6, 3e-3), (1e-7, 1e-4))
-# Spreads that are tried about the one that did best.
+# Factors of the spread s that are tried, relative to the one that gave the best step.
 ABOUT = (1.0, 3.0, 1.0 / 3.0)
 # Relative gain of a cost or gamma with which no other spread is tried.  The largest decay rate is
-# where eigenvalues meet, and a hasty step towards it ends further away.
+# where eigenvalues coincide, and there a long first step often leads to a worse result.
 GOOD = 1e-2
 # How often a step is doubled.
 DOUBLED = 3
@@ -34,7 +36,7 @@ MUS = (0.1, 0.3, 1.0, 3.0)
 
 @dataclass(frozen=True, slots=True)
 class LocalStep:
-    """One accepted step: where it began, what was improved, and how far that came."""
+    """One accepted step: its start, what it improved, and the value that it reached."""
 
     start: str
     objective: str
@@ -43,7 +45,7 @@ class LocalStep:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocalStart:
-    """Gains F to begin with, and P (n, n) of the size of what they may show."""
+    """Gains F to begin with, and P (n, n) of about the size of their Lyapunov function."""
 
     name: str
     F: Floats
@@ -52,13 +54,13 @@ class LocalStart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocalSearch:
-    """The search with the table of its steps, which grows."""
+    """The search with the table of its steps; each accepted step adds a row."""
 
     search: StepSearch
     steps: list[LocalStep] = field(default_factory=list)
 
     def best(self, starts: Sequence[LocalStart], tolerance: float) -> StructuredPoint | None:
-        """Return the best spot that the starts lead to; None where none of them is stable."""
+        """Return the best point that the starts lead to; None if none of them is stable."""
         found: list[tuple[StructuredPoint, str]] = []
         for start in starts:
             spot = self._begun(start)
@@ -77,12 +79,12 @@ class LocalSearch:
         return max(ends, key=lambda spot: sense * spot.value) if ends else None
 
     def reached(self) -> float:
-        """Return the largest decay rate that any start came to, -inf where none was found."""
+        """Return the largest decay rate that any start reached; -inf if none was found."""
         rates = [step.value for step in self.steps if step.objective == "decay_rate"]
         return max(rates, default=-np.inf)
 
     def _begun(self, start: LocalStart) -> StructuredPoint | None:
-        """Return a stable spot, with some decay to spare, from gains that need not be."""
+        """Return a stable point with a decay margin; the given gains need not be stable."""
         search = self.search
         decay = _at(replace(search, objective="decay_rate"), LEVELS[0])
         spot = decay.assessed(decay.bounded(start.F), start.P)
@@ -123,7 +125,7 @@ class LocalSearch:
     def _stepped(
         self, search: StepSearch, spot: StructuredPoint, spread: float
     ) -> tuple[StructuredPoint | None, float]:
-        """Return the best spot of a few spreads, if it is better, and its spread."""
+        """Return the best point of a few spreads, if it is better, and its spread."""
         best, at = None, spread
         for factor in ABOUT:
             F = search.moved(spot, spread * factor)
@@ -143,7 +145,7 @@ def _at(search: StepSearch, level: tuple[float, float]) -> StepSearch:
 
 
 def _further(search: StepSearch, spot: StructuredPoint, best: StructuredPoint) -> StructuredPoint:
-    """Return the best on the way beyond a step: the inner approximation makes it too short."""
+    """Return the best point beyond a step; the inner approximation makes steps too short."""
     direction, length = best.F - spot.F, 1.0
     for _ in range(DOUBLED):
         length *= 2.0
@@ -156,7 +158,7 @@ def _further(search: StepSearch, spot: StructuredPoint, best: StructuredPoint) -
 
 
 def slack_start(search: StepSearch) -> Iterator[LocalStart]:
-    """Yield the gains of largest margin by ``slack_condition`` over a few mu; none where none."""
+    """Yield the gains of largest margin by ``slack_condition`` over a few mu, if any exist."""
     plant, structure = search.plant, search.structure
     step = plant.sample_time
     s = state_units(plant.A, None, step=step)

@@ -8,11 +8,12 @@ With G_j, one for each gain, M_j = K_j G_j, F_ij = A_i G_j - B_i M_j, and a numb
     discrete     [ -rho^2 Q   F_ij               ]
                  [ .          Q - G_j - G_j'     ]  < 0,     rho = e^(-alpha T)
 
-Q is bound to no structure.  The first is [2 alpha Q, Q; Q, 0] + He([N; -I] G_j [I, mu I]) with
+Q has no structure.  The first is [2 alpha Q, Q; Q, 0] + He([N; -I] G_j [I, mu I]) with
 N = A_i - B_i K_j; multiplied by [I, N] and its transpose, He(N Q) + 2 alpha Q < 0 is left.  In the
 second G Q^-1 G' >= G + G' - Q, and a congruence with diag(I, G_j^-1) and a Schur complement leave
-N Q N' < rho^2 Q.  So both show the rate for V = x' Q^-1 x.  The other way round they ask for more
-than structured gains with a common Q: G_j must keep the pattern, and mu is tried, not found.
+N Q N' < rho^2 Q.  So both show the rate for V = x' Q^-1 x. They are sufficient, but not necessary
+for structured gains with a common Q: G_j must keep the pattern, and only a few values of mu are
+tried.
 
 G_j has no entry (a, b) where some input sees a but not b; then M_j G_j^-1 has the pattern of M_j.
 
@@ -230,7 +231,7 @@ def _times(letter: str, text: str) -> str:
 
 
 def _placed(place: Array, row: Unknown) -> str:
-    """Return what is written behind a row: S, which puts its entries in place, or nothing."""
+    """Return the text behind a row: S, which puts its entries in their columns, or nothing."""
     return "" if place.shape[0] == place.shape[1] else f"S_{{{row.name}}}"
 
 
@@ -256,6 +257,6 @@ def _discrete(Q: Unknown) -> tuple[SumPart, ...]:
 
 
 def _with_complement(C: Floats) -> Floats:
-    """Return [C; N], N an orthonormal basis of what C does not see."""
+    """Return [C; N], N an orthonormal basis of the null space of C."""
     _, _, right = np.linalg.svd(C)
     return np.concatenate([C, right[len(C) :]])

@@ -1,4 +1,4 @@
-"""What a structured law may look at: zeros, outputs, rules that share a gain; what it leaves."""
+"""The structure of a law: zeros, outputs, shared gains; and the modes that it cannot move."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from takagi.lmi.sums.summands import Member
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
-# An eigenvalue that so many arbitrary gains leave where it is, to rounding, is left by all.
+# If so many random gains leave an eigenvalue unchanged up to rounding, it counts as a fixed mode.
 DRAWS, UNMOVED = 3, 1e-9
 
 
@@ -26,7 +26,7 @@ class Structure:
     ----------
     pattern : (m, p), True where F may differ from zero.
     C : (p, n), of full row rank.
-    group : (r,), which F a rule takes, 0 ... groups - 1.
+    group : (r,), the number of the F that each rule uses, 0 ... groups - 1.
     """
 
     pattern: NDArray[np.bool_]
@@ -40,7 +40,7 @@ class Structure:
 
     @property
     def rows(self) -> tuple[int, ...]:
-        """Return the inputs that see something."""
+        """Return the inputs with at least one free entry of F."""
         return tuple(int(k) for k in np.flatnonzero(self.pattern.any(axis=1)))
 
     @property
@@ -134,12 +134,12 @@ def structure_of(
     sizes : (r, n, m).
     pattern : (m, p), or None for no zeros.
     output : (p, n); None for the states.
-    shared : (r,) labels; rules of one label share a gain.  None for a gain each.
+    shared : (r,) labels; rules of one label share a gain. None gives each rule its own gain.
 
     Raises
     ------
-    ModelError : shapes, entries that are not true or false, a law that sees nothing, outputs that
-        are dependent.
+    ModelError : shapes, entries that are not true or false, a pattern without a free entry,
+        linearly dependent outputs.
     """
     r, n, m = sizes
     C = np.eye(n) if output is None else _outputs(output, n)

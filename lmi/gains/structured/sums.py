@@ -46,14 +46,14 @@ Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StructuredGains:
-    """What is put in for K_j: known ones, or unknown ones near them.
+    """The gains K_j of a double sum: known ones, or unknown ones near them.
 
     Attributes
     ----------
     known : L_j, (r, m, n).
     structure : of the unknown ones, its C in the plant's states; None where K_j = L_j.
     unknowns : its free entries, each divided by ``sizes``.
-    spread : s, how far K may move for how far P may.
+    spread : s of the overbound; with a larger s K may move further, and P less.
     """
 
     known: Floats

@@ -1,12 +1,12 @@
-r"""What the coherent law feeds forward of its schedule wind's own rate, which it knows.
+r"""The effort-sharing law's feed-forward of the rate of its schedule wind.
 
 The schedule wind v_s is the output of the law's low-pass, so v_s' = (v_hat - v_s) / tau_f is a
 known number at any time.  Two things follow from it:
 
-    torque   a_f = f v_s', held within +-g    [rad/s^2]: the effort that the rotor itself takes
-             while the reference speed omega*(v_s) moves; f is the slope of omega*
+    torque   a_f = f v_s', held within +-g    [rad/s^2]: the effort that accelerates the rotor while
+    the reference speed omega*(v_s) moves; f is the slope of omega*
     pitch    tau_lead v_s' d/dv_s [psi(U) / b] [rad]: a drive with the time constant tau_lead then
-             follows the schedule without lagging behind
+    follows the schedule without a lag
 
 f and g are constant between two nodes of the schedule.
 """
@@ -26,7 +26,7 @@ from takagi.models.turbine.data import Turbine
 # The share of the trim's torque that is left to the gains (``EffortSettings.torque_share``): both
 # together must not ask for negative torque.
 DEFAULT_TORQUE_KEPT = 0.62
-# Of what the trim's torque lacks to rated.
+# The share of the difference between rated torque and the trim's torque that may be fed forward.
 DEFAULT_RESERVE_SHARE = 0.5
 DEFAULT_INERTIA_SHARE = 1.0
 
@@ -65,12 +65,12 @@ class Feedforward:
 
     @property
     def acts(self) -> bool:
-        """Whether anything is fed forward."""
+        """Whether any feed-forward is not zero."""
         return bool(self.pitch_lead > 0 or np.any(self.inertia * self.effort_limit != 0))
 
 
 def no_feedforward(schedule: EffortSchedule) -> Feedforward:
-    """Return the feed-forward of a law that makes no use of its schedule wind's rate."""
+    """Return a feed-forward of zero, for a law that does not use its schedule wind's rate."""
     none = np.zeros(len(schedule.wind) - 1)
     return Feedforward(none, none, 0.0)
 
@@ -90,8 +90,8 @@ def known_rate_feedforward(
     inertia_share : f over the slope of omega* [-].
     torque_kept : share of the trim's torque [-] that is left to the gains; g is what remains, at
         the worse of the interval's ends.
-    reserve_share : g is also at most this share of what the trim's torque lacks to rated [-]: more
-        could not be given, for torque stays at or below rated.
+    reserve_share : g is also at most this share of rated torque minus the trim's torque [-]. More
+        would have no effect, because torque stays at or below rated.
 
     tau_lead is the pitch time constant of the design model.
 

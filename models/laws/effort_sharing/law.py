@@ -1,4 +1,4 @@
-r"""The coherent law: one effort, shared between torque and pitch by a ramp.
+r"""The effort-sharing law: one effort, shared between torque and pitch by a ramp.
 
 With e = omega - omega*(v_f) and the states x [rad/s] and v_f [m/s],
 
@@ -21,8 +21,8 @@ coupling weights are f1 = psi'(U) and f2 = 1 - psi'(U), a convex sum: some actua
 the loop gain is the same everywhere.  The feed-forward enters neither U nor a state, so a jump of
 the wind estimate moves neither.
 
-Scaling the integrator by nu(v) makes a slow loop (little torque in reserve at low wind) the
-time-scaled image of a fast one, which is what lets one quadratic function serve all winds.
+With the integrator scaled by nu(v), a slow loop (at low wind little torque is in reserve) is a fast
+loop on another time scale. Therefore one quadratic function can show decay at all winds.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.ramps.effort_ramp import effort_ramp_slope
 from takagi.models.turbine.data import Turbine
 
-# Slow beside tower, flap and wake (0.5 s and 3 to 8 s for 5 MW): an estimate from rotor speed sees
-# their motion as wind, and a schedule that follows at once makes it a feedback that swings.
+# Slower than tower, flap and wake (0.5 s and 3 to 8 s for 5 MW). An estimate from rotor speed takes
+# their motion for wind. A schedule that followed it at once would close a feedback that oscillates.
 DEFAULT_WIND_FILTER = 12.0
 
 
@@ -90,8 +90,8 @@ class EffortSharingLaw:
     rated_torque : T_rated [N m], high-speed shaft.
     effort_torque : J / n_g, torque per unit of effort [N m s^2/rad].
     pitch_min, pitch_max : [rad].
-    wind_filter : tau_f [s]; 0 passes the estimate through, whose rate is then unknown: nothing
-        may be fed forward.
+    wind_filter : tau_f [s]; 0 passes the estimate through. Its rate is then unknown, so there must
+        be no feed-forward.
     integral_limit : the integrator is held at |x| = this [rad/s]; a certified set lies inside.
     """
 
@@ -261,7 +261,7 @@ class EffortSharingLaw:
 
 
 class _Columns(NamedTuple):
-    """The law's tables as plain numbers, which a simulation reads at every sample."""
+    """The law's tables as Python floats, because a simulation reads them at every sample."""
 
     wind: tuple[float, ...]
     rotor_speed: tuple[float, ...]

@@ -1,13 +1,13 @@
-r"""What the coherent law looks up over wind: reference speed, trim effort, pitch effectiveness.
+r"""The effort-sharing law's tables over wind: reference speed, trim effort, pitch effectiveness.
 
 At wind v the trim effort q* is the root of
 
     T_r(omega*, beta_min + psi(q) / b, v) = n_g T_rated - J psi(-q),
 
-below zero by the torque held in reserve, above zero by what pitch must shed.  b(v) > 0 is the
-assumed pitch effectiveness [rad/s^2 per rad].  Between the nodes every column is linear in v, so
-that the tables, as emitted, *are* the law; what they leave over between nodes is a residual torque
-that the certificate encloses.
+which is negative if torque is held in reserve, and positive if pitch must reduce the rotor torque.
+b(v) > 0 is the assumed pitch effectiveness [rad/s^2 per rad].  Between the nodes every column is
+linear in v, so the emitted tables define the law. Between the nodes the torque balance has a
+residual, which the certificate encloses.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def effort_schedule(
 
 
 def _nodes(turbine: Turbine, speed_setpoint: float | None) -> list[float]:
-    """Return the winds of the table: every kink of omega*(v), and a spacing that suits q*."""
+    """Return the winds of the table: every kink of omega*(v), and closer nodes where q* bends."""
     ratio = optimal_tip_speed_ratio(turbine)
     top = speed_setpoint or turbine.rated_rotor_speed
     minimum = turbine.minimum_rotor_speed
@@ -173,7 +173,7 @@ def _nodes(turbine: Turbine, speed_setpoint: float | None) -> list[float]:
 
 
 def _merged(nodes: list[float], kinks: list[float]) -> list[float]:
-    """Return the nodes without those that crowd another one; kinks and both ends stay."""
+    """Return the nodes without those that are too close to another; kinks and both ends stay."""
     kept = [round(k, 4) for k in kinks]
     merged = [nodes[0]]
     for v in nodes[1:-1]:
@@ -200,7 +200,7 @@ def _trim_effort(turbine: Turbine, v: float, omega: float, b: float, overlap: fl
 
     full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
     top = b * (turbine.torque.y_range[1] - turbine.pitch_min) * 0.999
-    # The first sign change from below: past the stall side of the table there may be others.
+    # The first sign change from below. On the stall side of the table there may be further ones.
     grid = np.concatenate([np.linspace(-full - overlap, overlap, 9), np.linspace(overlap, top, 60)])
     values = [excess(float(q)) for q in grid]
     for k in range(len(grid) - 1):

@@ -6,7 +6,7 @@ Acting on u = (T_g, beta_ref), with T_g the *commanded* torque:
     h^a_1 = w_11 w_12,  h^a_2 = w_11 w_22,  h^a_3 = w_21 w_12,  h^a_4 = w_21 w_22
 
 w_21 = f_1 is a ramp in omega.  f_2 comes in two variants, because "torque is held at rated from
-T_min on, and passes below T_min" cannot be had with a slope of T_g f_2 of at most 1:
+T_min on, and passes below T_min" is impossible with a slope of T_g f_2 of at most 1:
 
     sector     f_2 = w_12 + w_22 T_max/T_min.  w_22 rises over [T_min - eps_T, T_min], which
                lets torque pass below, and falls over [T_min, T_max].  Corners 1, T_max/T_min.
@@ -16,7 +16,7 @@ T_min on, and passes below T_min" cannot be had with a slope of T_g f_2 of at mo
                so its corners are T_max/T_top (T_top: largest command) and 1.
 
 Beyond the premise's range ([., T_max] or [., T_top]) the weights are held at their ends; the law's
-torque limit at T_max makes up for it.
+torque limit at T_max then limits the torque.
 
 Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, section "Fuzzy-Blending of
 Control Regions"; the variants are readings of it, see docs/ledger.md.

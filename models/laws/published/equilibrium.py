@@ -5,19 +5,19 @@ channel at the equilibrium gives
 
     x_I = (1 + f_1 k^c_p) b / (f_1 k^c_I)                                              (1)
 
-and one balance is left, T_r(omega_ref, b, v) = n_g T(k^b_I x_I(b)).  Below rated torque (1) adds
-pitch that is not commanded, in proportion to f_1; with f_1 = 0 no pitch is given at all, and above
-rated wind there is no equilibrium.  A placement with f_1(omega_rated) of a few thousandths comes
-near the trim in both regions on paper, but by (1) its integral must then travel some 1/f_1 as far:
-so none serves regions 2.5 and 3 at once.
+and one balance is left, T_r(omega_ref, b, v) = n_g T(k^b_I x_I(b)).  Below rated torque, (1) gives
+a pitch angle above the trim's, in proportion to f_1. With f_1 = 0 the pitch command is zero, and
+above rated wind there is no equilibrium. If f_1(omega_rated) is a few thousandths, the equilibrium
+is near the trim in both regions, but by (1) the integral must then change about 1/f_1 times as
+much. So no placement of the ramp suits regions 2.5 and 3 at once.
 
-Two integrators.  At rest each tracks what its channel carries out:
+Two integrators. At rest each one balances the speed error against its channel's tracking term:
 
     e = (u_1 - T)/(tau |k^b_I|) = (u_2 - beta_ref)/(tau |k^c_I|),
 
-so both channels carry a small overspeed e together, found from the same balance (a small
-underspeed, where ``sector`` raises torque above its command).  Where
-f_1(omega_ref) = 1 both are content with e = 0 and any split of torque and pitch: a continuum.
+so both channels have the same small overspeed e, which follows from the torque balance (a small
+underspeed if ``sector`` raises torque above its command). If f_1(omega_ref) = 1, both are at rest
+with e = 0 and any split of torque and pitch: there is a continuum of equilibria.
 
 All this is floating point, for a constant wind with v_hat = v.
 """

@@ -1,4 +1,4 @@
-"""A rest point of the published law as a value, and what finding one needs."""
+"""An equilibrium of the published law as a value, and helper functions to find one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from takagi.models.turbine.trim import TrimPoint, trim
 
 Kind: TypeAlias = Literal["intended", "shifted", "continuum", "none"]
 
-# "Intended" means trim up to these: far below what a turbine would notice.
+# An equilibrium is "intended" if it differs from the trim by less than these, which are far below
+# the accuracy of a turbine.
 SPEED_TOLERANCE = 1e-3  # of rated speed
 PITCH_TOLERANCE = radians(0.1)
 TORQUE_TOLERANCE = 1e-3  # of rated torque
@@ -27,7 +28,7 @@ NO_ROOT = float("nan")
 
 
 class LawFigures(Protocol):
-    """What finding an equilibrium reads of ``PublishedLaw``, which itself starts in one."""
+    """The part of ``PublishedLaw`` that the search for an equilibrium uses."""
 
     @property
     def name(self) -> str: ...
@@ -55,7 +56,7 @@ class LawFigures(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Equilibrium:
-    """Where a law rests at one wind, beside the trim that it was meant to hold.
+    """The equilibrium of a law at one wind, and the trim that it was meant to hold.
 
     Attributes
     ----------

@@ -41,7 +41,7 @@ PublishedLawName: TypeAlias = Literal["paper", "paper-two-integrators"]
 
 
 class BlendedCommands(NamedTuple):
-    """What the law computes on its way: regional commands, gains, and F times the commands."""
+    """Intermediate values of the law: regional commands, gains, and F times the commands."""
 
     torque: float
     pitch: float

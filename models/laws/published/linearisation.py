@@ -1,4 +1,4 @@
-r"""The published law and its loop, linearised where it really rests.
+r"""The published law and its loop, linearised at the law's own equilibrium.
 
 States (omega, beta, integrals), design model with first-order pitch drive, v_hat = v constant:
 
@@ -22,10 +22,11 @@ from takagi.models.laws.published.equilibrium_point import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 
-# Steps in rotor speed [rad/s], pitch [rad], integrals [rad]: small against every overlap, large
-# enough that rounding of the scheduled gains (1e-9 of their size) stays invisible.
+# Steps in rotor speed [rad/s], pitch [rad], integrals [rad]. They are small against every overlap,
+# and large enough that the rounding errors of the scheduled gains (1e-9 of their size) do not
+# matter.
 STEP = 1e-5
-# A command this far past a limit is held by it: N m and rad.
+# A command counts as held at a limit if it exceeds it by more than this: N m and rad.
 HELD = (1e-6, 1e-9)
 
 
@@ -50,7 +51,7 @@ class PublishedLocalGains:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PublishedLocalLoop:
-    """The closed loop at one wind: where it rests, its matrix, and its eigenvalues.
+    """The closed loop at one wind: its equilibrium, its matrix, and its eigenvalues.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-r"""The reference filter G_f(s) of the paper's laws: a low-pass on the region-dependent speed.
+r"""The reference filter G_f(s) of the published laws: a low-pass on the region-dependent speed.
 
 The reference omega_ref(v_hat) has kinks where a region ends and follows every movement of the wind
 estimate.  With r the filtered reference, a law of the paper takes e = omega - r instead:
@@ -8,9 +8,9 @@ estimate.  With r the filtered reference, a law of the paper takes e = omega - r
 
 with w = 1 / tau.
 
-G_f(0) = 1, so the law rests where it rests without the filter.  It stands behind the map over wind;
-the coherent law's filter stands before it, on the wind estimate.  Where omega_ref is a line in the
-wind (region 2) or constant (1.5, 2.5, 3) the two are the same.
+G_f(0) = 1, so the filter does not change the law's equilibrium. It filters the reference speed; the
+filter of the effort-sharing law acts on the wind estimate instead.  Where omega_ref is a line in
+the wind (region 2) or constant (1.5, 2.5, 3) the two are the same.
 
 Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, which names the filter and
 does not specify it; docs/ledger.md, reading 13.
@@ -86,10 +86,10 @@ class ReferenceFilter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilteredReferenceLaw:
-    """A law of the paper behind a reference filter; to be simulated, not certified.
+    """A published law with a reference filter; it can be simulated, but not certified.
 
-    A certificate of the paper's laws is about the law without the filter; at a constant wind this
-    law is that one as soon as its filter rests.
+    A certificate of a published law is about the law without the filter. At a constant wind both
+    laws are the same once the filter has settled.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class FilteredReferenceLaw:
 
     @property
     def name(self) -> str:
-        """The law's word, with the filter's time constant."""
+        """The law's name, with the filter's time constant."""
         return f"{self.law.name}, reference filter {self.filter.time_constant:g} s"
 
     @property

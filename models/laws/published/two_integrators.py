@@ -44,7 +44,8 @@ def two_integrators_equilibrium(law: LawFigures, wind: float) -> Equilibrium:
 
     if balance(0.0) < 0:
         return _raised(law, point, f_1)
-    # Past the ramp's end f_1 = 1 leaves no overspeed to carry; the pitch grows without bound there.
+    # Beyond the ramp's end f_1 = 1 and the tracking term vanishes, so no overspeed can be at rest;
+    # the pitch grows without bound there.
     last = law.coupling.speed_ramp.end - speed
     error = first_root(balance, 0.0, last * (1 - 1e-9))
     if np.isnan(error):

@@ -1,4 +1,4 @@
-r"""The closed loop with the coherent law as an interval family, one per wind cell.
+r"""The closed loop with the effort-sharing law as an interval family, one for each wind cell.
 
 Coordinates (e, zeta, x): e = omega - omega*(v_s), zeta = psi(U) - b (beta - beta_min) the effort
 that pitch has not delivered yet, x the law's speed integral; v_s is the schedule wind.  With the
@@ -23,12 +23,13 @@ where every letter is a mean value of a partial derivative, so it lies in that d
     Phi   F gamma, F = psi'                         over the efforts the set can demand
     T     1/tau, less where the pitch rate limit bites: secant of the saturation
     d     dT_r/dv / J                               over the whole band
-    r     torque left over by the emitted tables at the trim
+    r residual torque of the emitted tables at the trim
 
 and mu, mu_beta in [0, 1] say how much of the law's feed-forward passes the limits of torque and
-pitch (``moving_schedule``).  m = n_g E / J is one but for the rounding of the emitted effort torque
-E.  Keeping F (m - sigma) along the curve is what ties large pitch shares to the pitch angles at
-which pitch works; taken apart, the product admits a loop without any gain near rated wind.
+pitch (``moving_schedule``).  m = n_g E / J differs from 1 only by the rounding of the emitted
+effort torque E. The product F (m - sigma) is enclosed along the curve as a whole, because large
+shares F occur only at pitch angles where pitch is effective. Separate ranges of F and sigma would
+admit a loop without any gain near rated wind.
 
 Pitch effectiveness is uncertain upwards: sigma reaches the frozen-wake value of the schedule's
 ``effectiveness_limit``.
@@ -80,7 +81,7 @@ def effort_sharing_cells(
 
 
 class CellLoop:
-    """One cell of the loop; what a wind rate does to it can be asked again at little cost.
+    """One cell of the loop, which can be enclosed again for another wind rate at little cost.
 
     Attributes
     ----------
@@ -89,7 +90,7 @@ class CellLoop:
 
     Parameters
     ----------
-    searching : take the torque's ranges in floating point, which is quick and proves nothing.
+    searching : compute the torque's ranges in floating point, which is quick and proves nothing.
     residual : that of the same cell with other gains, which do not move it; None computes it.
     """
 
@@ -116,7 +117,7 @@ class CellLoop:
 
     @property
     def residual(self) -> Fraction:
-        """Return a bound of the torque that the tables leave over; no gain moves it."""
+        """Return a bound of the tables' residual torque, which does not depend on the gains."""
         if self._residual is None:
             self._residual = self._torque.residual()
         return self._residual
@@ -174,7 +175,7 @@ class CellLoop:
 def _stated(found: Interval) -> Interval:
     """Return the emitted range: one unit of its last decimal wider than the enclosure.
 
-    A checker with coarser arithmetic then still finds its own enclosure inside.
+    Then the checker's own enclosure, from coarser arithmetic, still lies inside.
     """
     unit = Fraction(1, 10**EMITTED_DIGITS)
     rounded = found.outward(EMITTED_DIGITS)
@@ -182,7 +183,7 @@ def _stated(found: Interval) -> Interval:
 
 
 def _bound(value: Fraction) -> Fraction:
-    """Return a size as it is emitted: a unit wider, but for one that is exactly zero."""
+    """Return a bound as it is emitted: one unit larger, except if it is exactly zero."""
     return _stated(Interval.of(value)).upper if value else value
 
 

@@ -1,4 +1,4 @@
-"""The coherent law's tables on one interval between wind nodes, exactly, and what they demand."""
+"""The effort-sharing law's tables on one interval between wind nodes, and its commands, exactly."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class LawInterval:
         return Interval(*ends)
 
     def pieces(self) -> list[Interval]:
-        """Return the efforts the set can demand, cut finely where the ramp bends."""
+        """Return the efforts that the set can demand, in small pieces where the ramp bends."""
         low, high, eps = self.demand.lower, self.demand.upper, self.overlap
         cuts = {low, high}
         start, stop = max(low, -eps), min(high, eps)

@@ -1,4 +1,4 @@
-"""What the loop with the coherent law is enclosed on, and what the enclosure of one cell says."""
+"""The region on which the effort-sharing loop is enclosed, and one cell's enclosures."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class LoopBox:
 
 @dataclass(frozen=True, slots=True)
 class LoopUncertainty:
-    """What the family covers beside the nominal model.
+    """The uncertainty that the family covers in addition to the nominal model.
 
     Attributes
     ----------
@@ -66,9 +66,9 @@ class LoopCell:
     effectiveness_limit : b of the frozen wake [rad/s^2 per rad], by the law's table.
     residual : |r| [rad/s^2];  wind_gain : |d| [rad/s per m];  inertia_gain : largest kappa [-].
     effectiveness_slope : |b'/b| [1/m].
-    reference_slope : |omega*' - kappa m mu f| [rad/s per m/s], what the torque's feed-forward
-        leaves of the moving reference.
-    lag_disturbance : |w_zeta| [rad/s^3], what the pitch lead leaves.
+    reference_slope : |omega*' - kappa m mu f| [rad/s per m/s], the part of the moving reference
+        that the torque's feed-forward does not compensate.
+    lag_disturbance : |w_zeta| [rad/s^3], the part that the pitch lead does not compensate.
     speed : omega* [rad/s];  torque : reachable command [N m];  pitch : reachable angle [rad].
     pitch_rate : largest demanded rate (beta_ref - beta)/tau [rad/s], before the limit.
     """

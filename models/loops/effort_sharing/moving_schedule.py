@@ -1,4 +1,4 @@
-r"""What a schedule wind that moves at some rate does to the loop, after what the law feeds forward.
+r"""The effect of a varying schedule wind on the loop, after the law's feed-forward.
 
 With |v_s'| <= rho, N = F(U) (q*' + gamma' (e - x)) - psi(U) b' / b and the law's feed-forward
 a_f = f v_s' held within +-g, beta_f = tau_lead v_s' N / b:

@@ -25,7 +25,7 @@ class LoopVertices:
     ----------
     A : (N, 3, 3) in (e [rad/s], zeta [rad/s^2], x [rad/s]), with a schedule wind that moves at up
         to the cell's rate.
-    at_rest : (M, 3, 3) with one that does not move.
+    at_rest : (M, 3, 3) with a constant schedule wind.
     fixed : (N, 3) disturbance of the tables' residual and of the cell's wind rate;
     per_wind_error : (N, 3) per m/s of |v - v_s|.  Each of them at a corner of the signs.
     """
@@ -39,8 +39,8 @@ class LoopVertices:
 def loop_vertices(cell: LoopCell) -> LoopVertices:
     """Return the corners of the cell's coefficients, with both relative signs of (w_e, w_zeta).
 
-    Opposite signs of both give the mirrored inequality, so one sign of w_e suffices; where w_zeta
-    is zero there is but one sign.  T - (b'/b) v_s' is one coefficient, in a wider range than T.
+    Opposite signs of both give the mirrored inequality, so one sign of w_e suffices. If w_zeta is
+    zero there is only one sign.  T - (b'/b) v_s' is one coefficient, in a wider range than T.
     """
     rate = float(cell.wind_rate)
     steady = float(cell.inertia_gain * cell.residual) + float(cell.reference_slope) * rate

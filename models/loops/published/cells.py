@@ -1,4 +1,4 @@
-r"""The closed loop with a law of the paper as an interval family, one per wind cell.
+r"""The closed loop with a published law as an interval family, one for each wind cell.
 
 For winds v of a cell and a centre z_0(v), linear in v, the mean value theorem over the box
 |z_i - z_0i(v)| <= r_i (cut at smallest pitch, below which pitch never goes) gives
@@ -27,7 +27,7 @@ from takagi.models.loops.published.vector_field import Corner, PublishedVectorFi
 
 EMITTED_DIGITS = 7
 # Emitted ranges are wider than the computed ones by this share of the largest entry of their
-# row, far above what rounding in floating or fixed point amounts to.
+# row, which is far more than the rounding errors in floating or fixed point.
 WIDENED = 1e-8
 
 

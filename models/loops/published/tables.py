@@ -1,4 +1,4 @@
-"""What the field of a law of the paper is made of: trim tables, scheduled gains, figures."""
+"""The data of the vector field with a published law: trim tables, scheduled gains, figures."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def loop_figures(law: PublishedLaw) -> LoopFigures:
 
     Raises
     ------
-    ModelError : a filter or gains that no enclosure covers; says which and what to take.
+    ModelError : a filter or gains that the enclosure does not cover; the message says what to take.
     """
     turbine, coupling = law.turbine, law.coupling
     if coupling.variant != "saturated":

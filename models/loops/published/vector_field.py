@@ -1,4 +1,4 @@
-r"""The closed loop with a law of the paper, as a formula on ranges with slopes.
+r"""The closed loop with a published law, evaluated on ranges with slopes.
 
     omega' = T_r(omega, beta, v)/J - n_g T/J        T        = phi(u_1), held to 0..T_rated
     beta'  = (beta_ref - beta)/tau_beta             beta_ref = f_1(omega) u_2, held to its range
@@ -14,8 +14,8 @@ so a' lies in T_ww (w*' + w')/2 + T_wb b' + T_wv v', each range taken over the s
 1/2 and s >= 0.  The secant is meant exactly; at run time a difference quotient of 1e-4 stands in
 where the segment is short.
 
-Two slopes are worth more than their range, for the field is affine in each: phi'(u_1), and
-whether pitch is held at its limit.  ``Corner`` picks an end of both.
+The field is affine in two numbers: phi'(u_1), and 0 or 1 for pitch held at its limit or not. The
+hull over the ends of both is tighter than one range for all. ``Corner`` picks an end of each.
 
 Source: Schulte (2024), section "Fuzzy-Blending of Control Regions"; readings in docs/ledger.md.
 """
@@ -38,7 +38,7 @@ NOISE = 2e-12
 
 @dataclass(frozen=True, slots=True)
 class Corner:
-    """Which end of phi' is taken, and whether a pitch that may be held is; "all": the range."""
+    """The end of phi' that is taken, and whether pitch counts as held; "all" takes the range."""
 
     torque: End = "all"
     pitch: Hold = "all"
@@ -61,7 +61,7 @@ class StateRange:
 
 
 class PublishedVectorField:
-    """The field over one place; what does not depend on the corner is computed once."""
+    """The field over one ``StateRange``; what all corners share is computed once."""
 
     def __init__(self, figures: LoopFigures, place: StateRange) -> None:
         self.figures, self.place = figures, place
@@ -237,7 +237,7 @@ class PublishedVectorField:
         return integral * self.place.state[2] - speed * self.error
 
     def _torque(self, corner: Corner) -> tuple[Dual, Dual]:
-        """Return the torque phi(u_1) held at 0, and what it leaves of the command."""
+        """Return the torque phi(u_1) held at 0, and its difference from the command."""
         u, f = self.torque_command, self.figures
         low, high = u.value
         slope = self._torque_slope(u.value)
@@ -245,7 +245,7 @@ class PublishedVectorField:
             end = slope[0] if corner.torque == "low" else slope[1]
             slope = (end, end)
         value = (f.passed(low), f.passed(high))
-        # phi - u falls, so that its ends are at the ends.
+        # phi - u decreases, so its range is given by the ends.
         gap = (f.passed(high) - high, f.passed(low) - low)
         return u.through(value, slope), u.through(gap, (slope[0] - 1, slope[1] - 1))
 
@@ -277,7 +277,7 @@ class PublishedVectorField:
         return high >= bottom and low <= top, low < bottom or high > top
 
     def _angle(self, corner: Corner) -> tuple[Dual, Dual]:
-        """Return the pitch reference, and what it leaves of the command u_2."""
+        """Return the pitch reference, and its difference from the command u_2."""
         u, (bottom, top) = self.pitch_command, self.figures.pitch_limits
         free, held = self._holds()
         blended = self.share * u
@@ -299,11 +299,11 @@ class PublishedVectorField:
 
 
 def _secant(slope: Dual, near: Range, far: Range, start: Dual, end: Dual, scale: Range) -> Dual:
-    """Return the difference quotient where it is sharper than the range of the derivative."""
+    """Return the difference quotient if it is tighter than the range of the derivative."""
     step = (end.value[0] - start.value[1], end.value[1] - start.value[0])
     if step[0] <= 0.0 <= step[1]:
         return slope
-    # A checker's surface values may be known to NOISE alone, which a short step magnifies.
+    # A checker may know surface values only up to NOISE, and a short step amplifies that error.
     noise = NOISE * (abs(scale[0]) + abs(scale[1]))
     rise = (far[0] - near[1] - noise, far[1] - near[0] + noise)
     found = times(rise, (1 / step[1], 1 / step[0]))

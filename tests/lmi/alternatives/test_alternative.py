@@ -30,7 +30,7 @@ from takagi.lmi import (
     rigorous_no,
 )
 from takagi.lmi.condition import Array
-from takagi.lmi.gains.requirements.limits import limits_of
+from takagi.lmi.gains.requirements import limits_of
 from takagi.lmi.refutation import is_definite, is_semidefinite
 from takagi.lmi.refutation.adjoint import adjoint
 from takagi.models import ModelError, TSModel

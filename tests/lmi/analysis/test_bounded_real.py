@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from takagi.lmi.analysis.disturbance import disturbance_channel, energy_gain_of
 from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
-from takagi.lmi.analysis.disturbance.channel import disturbance_channel
-from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
 from tests.lmi.norms import hamiltonian_norm
 
 LESS = 1e-6

@@ -15,10 +15,12 @@ from takagi.lmi import (
     optimise,
     peak_gain,
 )
-from takagi.lmi.analysis.disturbance.channel import disturbance_channel
-from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
-from takagi.lmi.analysis.disturbance.output_variance import variance_shown
-from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
+from takagi.lmi.analysis.disturbance import (
+    disturbance_channel,
+    energy_gain_of,
+    peak_shown,
+    variance_shown,
+)
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

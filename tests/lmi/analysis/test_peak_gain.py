@@ -13,8 +13,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import Answer, expressed, latex, peak_gain, peak_gain_condition
-from takagi.lmi.analysis.disturbance.channel import disturbance_channel
-from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
+from takagi.lmi.analysis.disturbance import disturbance_channel, peak_shown
 from takagi.models import ModelError, TSModel
 from tests.lmi.norms import sampled
 

@@ -7,9 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import peak_gain
-from takagi.lmi.analysis.disturbance.channel import disturbance_channel
-from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
-from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
+from takagi.lmi.analysis.disturbance import OneVertex, disturbance_channel, peak_shown
 
 Floats = NDArray[np.float64]
 

@@ -20,9 +20,9 @@ from takagi.lmi import (
     extreme_parameter,
     pdc_condition,
 )
-from takagi.lmi.gains.requirements.limits import limits_of
-from takagi.lmi.parameter_search.multiplier_bound import adjoint, excluded_from
-from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil
+from takagi.lmi.gains.requirements import limits_of
+from takagi.lmi.parameter_search import ParameterPencil, excluded_from
+from takagi.lmi.parameter_search.multiplier_bound import adjoint
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

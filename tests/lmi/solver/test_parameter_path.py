@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from takagi.lmi import common_lyapunov_condition, max_decay_rate, pdc_condition
 from takagi.lmi.analysis.common_quadratic import rate_of
 from takagi.lmi.analysis.decay_rate import fast_decay
-from takagi.lmi.parameter_search.parameter_path import follow_path
-from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil
+from takagi.lmi.parameter_search import ParameterPencil, follow_path
 from takagi.models import TSModel
 
 Floats = NDArray[np.float64]

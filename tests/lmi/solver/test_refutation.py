@@ -28,7 +28,7 @@ from takagi.lmi import (
     pdc_condition,
     rigorous_no,
 )
-from takagi.lmi.gains.requirements.limits import Limits, limits_of
+from takagi.lmi.gains.requirements import Limits, limits_of
 from takagi.lmi.refutation import is_definite, is_semidefinite
 from takagi.models import ModelError, TSModel
 

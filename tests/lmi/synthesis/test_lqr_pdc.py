@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 
 from takagi.lmi import Design, expressed, h2_norm, latex, lqr_pdc, lqr_pdc_condition
-from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_gain
+from takagi.lmi.gains.cost import guaranteed_cost_gain
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -11,12 +11,9 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import Condition, Outcome, decide, pdc, with_input_states
+from takagi.lmi.gains.decay import decay_request, decided, largest_rate, stopped_by_limit
 from takagi.lmi.gains.decay import design as compensation_design
-from takagi.lmi.gains.decay import largest_rate
-from takagi.lmi.gains.decay.design import decided
-from takagi.lmi.gains.decay.limited_outcome import stopped_by_limit
-from takagi.lmi.gains.decay.request import decay_request
-from takagi.lmi.gains.requirements.given_limits import GivenLimits
+from takagi.lmi.gains.requirements import GivenLimits
 from takagi.models import TSModel
 from tests.lmi.synthesis.placed import pendulum
 
