@@ -14,6 +14,6 @@ from __future__ import annotations
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-from takagi.certificates.checker.replay.certificate import check
+from takagi.certificates.checker.replay.certificate import check, check_document
 
-__all__ = ["CertificateError", "Checked", "Claim", "Verdict", "check"]
+__all__ = ["CertificateError", "Checked", "Claim", "Verdict", "check", "check_document"]

@@ -2,10 +2,8 @@ r"""All matrices of a certificate as a file for Coq, whose kernel decides their 
 
 The matrices are those that the second checker makes of the claims, from the certificate's own
 numbers: one theorem for each claim says that so many matrices are positive definite (or
-semidefinite),
-for real vectors.  Coq does not verify that the claim needs exactly these matrices; only the
-checkers do.
-The file contains the certificate's numbers, and none of its texts.
+semidefinite), for real vectors.  Coq does not verify that the claim needs exactly these matrices;
+only the checkers do.  The file contains the certificate's numbers, and none of its texts.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ r"""A positive definite integer matrix M, and a smaller matrix N that proves it:
 
 with powers of two s_i.  The rounding error of each entry off the diagonal is at most s_i s_j; the
 n - 1 units subtracted on the diagonal cover it: x'Mx >= y'Ny with y_i = s_i x_i.  So M is positive
-definite if N is, and N has entries of a few digits if M is not nearly singular.  ``definite.v`` proves this, and Coq's
-kernel computes with N.
+definite if N is, and N has entries of a few digits if M is not nearly singular.  ``definite.v``
+proves this, and Coq's kernel computes with N.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def blend_of(model: TSModel) -> Blending | None:
 
 
 def unknown_premises(model: TSModel) -> list[bool]:
-    """Return, for each premise, whether it depends on an actuator's error, which no law measures."""
+    """Return, for each premise, whether it depends on an actuator's error (unknown to a law)."""
     blending = blend_of(model)
     if blending is None or model.derivation is None or model.derivation.form is None:
         return [False] * len(model.premises)
