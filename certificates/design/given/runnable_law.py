@@ -175,11 +175,11 @@ def _schedules(
 
 def _require_same(made: Mapping[str, Any], stated: Any, path: Path) -> None:
     """Refuse a file whose tables are another turbine's, or another version's."""
-    from takagi.certificates.checker.files.differences import differing, shown
+    from takagi.certificates.checker.files.differences import differences_between, shown
     from takagi.certificates.checker.kernel.reader import read_text
 
     read = read_text(json.dumps({"law": made}), "law")["law"]
-    for one in differing(read, stated):
+    for one in differences_between(read, stated):
         own, there = shown(one)
         raise CertificateError(
             f"{path}: the law was not made for this turbine: {one.place} is {own} for it, {there} "
