@@ -2,8 +2,8 @@
 
 ``effort_sharing_candidate`` searches the function that allows the largest fraction of the wind
 class in the worst cell.  Here that function is improved further, so that the mean over wind of the
-logarithms of wind errors grows (``lmi.turbine.one_step.joint_step`` with its gains fixed). The cells may be
-those of a part of the winds.  The result is a candidate; the checker decides.
+logarithms of wind errors grows (``lmi.turbine.one_step.joint_step`` with its gains fixed).
+The cells may be those of a part of the winds.  The result is a candidate; the checker decides.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ disturbance lie in the hull of the corners of
 with T - (b'/b) v_s' in the place of T while v_s moves.  Its eleven coefficients are enclosed here
 from the tables of the law and the plant's surface (``loop``, ``moving_schedule``), and
 compared with those the certificate states.  A cell also states its conditions: its winds, and the
-limit of pitch effectiveness (the frozen wake's).  Then,
+limit of pitch effectiveness (``effectiveness_limit``, the frozen wake's).  Then,
 exactly, at every corner
 
     -[[A'P + PA + alpha P, P d], [d'P, -alpha]] > 0    so  {V <= 1} is invariant, V = xi' P xi,
