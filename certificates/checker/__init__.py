@@ -1,7 +1,9 @@
 """An independent checker: standard library alone, shares no code with the synthesis.
 
-kernel/       code that every check uses: reader, exact matrices, the table of kinds
+kernel/       code that every check uses: reader, exact matrices, verdicts
 arithmetic/   intervals, functions and splines with outward rounding
+loop/         the closed loop as exact matrices, and pieces of its weights
+replay/       the check of one file: hashes, the table of kinds, the verdict
 kinds/        claims about the loop that model and gains make, one kind a file
 plant/        a plant's own equations: proofs that the model contains the plant
 turbine/      the turbine's loops, and their equilibria
@@ -14,6 +16,6 @@ from __future__ import annotations
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-from takagi.certificates.checker.replay.certificate import check
+from takagi.certificates.checker.replay.certificate import check, check_document
 
-__all__ = ["CertificateError", "Checked", "Claim", "Verdict", "check"]
+__all__ = ["CertificateError", "Checked", "Claim", "Verdict", "check", "check_document"]

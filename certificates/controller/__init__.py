@@ -5,3 +5,16 @@ given_file          the same for gains of a file
 plant_members       contents of a plant's file that model and law do not determine
 removable_points    the replacement of a premise where it is 0/0
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.certificates.controller.content import bound, gain_file_of
+
+__all__ = ["bound", "gain_file_of"]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import VERSION
-from takagi.certificates.checker.files.differences import differing, shown
+from takagi.certificates.checker.files.differences import differences_between, shown
 from takagi.certificates.checker.files.gain_file import expected_file
 from takagi.certificates.checker.kernel.reader import read_json, read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -82,7 +82,7 @@ def told(document: Mapping[str, Any], path: Path) -> str:
     shared = {key: expected.get(key) for key in file}
     found = [
         f"{one.place} is {there} there, {ours} for this model"
-        for one in islice(differing(file, shared), MOST)
+        for one in islice(differences_between(file, shared), MOST)
         for there, ours in [shown(one)]
     ]
     if not found:
@@ -130,7 +130,7 @@ def _compare_earlier(
         if key not in file:
             continue
         stated = file[key]
-        for one in differing(stated, _like(stated, value), (key,)):
+        for one in differences_between(stated, _like(stated, value), (key,)):
             there, ours = shown(one)
             raise CertificateError(
                 f"{path}: {one.place} is {there} there, {ours} for this model: the file was "

@@ -1,7 +1,7 @@
 """A certificate's matrices for the proof assistant Coq (Rocq): ``coq_file``.
 
 definite.v    the decision by computation, and its proof
-numerals      a matrix as Coq reads it, with shorter numbers beside it
+numerals      a matrix as Coq reads it, and a matrix of shorter numbers that proves it
 coq_export    the file: all matrices of a certificate, claim by claim
 """
 

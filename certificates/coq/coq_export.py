@@ -1,10 +1,9 @@
 r"""All matrices of a certificate as a file for Coq, whose kernel decides their definiteness.
 
 The matrices are those that the second checker makes of the claims, from the certificate's own
-numbers: one theorem a claim says that so many matrices are positive definite (or semidefinite),
-for real vectors.  Coq does not verify that the claim needs exactly these matrices; only the
-checkers do.
-No text of the certificate enters the file but its numbers.
+numbers: one theorem for each claim says that so many matrices are positive definite (or
+semidefinite), for real vectors.  Coq does not verify that the claim needs exactly these matrices;
+only the checkers do.  The file contains the certificate's numbers, and none of its texts.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from takagi.certificates.cross_check.kernel.obligation import Definite, Obligati
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal
 from takagi.certificates.cross_check.opinion import claims_of
 
-# Coq reads a text recursively: one of some ten thousand characters fits its stack.
+# Coq parses a text recursively; a text of about ten thousand characters fits its stack.
 LONGEST_TEXT, MOST_IN_ONE = 8_000, 200
 
 

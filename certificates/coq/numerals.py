@@ -2,10 +2,10 @@ r"""A positive definite integer matrix M, and a smaller matrix N that proves it:
 
     N_ij = round(M_ij / (s_i s_j)),    N_ii = floor(M_ii / s_i^2) - (n - 1)
 
-with powers of two s_i.  What rounding leaves of M, off the diagonal at most s_i s_j, is covered by
-the n - 1 units on it: x'Mx >= y'Ny with y_i = s_i x_i.  So M is positive definite if N is, and N
-has entries of a few digits where M is not nearly singular.  ``definite.v`` proves this, and Coq's
-kernel computes with N.
+with powers of two s_i.  The rounding error of each entry off the diagonal is at most s_i s_j; the
+n - 1 units subtracted on the diagonal cover it: x'Mx >= y'Ny with y_i = s_i x_i.  So M is positive
+definite if N is, and N has entries of a few digits if M is not nearly singular.  ``definite.v``
+proves this, and Coq's kernel computes with N.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def shorter(matrix: fmpq_mat) -> Shorter | None:
     whole = whole_numbers(matrix)
     n = len(whole)
     for bits in BITS:
-        # Entries of fewer bits than N is to have are multiplied up, all alike.
+        # If the entries have fewer bits than N should have, all are multiplied by one factor.
         up = max(0, bits - min(whole[i][i].bit_length() for i in range(n)))
         M = [[entry << up for entry in row] for row in whole]
         e = [max(0, (M[i][i].bit_length() - bits) // 2) for i in range(n)]

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from takagi.certificates.cross_check.kernel.obligation import Definite, Fact
-    from takagi.certificates.cross_check.kernel.reading import Refusal
+    from takagi.certificates.cross_check.kernel.reading import Refusal, loads
     from takagi.certificates.cross_check.opinion import Opinion, judge, judge_document
 
-__all__ = ["Definite", "Fact", "Opinion", "Refusal", "judge", "judge_document"]
+__all__ = ["Definite", "Fact", "Opinion", "Refusal", "judge", "judge_document", "loads"]
 
 _HOME = {
     "Definite": "kernel.obligation",
@@ -28,6 +28,7 @@ _HOME = {
     "Refusal": "kernel.reading",
     "judge": "opinion",
     "judge_document": "opinion",
+    "loads": "kernel.reading",
 }
 
 

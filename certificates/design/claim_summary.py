@@ -24,13 +24,12 @@ class ClaimSummary:
     winds : (low, high) of each cell [m/s];  proved : whether the checker accepted the cell.
     wind_error : largest |v - v_s| [m/s];  wind_rate : largest |v_s'| [m/s^2];  decay_rates :
         [1/s]; one per cell.
-    decay_rate : the smallest over all cells [1/s], in the set's own function;  common_rate : the
-        largest of one function for all winds [1/s].
+    decay_rate : the smallest over all cells [1/s], for the function of the set;  common_rate : the
+        largest rate of one function for all winds [1/s].
     peaks : bound on each state's modulus on the invariant set, by name.
-    overspeed : bound on rotor speed above rated, as a share of it [-].
+    overspeed : bound on rotor speed above rated, relative to rated [-].
     inertia : true over nominal inertia, (low, high);   power_coefficient : true over tabulated.
-    frozen_wake : whether pitch effectiveness
-        may reach the frozen-wake value.
+    frozen_wake : whether pitch effectiveness may reach the frozen-wake value.
     P : the Lyapunov matrix, rows.
     """
 
@@ -61,7 +60,7 @@ class ClaimSummary:
 
 
 def claim_summary(design: TurbineDesign) -> ClaimSummary | None:
-    """Return what the certificate says of the coherent loop; None where it has no such claim."""
+    """Return the certificate's statements about the coherent loop; None without such a claim."""
     for stated, checked in zip(design.document["claims"], design.checked.claims, strict=True):
         if stated["kind"] == KIND:
             law = design.document["gains"]
@@ -96,7 +95,7 @@ def _summary(
 
 
 def _accepted(cell: Mapping[str, Any], checked: Claim) -> bool:
-    """Return whether a cell is proved; where the checker's list is cut short, none is taken so."""
+    """Return whether a cell is proved; no cell is if the checker's list is truncated."""
     if checked.verdict is Verdict.PROVED:
         return True
     low, high = cell["wind"]

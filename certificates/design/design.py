@@ -1,4 +1,4 @@
-"""What a finished design is, of a turbine or of a plant; and that there is none."""
+"""The members of a finished design of a turbine or plant; the exception if there is no design."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Design(Protocol):
-    """A finished design.  Verbs and reports read it without asking what the model is."""
+    """A finished design; verbs and reports read it in the same way for every kind of model."""
 
     @property
     def kind(self) -> Literal["turbine", "plant"]:
@@ -39,15 +39,15 @@ class Design(Protocol):
 
     @property
     def verdict_words(self) -> str:
-        """The verdict, and what it is about where that is not the plant."""
+        """The verdict, and its subject if that is not the plant."""
 
     @property
     def proved(self) -> bool:
-        """Whether everything is proved, and of the plant itself."""
+        """Whether everything is proved, for the plant itself."""
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """In words, what was chosen where nothing was asked, and what was backed off."""
+        """Texts on choices that were made by default, and on requirements that were relaxed."""
 
     @property
     def seconds(self) -> Mapping[str, float]:
@@ -56,14 +56,14 @@ class Design(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class NoDesign:
-    """There is no such design, or none was found; ``reason`` says what binds and what helps."""
+    """There is no such design, or none was found; ``reason`` says why, and what may help."""
 
     reason: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CertifiedLaw:
-    """The certificate of gains that exist already; its members are those of ``Design``."""
+    """The certificate of existing gains; its members have the meaning of those in ``Design``."""
 
     document: Mapping[str, Any]
     checked: Checked

@@ -10,7 +10,7 @@ Tell = Callable[[str], None]
 
 
 class StepClock:
-    """What each step took: ``seconds``, step -> time [s], of a repeated step all together."""
+    """The time of each step: ``seconds``, step -> time [s]; repeated steps are summed."""
 
     def __init__(self, tell: Tell | None) -> None:
         self._tell = tell

@@ -31,8 +31,8 @@ def certificate_document(
 
     Parameters
     ----------
-    files : of the model; the SHA-256 of their bytes, which no verdict depends on, stands in the
-        provenance.
+    files : of the model; the provenance records the SHA-256 of their bytes. No verdict depends on
+        it.
     """
     if files:
         provenance = {**provenance, "files_sha256": files_sha256(files)}
@@ -55,7 +55,7 @@ def as_read(value: Any) -> Any:
 def dumps(document: Mapping[str, Any]) -> str:
     """Return the file's text: one line per cell or row, so that differences are readable."""
     written = json.dumps(document, allow_nan=False, separators=(",", ":"))
-    # Strings are matched first, so that no text is broken where it happens to hold "},{".
+    # Strings are matched first, so that no line break is put into a text that contains "},{".
     return STRING_OR_SEAM.sub(lambda m: "},\n{" if m[0] == "},{" else m[0], written) + "\n"
 
 
@@ -69,7 +69,7 @@ def files_sha256(files: Sequence[Path]) -> dict[str, str]:
 
 
 def content_of(files: Sequence[Path]) -> dict[str, Any]:
-    """Return the member by which a certificate's model holds what its file says; {} for none."""
+    """Return the member with the content of the model's file; {} if there is none."""
     return {"model_file": model_content(files[0])} if files else {}
 
 
@@ -78,7 +78,7 @@ def turbine_data(turbine: Turbine, files: Sequence[Path]) -> dict[str, Any]:
 
     Parameters
     ----------
-    files : the data files they came from; what they say is recorded (``model_content``).
+    files : the data files of the plant; their content is recorded (``model_content``).
     """
     names = (
         "torque_constant",

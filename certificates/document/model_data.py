@@ -19,7 +19,7 @@ def ts_model_data(model: TSModel) -> dict[str, Any]:
     """Return the model of kind ``takagi-sugeno``: vertices, names, premises, rules, box.
 
     A matrix that is the same in all rules is written once; one without columns or rows is left
-    out.  Every float stands as the shortest decimal that prints it, and a proof is about that.
+    out.  Every float is written as its shortest decimal, and proofs are about this decimal.
     """
     stacks = {
         letter: _stack(getattr(model, letter))
@@ -38,7 +38,7 @@ def ts_model_data(model: TSModel) -> dict[str, Any]:
         "box": {
             name: [_inside(low, 1), _inside(high, -1)]
             for name, (low, high) in model.box.items()
-            # A box drawn around a band or a union of cells is not where the model holds.
+            # The model need not hold on the whole box around a band or a union of cells.
             if model.domain is None
         },
     }
@@ -46,7 +46,7 @@ def ts_model_data(model: TSModel) -> dict[str, Any]:
 
 
 def pdc_law_data(model: TSModel, K: Floats) -> dict[str, Any]:
-    """Return u = -sum_j h_j K_j x with the weights of the model, as gain file and certificate say.
+    """Return u = -sum_j h_j K_j x with the weights of the model, as in gain file and certificate.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A plant behind a blend, in a certificate: what the blend is, and the claim that it is the plant.
+"""A plant with a blend of two actuators, in a certificate: the blend, and the claim about it.
 
 The model of the certificate is the blended plant, with the share of the high actuator and the
 errors of both as signals; the claim ``effort-blend`` ties it to the plant with its two actuators.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def blend_of(model: TSModel) -> Blending | None:
-    """Return the blend of the plant that a model was derived from; None where it has none."""
+    """Return the blend of the plant that a model was derived from; None if it has none."""
     from takagi.models.blending.blending import blending_of
 
     form = None if model.derivation is None else model.derivation.form
@@ -25,7 +25,7 @@ def blend_of(model: TSModel) -> Blending | None:
 
 
 def unknown_premises(model: TSModel) -> list[bool]:
-    """Return for each premise whether it depends on an actuator's error, which no law knows."""
+    """Return, for each premise, whether it depends on an actuator's error (unknown to a law)."""
     blending = blend_of(model)
     if blending is None or model.derivation is None or model.derivation.form is None:
         return [False] * len(model.premises)
@@ -50,7 +50,7 @@ def blend_data(blending: Blending) -> dict[str, Any]:
 
 
 def blend_claim(model: TSModel) -> dict[str, Any]:
-    """Return the claim; it has no evidence, the checker bounds effectiveness by its own search."""
+    """Return the claim without evidence: the checker bounds effectiveness by its own search."""
     name = f"{model.name or 'the plant'} behind its blend, with both actuators within their limits"
     return {"name": name, "kind": "effort-blend"}
 

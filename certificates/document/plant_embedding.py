@@ -1,8 +1,8 @@
-"""A plant and the model derived from it, as a certificate states them; the claim that ties them.
+"""A plant and the model derived from it, as a certificate states them; the claim that links them.
 
 The certificate has the plant's own equations, parameters and ranges, the premises with their
-bounds, and the entries of A, B, ... as text in the premises.  The checker works everything else
-out of these: that the entries give the equations, that the bounds hold, and the vertices.
+bounds, and the entries of A, B, ... as text in the premises.  From these the checker
+computes the vertices, and proves that the entries give the equations and that the bounds hold.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def is_embedded(model: TSModel) -> bool:
-    """Return whether the model carries the plant it was derived from, on a box."""
+    """Return whether the model contains the plant that it was derived from, on a box."""
     form = None if model.derivation is None else model.derivation.form
     return form is not None and form.problem.domain is None and not model.sampled
 
@@ -43,8 +43,8 @@ def plant_and_claim(
 ) -> tuple[dict[str, Any] | None, list[dict[str, Any]], tuple[str, ...]]:
     """Return what a certificate says of the model's plant, the claim in front, and notes.
 
-    ``(None, [], ())`` for a model that carries no plant; a plant that cannot be written is left
-    out too, and the note says why.
+    ``(None, [], ())`` for a model without a plant. A plant that cannot be written is left out too,
+    and a note gives the reason.
     """
     if not is_embedded(model):
         return None, [], ()
@@ -61,7 +61,7 @@ def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
     """Return premises and trim of a law for a model of kind ``plant``; nothing for another kind.
 
     The premises are those of the embedding, so that the checker sees that the law has the weights
-    of the model.  The trim is where the plant rests, in floats.
+    of the model.  The trim is the plant's equilibrium, in floats.
     """
     if model_data["kind"] != "plant":
         return {}
@@ -98,14 +98,14 @@ def embedding_claim(model: TSModel) -> dict[str, Any]:
 def plant_data(model: TSModel) -> dict[str, Any]:
     """Return the ``model`` member of kind ``plant`` for a model of ``sector_model``.
 
-    Numbers stand as decimals where they are such, else as text, e.g. ``"250/9"``; expressions in
-    the grammar of plant files.
+    Numbers are written as decimals if they are decimals, else as text, e.g. ``"250/9"``.
+    Expressions use the grammar of plant files.
 
     Raises
     ------
     ModelError : a model that was not derived from symbols, whose bounds hold on a band or rest on
         samples, with premises other than those of its derivation, or with an expression that the
-        grammar has no words for.
+        grammar cannot express.
     """
     form = None if model.derivation is None else model.derivation.form
     if form is None or not is_embedded(model):
@@ -196,7 +196,7 @@ def _blend(model: TSModel) -> dict[str, Any]:
 
 
 def _given_equations(problem: Problem) -> dict[str, Any]:
-    """Return a plant that was given as expressions, which rests at the origin."""
+    """Return a plant that was given as expressions; its equilibrium is the origin."""
     equations = problem.equations
 
     def listed(symbols: Iterable[sp.Symbol]) -> list[dict[str, Any]]:

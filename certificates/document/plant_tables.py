@@ -1,4 +1,4 @@
-"""The tables that stand in a plant's expressions, as a certificate states them."""
+"""The tables in a plant's expressions, as a certificate states them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def tables_data(expressions: Iterable[sp.Expr]) -> dict[str, Any]:
-    """Return the splines that stand in the expressions, by name; nothing where there are none."""
+    """Return the splines in the expressions, by name; empty if there are none."""
     from takagi.models.ranges.table_balls import tables_class
 
     tables = tables_class()

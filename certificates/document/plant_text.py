@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def number_data(value: Fraction) -> float | int | str:
-    """Return the number as JSON has it, or as text where no float prints it."""
+    """Return the number as a JSON number, or as text if no float prints it exactly."""
     if value.denominator == 1 and abs(value) < 10**15:
         return int(value)
     written = float(value)
@@ -18,14 +18,14 @@ def number_data(value: Fraction) -> float | int | str:
 
 
 def rational_symbol(value: Fraction) -> sp.Rational:
-    """Return the number as sympy holds it."""
+    """Return the number as a SymPy number."""
     import sympy as sp
 
     return sp.Rational(value.numerator, value.denominator)
 
 
 def text_data(expression: sp.Expr) -> str:
-    """Return the expression in the grammar of plant files; numbers may be as long as they are."""
+    """Return the expression in the grammar of plant files; its numbers are not shortened."""
     from takagi.models.equations.problem import cleaned
 
     return str(cleaned([expression], {})[0]).replace("**", "^").replace("Abs(", "abs(")

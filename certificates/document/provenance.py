@@ -1,4 +1,4 @@
-"""Where a certificate comes from: configuration, versions, the solver's own words."""
+"""The origin of a certificate: configuration, versions, the solver's messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LIBRARIES = ("takagi", "numpy", "scipy", "sympy", "clarabel", "python-flint")
 
 
 def provenance(settings: object, solver_words: Mapping[str, str]) -> dict[str, Any]:
-    """Return configuration, versions and solver words as plain data.
+    """Return configuration, versions and the solver's messages as plain data.
 
     No time stamp: the same inputs give the same file.
     """
@@ -32,13 +32,13 @@ def _versions() -> dict[str, str]:
         try:
             found[name] = version(name)
         except PackageNotFoundError:
-            # A checkout that is imported without being installed has no metadata.
+            # A source tree that is imported without installation has no metadata.
             found[name] = "not installed"
     return found
 
 
 def plain(value: object) -> Any:
-    """Return dataclasses, intervals and rationals as what JSON knows."""
+    """Return dataclasses, intervals and rationals as JSON values."""
     if isinstance(value, Interval):
         return [float(value.lower), float(value.upper)]
     if isinstance(value, Fraction):

@@ -33,7 +33,7 @@ def attempts_at_all(
 
     Parameters
     ----------
-    decay_rate : alpha in 1/s that is asked for; None takes what is found.
+    decay_rate : the requested alpha [1/s]; None takes the largest rate found.
     observer : L, (r, n, p) or (n, p), of an observer for the loop; None for none.
     """
     first = attempted(Decay(decay_rate), loop)
@@ -56,11 +56,11 @@ def attempts_at_all(
 
 
 def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Iterator[Request]:
-    """Yield the requests, beside decay, that a loop has the matrices and the box for.
+    """Yield the requests other than decay for which a loop has the matrices and the box.
 
-    A box gives the set in it and, with gains, amplitudes and rates of the inputs on it; rates only
-    where they need no bound on how fast memberships move.  Norms are of the path from the model's
-    disturbance to its output; a model without either has none.
+    With a box, an invariant ellipsoid is requested; with gains also bounds of the inputs on it.
+    Rates of inputs are requested only if they need no bound on how fast the memberships change.
+    Norms are requested from the model's disturbance to its output, if the model has both.
     """
     family = loop.family
     yield Transient()

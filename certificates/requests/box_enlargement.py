@@ -24,7 +24,7 @@ LARGEST = 1e6
 
 @dataclass(frozen=True, slots=True)
 class BoxEnlargement:
-    """The largest theta with decay at ``decay_rate`` alpha [1/s]; the gains blend as they like."""
+    """The largest theta with decay at ``decay_rate`` alpha [1/s], for any weights of the gains."""
 
     decay_rate: float = 0.0
 
@@ -35,7 +35,7 @@ class BoxEnlargement:
             )
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
-        """Return the claim ``box-enlargement``; theta is backed off until it proves."""
+        """Return the claim ``box-enlargement``; theta is reduced until the claim is proved."""
         from takagi.lmi.analysis.box_enlargement import wide_box
 
         answer = wide_box(
@@ -55,7 +55,7 @@ class BoxEnlargement:
     def _claim(
         self, model: str, theta: float, P: Floats, digits: int
     ) -> tuple[str, dict[str, Any]]:
-        """Return words for what is tried, and the claim."""
+        """Return a description of the attempt, and the claim."""
         what, name = "enlargement", f"box enlargement of {model}"
         if theta < 1:
             what, name = "ranges shrunk to", f"part of the box of {model}"

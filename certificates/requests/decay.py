@@ -76,7 +76,7 @@ class Decay:
 
 
 def common_function(loop: ClaimedLoop, decay_rate: float | None = None) -> Answer:
-    """Return the candidate P for a rate, or for the fastest that is found."""
+    """Return the candidate P for a rate, or for the largest rate found."""
     from takagi.lmi import common_lyapunov
     from takagi.lmi.analysis.decay_rate import fast_decay
 
@@ -86,7 +86,7 @@ def common_function(loop: ClaimedLoop, decay_rate: float | None = None) -> Answe
 
 
 def faster_function(loop: ClaimedLoop, rate: float) -> Floats | None:
-    """Return the candidate P of the fastest rate [1/s] that is found, where it is beyond ``rate``.
+    """Return the candidate P of the largest rate [1/s] found, if it exceeds ``rate``.
 
     If gains are far larger than the states they act on, the margin at one rate is lost in rounding,
     and the solver finds no P. The search for the fastest rate still succeeds.

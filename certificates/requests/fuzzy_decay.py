@@ -22,19 +22,20 @@ if TYPE_CHECKING:
 
 BACK_OFF = (1.0, 0.99, 0.9, 0.5, 0.0)
 POLYA = (0, 1, 2, 4, 7)
-# Blends in quarters, at most so many, and how often those at which P(h) failed join them.
+# Blends whose weights are multiples of 1/4, at most so many; and how often the blends at which
+# P(h) failed are added to them.
 PARTS, MOST_POINTS, ROUNDS = 4, 81, 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FuzzyDecay:
-    """V = x'P(h)x decays while the weights keep to their rates.
+    """V = x'P(h)x decays as long as the weights change no faster than the given rates.
 
     Attributes
     ----------
     rate_bounds : of |dz_k/dt| for each premise, by name or in order, in its unit per second;
-        without premises of |dh_i/dt| in 1/s.  One number stands for all, inf is no bound.  In
-        discrete time the weights may jump, and this is not read.
+        without premises of |dh_i/dt| in 1/s.  One number holds for all; inf means no bound.  In
+        discrete time the weights may jump, and this attribute is not used.
     decay_rate : alpha [1/s].
     degree : of P in the weights of each premise, or of the rules.
     """
@@ -50,11 +51,11 @@ class FuzzyDecay:
             )
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
-        """Return the claim ``fuzzy-decay``; the rate is backed off until it proves.
+        """Return the claim ``fuzzy-decay``; the rate is reduced until the claim is proved.
 
-        Where the coefficients of P(h) do not show it, pieces of the weights may.
+        If the coefficients of P(h) do not prove it, pieces of the weights are tried.
 
-        Without a candidate the claim has a common P, and the checker leaves it UNDECIDED.
+        If no candidate is found, the claim has a common P, and the checker answers UNDECIDED.
 
         Raises
         ------
@@ -95,7 +96,7 @@ class FuzzyDecay:
     def _on_pieces(self, loop: ClaimedLoop, tried: tuple[str, ...]) -> Attempt:
         """Return the attempt with P(h) from single blends, on pieces of the weights.
 
-        Not where P may not depend on any weight: that is ``Decay``, which has pieces of its own.
+        Not used if P may not depend on any weight: ``Decay`` covers this and has its own pieces.
         """
         from takagi.lmi.varying.membership_points import function_at_points
 

@@ -1,10 +1,9 @@
 """Searches P(h) at single blends, and the pieces of the weights on which it is proved.
 
 The coefficients of a double sum may have the wrong sign at every practical degree of Polya's
-relaxation, although P(h) is valid at every blend.  So P(h) is sought at blends that the loop takes,
-and the
-weights are halved until all coefficients have their sign on each piece.  A corner of a piece at
-which P(h) fails is one more blend to seek it at.
+relaxation, although P(h) is valid at every blend.  So P(h) is searched at single blends of the
+loop, and the simplex of weights is halved until all coefficients have the right sign on each
+piece.  A corner of a piece at which P(h) fails is added to the blends of the search.
 """
 
 from __future__ import annotations
@@ -31,7 +30,8 @@ MOST_PIECES = 400
 
 
 class Cut:
-    """``halvings`` : the tree; empty where none was found.  ``failed`` : blends that P(h) fails."""
+    """``halvings`` : the tree, empty if none was found.
+    ``failed`` : blends at which P(h) fails."""
 
     def __init__(self) -> None:
         self.halvings: list[list[int]] = []
@@ -39,7 +39,7 @@ class Cut:
 
 
 def cut(claim: dict[str, Any], family: PolytopicLoop) -> Cut:
-    """Return the pieces on which a claim ``fuzzy-decay`` is shown, the longest edges cut first."""
+    """Return the pieces that prove a claim ``fuzzy-decay``; the longest edges are cut first."""
     found = Cut()
     try:
         asked, _ = inequalities(read_text(json.dumps(claim), "claim"), family, "claim")

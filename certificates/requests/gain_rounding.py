@@ -31,15 +31,15 @@ class GainRounding:
     Attributes
     ----------
     decay_rate : alpha that has to remain; None takes half of what is found.
-    absolute : (m, n), steps of which the largest multiple is sought; None seeks the largest
-        ``relative`` step, of each gain in terms of itself.
+    absolute : (m, n) steps; the largest multiple of them is searched. None searches the largest
+        ``relative`` step, which is a fraction of each gain.
     """
 
     decay_rate: float | None = None
     absolute: ArrayLike | None = None
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
-        """Return the claim ``gain-rounding``; the step is backed off until it proves.
+        """Return the claim ``gain-rounding``; the step is reduced until the claim is proved.
 
         Raises
         ------
@@ -53,8 +53,8 @@ class GainRounding:
         rate = self.decay_rate
         if rate is None:
             rate = rounded_down(RATE_SHARE * min(max(answer.decay_rate or 0.0, 0.0), 1e6))
-        # The function of the fastest decay is often near singular; one for the rate that has to
-        # remain is better conditioned, and mostly leaves more room.
+        # The function of the fastest decay is often nearly singular. A function for the rate that
+        # must remain is better conditioned, and usually allows larger errors.
         functions = [one.P for one in (common_function(loop, rate), answer) if one.P is not None]
         searches = [
             _Search.of(loop, short(np.asarray(P), DIGITS), rate, shape)

@@ -21,11 +21,11 @@ from takagi.models.errors import ModelError
 
 # P is searched this far (relative) above the least norm, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = (1e-4, 4e-4), 5e-7
-# Shares added to P, and digits of it, each tried until the rounded numbers prove.
+# Fractions added to P, and its digits; each is tried until the rounded numbers prove the claim.
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 DIGITS = (6, 9, 12, 15)
 SLIGHTLY = (0.0, 1e-5, 1e-4)
-# Where a norm is asked for: how much of what it leaves the first inequality takes.
+# For a requested norm: the part of the margin to it that the first inequality uses.
 SHARES = (0.5, 0.1, 0.9)
 
 
@@ -36,7 +36,7 @@ class H2Norm:
     Attributes
     ----------
     norm : None takes slightly more than the least norm found.
-    disturbance, output : the path, as in ``loop.disturbance_channel``.
+    disturbance, output : the channel, as in ``loop.disturbance_channel``.
     """
 
     norm: float | None = None
@@ -62,13 +62,13 @@ class H2Norm:
     def _of_one_vertex(
         self, loop: ClaimedLoop, path: tuple[Floats, Floats, Floats, Floats]
     ) -> Iterator[tuple[Floats, float]]:
-        """Yield P of one vertex by its Lyapunov equation, and the norm that it shows."""
+        """Yield P of one vertex by its Lyapunov equation, and the norm that P proves."""
         from takagi.lmi.analysis.disturbance.gramian import gramian_with_room
 
         A, B, C, D = path
         if len(A) > 1 or (loop.sample_time is None and D.any()):
             return
-        # Of a norm that is given, little may be left: then P is looked for at the least one.
+        # A requested norm may have little margin; P is then searched for the least norm.
         for more in (*INSIDE, AT_LEAST) if self.norm else INSIDE:
             P = gramian_with_room(
                 A[0], B[0], C[0], sample_time=loop.sample_time, tolerance=2 * more

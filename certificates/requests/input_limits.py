@@ -18,21 +18,21 @@ from takagi.certificates.requests.request import Attempt, first_proved, or_else
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-# The checker decides with numbers as they are written; this much is left for their rounding.
+# The checker uses the rounded numbers of the file; this margin covers their rounding.
 SPARE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InputLimits:
-    """|u_k| <= limits_k, and how fast u moves, from anywhere in an invariant ellipsoid.
+    """|u_k| <= limits_k, and bounds of the rates of u, for all starts in an invariant ellipsoid.
 
-    u is that of u = -K x, the deviation from the input's equilibrium value: an actuator from 0 to 6
-    V with equilibrium 5 V has the limit 1.
+    u = -K x is the deviation from the input's equilibrium value: an actuator from 0 to 6 V with
+    equilibrium 5 V has the limit 1 V.
 
     Attributes
     ----------
-    limits : (m,) on |u_k - u_k*|, in the units of the inputs; None takes what the largest ellipsoid
-        in the model's box needs.
+    limits : (m,) on |u_k - u_k*|, in the units of the inputs; None takes the amplitudes that occur
+        in the largest ellipsoid in the model's box.
     P, decay_rate, disturbance_bounds : of the ellipsoid, as in ``InvariantEllipsoid``.
     rates : True bounds |u_k'| (or the change in one sample) as well.
     membership_rates : (r,) |h_j'| <= phi_j in 1/s, where gains differ in continuous time.
@@ -72,7 +72,7 @@ class InputLimits:
     def _limited(
         self, loop: ClaimedLoop, evidence: dict[str, Any], limits: Floats | None
     ) -> dict[str, Any]:
-        """Return the evidence with limits; its level lowered where limits were asked for."""
+        """Return the evidence with limits; requested limits reduce its level."""
         P, level = np.array(evidence["P"]), float(evidence["level"])
         reach = input_bounds(loop, P, level)
         if limits is None:

@@ -28,9 +28,10 @@ if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
 DIGITS = (6, 9, 12)
-# Shares of the disturbance that are tried where its bounds come from the model's box.
+# Fractions of the disturbance's bounds to try, if these come from the model's box.
 SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
-# Fraction of the largest decay rate: a set without decay is larger, but hardly attracts.
+# Fraction of the largest decay rate. With rate 0 the set is larger, but solutions in it hardly
+# approach the equilibrium.
 SHARE_OF_RATE, FASTEST = 0.25, 1e6
 LOOSEST = 1e6  # of an input without a limit
 
@@ -41,12 +42,12 @@ class InvariantEllipsoid:
 
     Attributes
     ----------
-    P : the ellipsoid's shape, (n, n); None looks for the largest volume, without disturbance, or
-        for one that a disturbance fills least of the box.
-    decay_rate : alpha in 1/s that the set is sought with, 0 for the largest set; None takes a
-        quarter of the largest rate.  V falls at the rate its P shows.
-    disturbance_bounds : (q,) |w_k| <= b_k; None takes w = 0; "box" the ranges in the model's box,
-        or the largest share of them that the box of states withstands.
+    P : the ellipsoid's shape, (n, n); None searches, without a disturbance, for the largest
+        volume; with one, for a set that is small compared with the box.
+    decay_rate : alpha in 1/s for the search of the set; 0 gives the largest set; None takes a
+        quarter of the largest rate.  V decays at the rate that P proves.
+    disturbance_bounds : (q,) |w_k| <= b_k; None takes w = 0; "box" takes the ranges in the
+        model's box, or the largest fraction of them for which the set lies in the box of states.
     """
 
     P: ArrayLike | None = None
@@ -86,7 +87,7 @@ def candidate_set(
 
     Parameters
     ----------
-    limits : (m,) on the inputs besides those of the box; None for none.
+    limits : (m,) on the inputs, in addition to those of the box; None for none.
     """
     if given is not None:
         P = np.asarray(given, dtype=np.float64)
@@ -104,7 +105,7 @@ def candidate_set(
 def claimed_sets(
     loop: ClaimedLoop, P: Floats, bounds: ArrayLike | None
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the evidence of sets of the shape P as large as the box lets them be."""
+    """Yield the evidence of the largest sets of shape P that lie in the box."""
     discrete = loop.sample_time is not None
     for digits in DIGITS:
         rounded = short(P, digits)
@@ -136,7 +137,7 @@ def claimed_sets(
 
 
 def _bounds(loop: ClaimedLoop, bounds: ArrayLike) -> tuple[Floats, tuple[float, ...]]:
-    """Return (q,) bounds on |w_k|, and the shares of them that may be claimed instead."""
+    """Return (q,) bounds on |w_k|, and the fractions of them that may be claimed instead."""
     names, box = loop.family.disturbances, loop.family.other_box or {}
     q = loop.E.shape[2]
     if not q:
@@ -171,7 +172,7 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
             state_box=halves,
             input_limit=narrow,
             decay_rate=decay_rate,
-            # Where pairs do not do, what is found is shown on pieces of the weights.
+            # If the claim fails for the pairs of rules, it is proved on pieces of the weights.
             relaxation="liu-zhang" if loop.points else "wang-tanaka-griffin",
         )
     # The blends themselves, so that everything the checker examines is included.
@@ -181,7 +182,7 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
 
 
 def _filled_least(loop: ClaimedLoop) -> Answer:
-    """Return P of a set that the disturbance holds the state in, small against the box."""
+    """Return P of a set that the disturbed state cannot leave, small compared with the box."""
     from takagi.lmi import peak_gain
 
     rows = box_rows(loop)

@@ -24,9 +24,9 @@ from takagi.models.errors import ModelError
 
 # P is searched this far (relative) above the least gain, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = 2e-4, 1e-6
-# The same of one vertex, whose P needs no program.
+# The same for a single vertex, whose P comes from a Riccati equation, without a solver.
 ROOM = (1e-4, 3e-4, 8e-4)
-# Shares added to the least gain that was found; each is tried until the rounded numbers prove.
+# Fractions added to the least gain found; each is tried until the rounded numbers prove the claim.
 BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 DIGITS = (6, 9, 12, 15)
 
@@ -37,10 +37,10 @@ class L2Gain:
 
     Attributes
     ----------
-    gain : in units of y over those of w; None takes the least that is found, a little more.
-    energy_bound : W, so that no state leaves the box for |w|_2 <= W; "largest" takes what fits,
-        or none where the model has no box.
-    disturbance, output : the path, as in ``loop.disturbance_channel``.
+    gain : in units of y over those of w; None takes slightly more than the least gain found.
+    energy_bound : W; for |w|_2 <= W no state leaves the box. "largest" takes the largest W, or
+        none if the model has no box.
+    disturbance, output : the channel, as in ``loop.disturbance_channel``.
     """
 
     gain: float | None = None
@@ -71,7 +71,7 @@ class L2Gain:
         return self._by_program(loop, evidence, path)
 
     def _of_one_vertex(self, loop: ClaimedLoop, path: Path) -> Iterator[tuple[Floats, float]]:
-        """Yield P of one vertex by its Riccati equation, and the gain that it is to show."""
+        """Yield P of one vertex by its Riccati equation, and the gain that P should prove."""
         from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
 
         if len(path[0]) > 1 or loop.sample_time is not None:

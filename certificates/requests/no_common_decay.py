@@ -19,7 +19,7 @@ from takagi.models.arrays import Floats
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
-# Numbers beyond are no part of a certificate.
+# Larger numbers are not written to a certificate.
 LARGEST = 1e38
 
 
@@ -51,9 +51,9 @@ def no_common_decay(loop: ClaimedLoop, rate: float, answer: Answer) -> Attempt:
 def _evidence(
     loop: ClaimedLoop, rate: float, coordinates: Floats | None
 ) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the evidence of the blends that the loop takes by itself: its points, or its rules.
+    """Yield evidence from blends that the loop takes alone: its points, or its rules.
 
-    Of a law with weights of its own there is none, for which blends it takes is not known.
+    There is none for a law with its own weights, because its blends are not known.
     """
     if len(loop.family.K) > 1 and not loop.family.shared_weights:
         return
@@ -66,7 +66,8 @@ def _evidence(
             blended = any(max(row) > 1 for row in points[k])
             words = "one blend alone" if blended else "one rule alone"
             yield words, {"blend": _named(loop, points[k]), "P": short(P, 9).tolist()}
-    # A single matrix that its own equation does not exclude is at its edge, or decays.
+    # If the Lyapunov equation does not exclude a single matrix, that matrix decays or is a limiting
+    # case. So multipliers are searched for two or more matrices only.
     s = np.ones(A.shape[1]) if coordinates is None else coordinates
     Z = _multipliers(A * s / s[:, None], rate, loop.sample_time) if len(A) > 1 else None
     if Z is not None:
@@ -84,13 +85,13 @@ def _evidence(
 
 
 def _named(loop: ClaimedLoop, point: Point) -> int | list[list[int]]:
-    """Return a blend as the claim has it: the number of a rule alone, or shares."""
+    """Return a blend as the claim states it: the number of a rule, or shares."""
     h = weights_at(loop.family, point)
     return h.index(Fraction(1)) if 1 in h else [list(row) for row in point]
 
 
 def _slowest(A: Floats, rate: float, step: float | None) -> list[int]:
-    """Return the blend with the slowest eigenvalue, where that is too slow by itself."""
+    """Return the blend with the slowest eigenvalue, if that blend alone misses the rate."""
     poles = np.linalg.eigvals(A)
     if step is None:
         excess = poles.real.max(axis=1) + rate
@@ -101,10 +102,10 @@ def _slowest(A: Floats, rate: float, step: float | None) -> list[int]:
 
 
 def _multipliers(A: Floats, rate: float, step: float | None) -> Floats | None:
-    """Return Z_k >= 0 with a sum that is positive definite where it is not zero, in floats.
+    """Return Z_k >= 0 in floats; their sum is positive definite on the states that they use.
 
-    Where states act on no others, multipliers of these states alone are enough, and may be all
-    there are: a further state that decays by itself leaves no definite sum.
+    If some states act on no others, multipliers of these states alone suffice. There may be no
+    others: a further state that decays by itself prevents a definite sum over all states.
     """
     from takagi.lmi.analysis.impossibility import impossibility_multipliers
 
@@ -130,7 +131,7 @@ def _closed_sets(A: Floats) -> list[list[int]]:
 
 
 def _rounded(factor: Floats, s: Floats, digits: int) -> list[list[float]]:
-    """Return the factor with so many decimals in each state's own size."""
+    """Return the factor with so many decimals, relative to each state's size."""
     places = np.clip(digits - np.round(np.log10(s)), -30, 30).astype(int).tolist()
     return [
         [round(float(entry), place) for entry in row]

@@ -26,9 +26,9 @@ class ObserverError:
 
     Attributes
     ----------
-    L : (r, n, p), or (n, p) for one in all rules.
-    decay_rate : alpha in 1/s; None takes what is found, a little less.
-    secants : (s, n, n) of a part that is not measured: ``unmeasured`` of ``takagi.lmi.observer``.
+    L : (r, n, p), or (n, p) for the same gain in all rules.
+    decay_rate : alpha in 1/s; None takes slightly less than the largest rate found.
+    secants : (s, n, n) of the part that is not measured: ``unmeasured`` of ``takagi.lmi.observer``.
     """
 
     L: ArrayLike
@@ -40,7 +40,8 @@ class ObserverError:
 
         Raises
         ------
-        ModelError : a model without output, or with weights that no observer has; shapes.
+        ModelError : a model without output, or with weights that an observer cannot evaluate; wrong
+            shapes.
         """
         loop.refuse_averages("observer")
         evidence = _evidence(loop, self.L)

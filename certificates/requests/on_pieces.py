@@ -3,13 +3,13 @@ r"""Proves a request on pieces of the weights if the whole simplex does not prov
 Three methods, in order of cost:
 
     pairs        the claim for the means of all pairs of rules
-    points       a candidate from blends that the loop takes: rules, halves, quarters of them
-    pieces       that candidate, on pieces of the weights until all means of their pairs have it
+    points       a candidate from single blends of the loop: rules, halves, quarters of them
+    pieces       that candidate, on ever smaller pieces, until it holds for all means of pairs
 
-Blends at which a candidate fails on the way join the points.  If no function serves at the points,
-none serves at all, and these points are the reason.  If one
-does with room to spare, enough pieces show it.  So with ever more points and pieces one of the two
-comes out, except on the very edge.
+Blends at which a candidate fails are added to the points.  If no function exists for the points,
+then none exists for the loop, and these points are the evidence.  If a function exists with some
+margin, a sufficient number of pieces proves it.  So with more points and pieces one of the two
+results is reached, except in limiting cases without margin.
 """
 
 from __future__ import annotations
@@ -32,22 +32,24 @@ from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.transient import Transient
 
-# Claims that contain decay: V falls along all blends by one P.
+# Claims that include decay: one P for which V decreases at all blends.
 FALLING = (GainRounding, H2Norm, InputLimits, InvariantEllipsoid, L2Gain, Peak, Transient)
-# Blends in halves, quarters, eighths of the rules, or of each premise's weights, at most so many.
+# Blends with shares in halves, quarters and eighths of the rules, or of each premise's weights;
+# and their largest number.
 WHOLE = "rules and means of pairs as vertices; a mean that fails excludes nothing"
 PARTS, MOST_POINTS, ROUNDS = (2, 4, 8), 260, 10
 
 
 def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
-    """Return the best attempt: on the whole, or else on pieces of the weights.
+    """Return the best attempt: on the whole simplex, or else on pieces of the weights.
 
     Raises
     ------
-    ModelError : what is asked makes no sense for this loop.
+    ModelError : the request makes no sense for this loop.
     """
     if isinstance(request, SampledLoop):
-        # The weights of plant and law differ while the command is held: no blend is one of a pair.
+        # While the command is held, the law's weights differ from the plant's: blends of one set of
+        # weights do not describe the loop.
         return request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
     falls = isinstance(request, FALLING)
@@ -79,7 +81,7 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
                 break
         found = found or again
     if isinstance(request, FuzzyDecay) and pairs:
-        # A function that is the same for all weights is one that is scheduled by them.
+        # A common P is a special case of a scheduled P(h), so it proves that claim too.
         common = attempted(Decay(request.decay_rate), loop)
         if common.proved:
             return replace(common, tried=(*tried, "one P for all weights", *common.tried))
@@ -87,7 +89,7 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
 
 
 def _may_fall(loop: ClaimedLoop) -> bool:
-    """Return whether some V falls along all blends: without, no other claim is worth a solver."""
+    """Return whether some V decreases at all blends; otherwise no other claim is tried."""
     if common_function(loop, 0.0).status != "infeasible":
         return True
     return faster_function(loop, 0.0) is not None

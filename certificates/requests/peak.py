@@ -28,9 +28,9 @@ from takagi.models.errors import ModelError
 
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
 DIGITS = (6, 9, 12, 15)
-# Of one vertex: how much of the bound is given for room, and the back-off with each, relative.
+# For one vertex: relative margins of the bound, and the reduction that is tried with each.
 ROOM, SLIGHTLY = (1e-5, 1e-4, 1e-3), (1e-5, 1e-4)
-# What fewer digits of P may cost the bound, relative.
+# The relative increase of the bound that is accepted for fewer digits of P.
 SHORT = 1e-4
 
 
@@ -40,11 +40,11 @@ class Peak:
 
     Attributes
     ----------
-    gain : None takes the least that is found, a little more.
-    disturbance_norm : b; None takes the largest that keeps the state in the model's box, at most
-        1 where there is none.
-    decay_rate : alpha [1/s] of the set; None looks for the best.
-    disturbance, output : the path, as in ``loop.disturbance_channel``.
+    gain : None takes slightly more than the least gain found.
+    disturbance_norm : b; None takes the largest that keeps the state in the model's box, but at
+        most 1; without a box it takes 1.
+    decay_rate : alpha [1/s] of the set; None searches the best one.
+    disturbance, output : the channel, as in ``loop.disturbance_channel``.
     """
 
     gain: float | None = None
@@ -72,7 +72,7 @@ class Peak:
     def _by_equation(
         self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path
     ) -> Attempt | None:
-        """Return what P of one vertex by its Lyapunov equation shows; None where there is none."""
+        """Return the bound proved by P of one vertex's Lyapunov equation; None if there is no P."""
         from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
 
         vertex = OneVertex.of(*(part[0] for part in path), step=loop.sample_time)
@@ -159,7 +159,7 @@ def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
 
 
 def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, held: float) -> float:
-    """Return the largest b, at most 1, whose set lies in the model's box; held is c at b = 1."""
+    """Return the largest b <= 1 whose set lies in the model's box; ``held`` is c for b = 1."""
     family, added = loop.family, evidence["disturbance"] == "inputs"
     limits = [1.0]
     if not added:
@@ -171,7 +171,7 @@ def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, held: float
         ]
     sides = bounded_inputs(family) if added and loop.gains is not None else {}
     for k, side in sides.items():
-        # |K x|_k <= b reach, and b is added to it.
+        # |K x|_k <= b reach, and the disturbance at the input adds b.
         reach = input_bounds(loop, P, held)[k]
         limits.append(0.999 * float(min(-side[0], side[1])) / (reach + 1))
     level = largest_level(loop, P)

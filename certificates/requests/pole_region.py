@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 class Poles:
     """Eigenvalues of every blend in ``region``, a ``takagi.lmi.Region``, in 1/s.
 
-    Of a loop in discrete time they are those of the matrix itself: without unit, inside the unit
-    circle where the loop is stable.  L and M are written as decimals, and the claim is about these.
+    In discrete time they are the eigenvalues of the matrix itself, without a unit: a stable loop
+    has them inside the unit circle.  L and M are written as decimals, and the claim is about these.
     """
 
     region: EigenvalueRegion
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
-        """Return the claim ``region``; without a candidate it is one that the checker leaves open.
+        """Return the claim ``region``; without a candidate the checker answers UNDECIDED.
 
         Raises
         ------

@@ -18,7 +18,7 @@ class Attempt:
     Attributes
     ----------
     claim : as it goes into the file: name, kind, evidence.
-    checked : what the checker says about it.
+    checked : the checker's verdict on it.
     tried : what was tried, in words, in order; the last is the claim.
     solver : the candidate's solver in its own words.
     """
@@ -34,14 +34,14 @@ class Attempt:
 
 
 class Request(Protocol):
-    """A claim that is wanted of a loop; a frozen dataclass with what is asked as its fields."""
+    """A requested claim about a loop: a frozen dataclass whose fields are the requirements."""
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the best attempt: proved if it can be, else the last one that failed.
 
         Raises
         ------
-        ModelError : what is asked makes no sense for this loop.
+        ModelError : the request makes no sense for this loop.
         """
         ...
 
@@ -55,9 +55,9 @@ def first_proved(
 ) -> Attempt:
     """Return the first of (words, claim) that the checker proves, else the last.
 
-    Give the strongest first, at least one: what follows are the steps of the back-off, which are
-    not made before they are needed.  ``cannot_hold`` spares the checker what floats show to fail;
-    the last claim is replayed whatever it says.
+    The strongest claim comes first, and there is at least one. The weaker ones are computed only
+    when they are needed.  ``cannot_hold`` skips claims that fail in floating point, which saves
+    exact arithmetic; the last claim is always given to the checker.
     """
     tried: list[str] = []
     for words, claim in claims:
@@ -78,6 +78,6 @@ def first_proved(
 def or_else(
     claims: Iterator[tuple[str, Mapping[str, Any]]], idle: tuple[str, Mapping[str, Any]]
 ) -> Iterable[tuple[str, Mapping[str, Any]]]:
-    """Return the claims; the idle one, which says why, where there are none."""
+    """Return the claims; if there are none, the idle claim, which states the reason."""
     first = next(claims, None)
     return [idle] if first is None else chain([first], claims)

@@ -22,27 +22,28 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.sampled_loop import SampledFunction
 
 DIGITS = (6, 9, 12)
-# Degrees of the function that is tried, and the one by which the largest sample time is sought.
+# Degrees of the function to try, and the degree used to search the largest sample time.
 DEGREES, HIGHEST = (2, 4), 8
-# Shares of the fastest rate in continuous time: of a set that is large, and of any.
+# Fractions of the largest rate in continuous time: for a large set, and for any set.
 OF_A_LARGE_SET, OF_ANY = (0.2, 0.05), (0.5, 0.1, 0.0)
-NEAR = 0.8  # how near the function of a large set is to that of continuous time
-# The steps by which the largest sample time is sought, down to the shortest [s].
+NEAR = 0.8  # allowed distance of a large set's function from that of continuous time
+# For the search of the largest sample time: the shortest to try [s], the factor from one to the
+# next, and the ratio of upper to lower bound at which bisection ends.
 SHORTEST, STEP, ENOUGH = 1e-5, 2.0, 1.02
-# Shares of the sample time found, tried until the rounded numbers prove the claim.
+# Fractions of the sample time found, tried until the rounded numbers prove the claim.
 BACK_OFF = (0.998, 0.99, 0.97, 0.9, 0.7)
 SPARE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class SampledLoop:
-    """V = x'Px falls from sample to sample of a command that is held.
+    """V = x'Px decreases from sample to sample; the command is held between them.
 
     Attributes
     ----------
-    sample_time : T [s]; None takes the largest that is found.
-    below : where that is sought [s]. A vibration may be sampled well by chance, at about its
-        period, and not at half of it.
+    sample_time : T [s]; None takes the largest found.
+    below : upper limit of that search [s]. A loop with a vibration may happen to decay at a
+        sample time near the vibration's period, but not at half of it.
     """
 
     sample_time: float | None = None
@@ -76,7 +77,7 @@ class SampledLoop:
         return first_proved(loop, chain([first], claims), "candidate")
 
     def _undecided(self, loop: ClaimedLoop, why: str) -> Attempt:
-        """Return a claim that holds nothing, which the checker leaves undecided."""
+        """Return a claim without evidence, for which the checker answers UNDECIDED."""
         n, m = loop.family.order, loop.model.B.shape[2]
         idle = SampledClaim(np.eye(n), np.stack([np.eye(n + m)] * 2), self.sample_time or 1.0)
         return first_proved(loop, [(why, idle.written(loop, 1.0, 0.0))])
@@ -84,7 +85,7 @@ class SampledLoop:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SampledClaim:
-    """P and the functions as they are to be written."""
+    """P and the functions as they are written to the claim."""
 
     P: Floats
     functions: Floats
@@ -104,7 +105,7 @@ class SampledClaim:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """Where functions are sought: near P of continuous time, whose rate is ``rate`` [1/s]."""
+    """The search region of the functions: near P of continuous time, with ``rate`` [1/s]."""
 
     loop: ClaimedLoop
     P: Floats
@@ -181,7 +182,7 @@ class _Search:
         return candidate_set(self.loop, None, None, None)[1] if len(box_rows(self.loop)) else None
 
     def _level(self, P: Floats, functions: Floats) -> float:
-        """Return about the largest level that stays in the box, at samples and between them."""
+        """Return about the largest level whose set lies in the box, at samples and between them."""
         if not len(box_rows(self.loop)) or np.linalg.eigvalsh(P)[0] <= 0:
             return 1.0
         halves = state_halves(self.loop)

@@ -19,19 +19,19 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 DIGITS = (4, 6, 9, 12)
-# Shares of the largest decay rate: a slower one has a rounder ellipsoid, so less overshoot.
+# Fractions of the largest decay rate: a lower rate gives a rounder ellipsoid and less overshoot.
 SHARES = (0.95, 0.8, 0.6, 0.4)
 SPARE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transient:
-    """|x(t)| <= kappa e^(-alpha t) |x(0)|, and the time to a share of the start.
+    """|x(t)| <= kappa e^(-alpha t) |x(0)|, and the time to a fraction of the start.
 
     Attributes
     ----------
-    settled_share : between 0 and 1; 0.02 is the 2 per cent of servo engineers.
-    decay_rate : alpha in 1/s; None takes, of a few, the one that settles soonest.
+    settled_share : between 0 and 1; 0.02 is the usual 2 % settling time.
+    decay_rate : alpha in 1/s; None takes, of a few rates, the one that settles soonest.
     scales : (n,) size of each state; None takes the half-widths of the model's box where all
         states have one, else 1.
     name : of the claim.

@@ -1,12 +1,12 @@
 """Sweeps: one result for each point of a grid, kept in a journal, made by several processes.
 
-A **map** says what is asked at a point.  It is a ``SweepMap`` (frozen dataclass):
+A **map** defines the task at each point.  It is a ``SweepMap`` (frozen dataclass):
 
     name       the law, as ``takagi sweep --law`` names it
     axes       ``Axis`` values: name, SI unit, values; the points are their product
-    settings   JSON-able; everything that a result depends on besides the point: the law's settings
-               and the model's numbers.  It is hashed into the journal's header, which refuses to
-               go on with other settings.
+    settings   JSON-able; everything that a result depends on, except the point: the law's settings
+               and the model's numbers.  The journal's header has their hash, so a sweep with
+               other settings is refused.
     point      a function at the top of a module, ``point(task) -> dict``
     shared     what all points have in common, such as the ``Turbine``: any value that pickle can
                send and that follows from ``settings``; sent to each process once, and not hashed.
@@ -14,8 +14,8 @@ A **map** says what is asked at a point.  It is a ``SweepMap`` (frozen dataclass
     prepare    ``prepare(settings, shared)``, a function at the top of a module, called once in each
                process: what it returns, which need not be picklable, is each task's ``shared``.
                None: ``shared`` itself is.
-    beside     maps to compare with, such as one point of another law; each is made, with a journal
-               of its own, in a folder of its name below
+    beside     maps to compare with, such as one point of another law; each is made in a subfolder
+               of its name, with its own journal
 
 ``point`` gets a ``Task``: ``task.at`` (axis name -> value), ``task.settings``, ``task.shared``.  It
 returns a dict of what JSON knows, without NaN, that holds at least
@@ -23,9 +23,9 @@ returns a dict of what JSON knows, without NaN, that holds at least
     "verdict"  "PROVED", "PARTLY" (some of what was asked) or "UNDECIDED"
     "reason"   why not all of it is PROVED, in words; None where it is
 
-and whatever its figures need beside that, with the unit in the key.  A ``ModelError`` of the point
-is the answer UNDECIDED with its words; any other error is FAILED with its words, and is tried again
-when the sweep is resumed.  Neither ends the sweep.
+and further numbers that its figures need, with the unit in the key.  A ``ModelError`` of the point
+gives the answer UNDECIDED with the error's message. Any other error gives FAILED with its message;
+that point is computed again when the sweep is resumed.  Neither ends the sweep.
 
 A module with maps of a law gives the command line two names, and its figures a third:
 
@@ -39,17 +39,17 @@ makes the ``SweepResult``: the map and its points in the order of the grid.
 
 The modules here:
 
-    axis, grid                     axes; what is asked and answered at the points
+    axis, grid                     axes; the tasks and results of the points
     journal, lock                  a line for each finished point; one writer a file
     runner, sending                several processes, and values as bytes for them
     effort_sharing_map             the map of the effort-sharing law: overlap, gains, plant, class
-    effort_sharing_row             one point of it beside another law's map
+    effort_sharing_row             one point of it, to compare with another law's map
     published_map, published_point a published law over both overlaps; one pair of them
     loop_settings, wind_ranges     the loop at a point; one range of winds by itself
     loop_answer, loop_limits       what its certificate says; what limits it
-    trade_off, widest_set          wind class against overspeed; the function that bears most
+    trade_off, widest_set          wind class against overspeed; the function of largest wind errors
 
-Importing this package imports nothing heavy: names are looked up when they are used.
+Importing this package loads no large module: a name is imported when it is first used.
 """
 
 from __future__ import annotations

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.turbine_units import UNITS, to_si
 
-# Values between the ends are short decimals: they name the point in journal and tables.
+# Values between the ends are short decimals, because they identify the point in journal and
+# tables.
 _DIGITS = 9
 _MOST = 100_000
 _NUMBER = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
@@ -22,9 +23,9 @@ class AxisKind:
 
     Attributes
     ----------
-    name : as ``--over`` writes it;  unit : SI, of its values;  words : what it is.
+    name : as in ``--over``;  unit : SI unit of its values;  words : its description.
     above : every value must be larger;  highest : no value may be larger.
-    closed : whether ``above`` itself is a value.
+    closed : whether ``above`` itself is allowed.
     """
 
     name: str
@@ -149,7 +150,7 @@ def _number(text: str, kind: AxisKind, part: str) -> float:
     if not found.group(2):
         return value
     try:
-        # Decimals as a person writes them: the factor must not leave a tail of digits.
+        # The unit's factor must not add further digits to a decimal that was typed.
         return float(f"{to_si(value, _spelled(found.group(2)), kind.unit):.12g}")
     except ModelError as error:
         raise ModelError(f"--over {text}: {error}") from error

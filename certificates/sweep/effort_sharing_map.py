@@ -1,4 +1,4 @@
-"""The map of the coherent law: what is proved of its whole loop, over overlap, gains, plant, class.
+"""The map of the coherent law: proved claims about its loop, over overlap, gains, plant, class.
 
 At each point the gains are designed wind by wind (two steps), one quadratic function is sought for
 all winds, and its claim is judged by the independent checker on the decimals that a certificate
@@ -30,8 +30,8 @@ def build(
 ) -> SweepMap:
     """Return the map of the coherent law of a turbine over the axes.
 
-    A value that the turbine's tables do not allow raises nothing here: it is a point's answer,
-    which names the wind cell and the remedy.
+    A value that the turbine's tables do not allow is no error here: it is the result of its point,
+    which names the wind cell and the change that helps.
     """
     return SweepMap(law, tuple(axes), loop_settings(turbine), point, turbine)
 

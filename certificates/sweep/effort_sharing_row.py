@@ -1,4 +1,4 @@
-"""The coherent law beside another law's map: one point, its certificate at the same winds."""
+"""The coherent law as one point, to compare with another law's map at the same winds."""
 
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ def effort_sharing_row(turbine: Turbine, winds: Sequence[Span]) -> SweepMap:
 def point(task: Task) -> dict[str, Any]:
     """Return the design's certificate at the windows: PROVED there, with the cells' decay rates.
 
-    Its claim holds for moving winds and uncertain plants too; at constant wind, which is what the
-    map is about, it gives the decay rate of the cells that hold the window, and rest at the trim.
+    Its claim also holds for varying winds and uncertain plants. The map is about constant winds;
+    for these the claim gives the decay rate of the cells that contain the window, and the
+    equilibrium at the trim.
     """
     turbine: Turbine = task.shared
     design = design_turbine(turbine, _settings(turbine))
@@ -55,7 +56,7 @@ def _settings(turbine: Turbine) -> DesignSettings:
 
 
 def _window(claim: Mapping[str, Any], span: Span, proved: bool, text: str) -> WindowResult:
-    """Return one window; it is covered where cells without a gap begin before and end after it."""
+    """Return one window; it is covered if adjacent cells without a gap contain it."""
     met = sorted(
         (
             cell

@@ -1,4 +1,4 @@
-"""What is asked at the points of a grid, and what is answered there."""
+"""The tasks and the results of the points of a grid."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any
 
 from takagi.certificates.sweep.axis import Axis
 
-# A point's verdicts: all of what was asked, some of it, none.
+# A point's verdicts: all claims are proved, some, or none.
 PROVED, PARTLY, UNDECIDED = "PROVED", "PARTLY", "UNDECIDED"
-# A point that raised something else than that its condition cannot be met; it is tried again.
+# The verdict of a point with an unforeseen error; the point is computed again on resuming.
 FAILED = "FAILED"
 
 Place = tuple[float, ...]
@@ -21,7 +21,7 @@ Place = tuple[float, ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
-    """One point: where it lies, and what the map has for all points.
+    """One point: its coordinates, and the map's data for all points.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepMap:
-    """What is asked at every point of a grid; the package's docstring is its contract.
+    """The task at every point of a grid; the package's docstring defines it.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class SweepMap:
     point : ``point(task)``, at the top of a module.
     shared : picklable, follows from ``settings``.
     prepare : ``prepare(settings, shared)``, at the top of a module; called once a process.
-    beside : maps to compare with, each made in a folder of its name below this one's.
+    beside : maps to compare with, each made in a subfolder of its name.
     """
 
     name: str
@@ -71,7 +71,7 @@ class SweepMap:
     def asked(self) -> dict[str, Any]:
         """What the journal's header must repeat: law, axes without their values, settings.
 
-        Values are left out, so that a finer grid goes on with the points of a coarser one.
+        Values are left out, so that a finer grid can use the points of a coarser one.
         """
         return {
             "map": self.name,
@@ -100,7 +100,7 @@ class SweepResult:
 
     Attributes
     ----------
-    resumed : how many of them the journal held before.
+    resumed : the number of points that the journal contained before.
     beside : the results of the maps to compare with.
     """
 
@@ -123,6 +123,6 @@ def canonical(value: Any) -> str:
 
     Raises
     ------
-    TypeError, ValueError : something JSON does not know, NaN and infinity among it.
+    TypeError, ValueError : a value that JSON cannot represent, such as NaN or infinity.
     """
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -27,7 +27,7 @@ Place = tuple[float, ...]
 
 
 class JournalError(ModelError):
-    """A journal of another sweep, or a damaged one; the message says which, and what to do."""
+    """The journal is another sweep's, or is damaged; the message says which, and what to do."""
 
 
 class Journal:
@@ -36,7 +36,7 @@ class Journal:
     Attributes
     ----------
     done : coordinates -> (result as JSON, seconds) of the points on disk.  Points that FAILED are
-        not among them: they are made again.
+        not among them: they are computed again.
 
     Raises
     ------
@@ -72,7 +72,7 @@ class Journal:
         os.close(self._file)
 
     def add(self, place: Place, result: Mapping[str, Any], seconds: float) -> None:
-        """Write a point's line through to the disk.
+        """Write a point's line and flush it to the disk.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Journal:
         line = {"at": list(place), "seconds": round(seconds, 3), "result": result}
         text = canonical(line)
         self._append(text + "\n")
-        # As it will be read when the sweep is resumed.
+        # In the form in which it will be read when the sweep is resumed.
         self.done[place] = (json.loads(text)["result"], round(seconds, 3))
 
     def _append(self, text: str) -> None:
@@ -118,7 +118,7 @@ class Journal:
                 self.done.pop(place, None)
             else:
                 self.done[place] = (result, seconds)
-        # Only now: a file that is refused stays as it is.
+        # The file is changed only here, after all checks: a refused file remains unchanged.
         os.ftruncate(self._file, whole)
 
 
@@ -153,7 +153,7 @@ def _require_same(path: Path, line: bytes, swept: SweepMap) -> None:
 
 
 def _differences(found: Any, asked: Any, name: str = "") -> list[str]:
-    """Return what differs, as "name: found, now asked" with short values."""
+    """Return the differences as "name: found, now requested" with short values."""
     if isinstance(found, dict) and isinstance(asked, dict):
         return [
             text
@@ -183,7 +183,7 @@ def _point(
 
 
 def _flush_folder(folder: Path) -> None:
-    # A new file is on disk only when its folder is.  Windows cannot open folders, and needs no
+    # A new file is safe on disk only after its folder is flushed too.  Windows cannot open folders,
     # flush.
     if os.name != "posix":
         return

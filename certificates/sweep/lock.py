@@ -1,4 +1,4 @@
-"""One writer a file: a lock that ends with the process that holds it."""
+"""A lock that allows one writer for a file; it ends with the process that holds it."""
 
 from __future__ import annotations
 

@@ -53,10 +53,10 @@ def answer(
     candidate: EffortSharingCandidate,
     ranges: Sequence[WindRange],
 ) -> dict[str, Any]:
-    """Return a point's result: verdict, reason, and what is then guaranteed; units in the keys.
+    """Return a point's result: verdict, reason, and guaranteed numbers, with units in the keys.
 
-    Wind class, overspeed and decay are given only where the checker says PROVED.  ``ranges`` says
-    the least over the wind cells that touch a range; ``cells`` says all.
+    Wind class, overspeed and decay are given only where the checker says PROVED.  ``ranges`` has
+    the least values over the wind cells that meet a range; ``cells`` has the values of all cells.
     """
     common = {
         "energy_cost [%]": energy_cost(turbine, law),
@@ -79,10 +79,10 @@ def answer(
 
 
 def energy_cost(turbine: Turbine, law: EffortSharingLaw) -> float:
-    """Return what the overlap costs at rated wind [% of rated power], at the law's trim.
+    """Return the power that the overlap loses at rated wind [% of rated power], at the law's trim.
 
-    There the rotor could give rated power; the ramp splits the effort, so that some of it is shed
-    by pitch and torque rests below rated.
+    The rotor could give rated power there. The ramp divides the effort, so that pitch reduces the
+    power and the torque is below its rated value.
     """
     wind = rated_wind(turbine)
     table = law.schedule
@@ -96,7 +96,7 @@ def energy_cost(turbine: Turbine, law: EffortSharingLaw) -> float:
 
 
 def range_class(candidate: EffortSharingCandidate, winds: WindRange) -> dict[str, Any]:
-    """Return the least wind class and decay over the cells that touch a range of winds."""
+    """Return the least wind class and decay rate over the cells that meet a range of winds."""
     low = np.array([float(cell.wind.lower) for cell in candidate.cells])
     high = np.array([float(cell.wind.upper) for cell in candidate.cells])
     inside = (high > winds.low) & (low < winds.high)

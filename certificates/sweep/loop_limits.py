@@ -1,8 +1,9 @@
 """Finds the coefficient whose enclosure limits the wind class of the coherent loop in a range.
 
-Each coefficient of the loop is in turn given no width, or no size, and the widest set is sought
-anew.  What the wind errors then gain says how much that coefficient costs.  Floating point, about
-a loop that is not the plant's: a guide to what to change, never a claim.
+Each coefficient of the loop in turn is given zero width, or the value zero, and the set with the
+largest wind errors is searched again.  The increase of the wind errors shows how much that
+coefficient limits them.  This uses floating point and a loop other than the plant's, so it is a
+hint what to change, never a claim.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """How much larger the mean wind error of a range would be without one coefficient's width.
+    """The factor on the mean wind error of a range without one coefficient's width.
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class Limit:
 
 
 def what_limits(loop: LoopSettings, winds: WindRange) -> tuple[Limit, ...]:
-    """Return what each coefficient costs in a range of winds, the dearest first.
+    """Return how much each coefficient limits the wind errors of a range, the strongest first.
 
     Raises
     ------
@@ -78,7 +79,7 @@ def what_limits(loop: LoopSettings, winds: WindRange) -> tuple[Limit, ...]:
 
 
 def _without(cell: LoopCell, name: str) -> LoopCell:
-    """Return the cell with a range shrunk to its middle, or a size to nothing."""
+    """Return the cell with a range replaced by its centre, or a size replaced by zero."""
     if name in RANGES:
         middle = getattr(cell, name).centre
         changed: dict[str, Any] = {name: Interval(middle, middle)}
@@ -88,7 +89,7 @@ def _without(cell: LoopCell, name: str) -> LoopCell:
 
 
 def _mean_error(loop: LoopSettings, cells: Sequence[LoopCell]) -> float:
-    """Return the geometric mean over wind of the wind errors borne [m/s]; 0 for none."""
+    """Return the geometric mean over wind of the admissible wind errors [m/s]; 0 for none."""
     middle = [float(cell.wind.centre) for cell in cells]
     error = np.interp(middle, loop.shape.wind, loop.shape.error)
     found = widest_functions(cells, error, loop.box)

@@ -22,7 +22,7 @@ from takagi.models.turbine.data import Turbine
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
 
-# Where the rate that is asked for is largest, it is this [m/s^2] by default.
+# The default of the largest requested wind rate over all winds [m/s^2].
 FULL_RATE = max(WindClass().rate)
 
 AXES = (
@@ -63,7 +63,7 @@ AXES = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopSettings:
-    """One closed loop and what is asked of it.
+    """One closed loop and its requirements.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class LoopSettings:
 
 
 def loop_at(turbine: Turbine, asked: DesignSettings, at: Mapping[str, float]) -> LoopSettings:
-    """Return the loop with the settings of a design, but for what the axes change.
+    """Return the loop with the settings of a design, except those that the axes change.
 
     Parameters
     ----------
@@ -125,10 +125,9 @@ def loop_at(turbine: Turbine, asked: DesignSettings, at: Mapping[str, float]) ->
 
 
 def model_numbers(turbine: Turbine) -> dict[str, Any]:
-    """Return every number of a turbine that a result can depend on, as JSON knows it.
+    """Return every number of a turbine that a result can depend on, as JSON values.
 
-    The coefficient tables, which are long, are named by the SHA-256 of their knots and
-    coefficients.
+    The coefficient tables are long; the SHA-256 of their knots and coefficients represents them.
     """
     found: dict[str, Any] = {}
     for field in fields(turbine):

@@ -1,8 +1,8 @@
-"""The map of the paper's laws: which winds are proved, over both overlaps of the coupling filter.
+"""The map of the published laws: the winds proved, over both overlaps of the coupling filter.
 
-At a pair of overlaps (eps_omega, eps_T) a window of ``WINDOW`` m/s is looked at per wind, as one
-cell (two where a table bends in it); what lies between the windows is not claimed.  Regional gains,
-trim tables and premises do not depend on the overlaps and are made once a process.
+At a pair of overlaps (eps_omega, eps_T) one window of ``WINDOW`` m/s is examined per wind, as one
+cell (two if a table has a node in it); nothing is claimed between the windows.  Regional gains,
+trim tables and premises do not depend on the overlaps and are made once per process.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ AXES = (
     AxisKind(WIND, "m/s", "winds at which a window is looked at"),
 )
 
-# Half metres per second are added this near to rated wind, where the regions meet [m/s].
+# Distance from rated wind within which further winds are added, because the regions meet [m/s].
 NEAR_RATED = 1.5
-# Wider windows would need cells that are cut finer where the ramp is steep [m/s].
+# Wider windows would need smaller cells where the ramp is steep [m/s].
 WINDOW = 0.004
 DIGITS = 9
 
@@ -52,7 +52,7 @@ def build(
 ) -> SweepMap:
     """Return the map of law "paper" or "paper-two-integrators" over the overlaps.
 
-    The axis "wind" does not make points: it says at which winds each point looks.
+    The axis "wind" adds no points: it lists the winds that each point examines.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def windows(turbine: Turbine, winds: Sequence[float]) -> tuple[tuple[float, floa
 
 
 def _require_filters(turbine: Turbine, speed: Axis, torque: Axis) -> None:
-    """Refuse overlaps that leave no filter, or that let pitch act at every wind."""
+    """Refuse overlaps without a valid filter, or for which pitch acts at every wind."""
     asked = default_settings(turbine)
     lowest, rated = turbine.minimum_rotor_speed, turbine.rated_rotor_speed
     for value in speed.values:
@@ -142,14 +142,14 @@ def _filter(turbine: Turbine, axis: str, speed: float, torque: float) -> Couplin
 # ---------------------------------------------------------------------- in each process
 @dataclass(frozen=True, slots=True, eq=False)
 class Prepared:
-    """What a process keeps: the law with its own overlaps, and the windows [m/s]."""
+    """Data that a process keeps: the law with its own overlaps, and the windows [m/s]."""
 
     law: PublishedLaw
     winds: tuple[tuple[float, float], ...]
 
 
 def prepare(settings: Mapping[str, Any], turbine: Turbine) -> Prepared:
-    """Return the law and the windows; called once a process.
+    """Return the law and the windows; called once per process.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One point of the paper's map: a pair of overlaps, and the winds proved with it."""
+"""One point of the published laws' map: a pair of overlaps, and the winds proved for it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from takagi.certificates.document.certificate_file import certificate_document, 
 from takagi.certificates.sweep.grid import PARTLY, PROVED, UNDECIDED
 from takagi.models.laws.published.law import PublishedLaw
 
-# Half widths in speed of the sets that are tried, from the largest down [rad/s].
+# Half widths in speed of the sets to try, the largest first [rad/s].
 LADDER = (0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001, 5e-5, 2e-5)
 
 Span = tuple[float, float]
@@ -29,7 +29,7 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class WindowResult:
-    """What is known at the winds of one window.
+    """The result for the winds of one window.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class WindowResult:
     reason: str | None
 
     def data(self) -> dict[str, Any]:
-        """Return it as the journal holds it, with units."""
+        """Return it as in the journal, with units."""
         return {
             "wind [m/s]": list(self.wind),
             "verdict": PROVED if self.proved else UNDECIDED,
@@ -66,18 +66,18 @@ class WindowResult:
 def overlap_point(
     law: PublishedLaw, *, speed_overlap: float, torque_overlap: float, winds: Sequence[Span]
 ) -> dict[str, Any]:
-    """Return the result at one pair of overlaps [rad/s, N m], as the journal holds it.
+    """Return the result at one pair of overlaps [rad/s, N m], as in the journal.
 
     Raises
     ------
-    ModelError : overlaps that no filter has.
+    ModelError : overlaps without a valid filter.
     """
     moved = with_overlaps(law, speed_overlap=speed_overlap, torque_overlap=torque_overlap)
     return point_result(certified_windows(moved, winds))
 
 
 def point_result(windows: Sequence[WindowResult]) -> dict[str, Any]:
-    """Return windows with what they say together: verdict, least decay, the first that fails."""
+    """Return windows with their common result: verdict, least decay rate, the first that fails."""
     failing = next((window for window in windows if not window.proved), None)
     rates = [window.decay_rate for window in windows if window.decay_rate is not None]
     verdict = PROVED if failing is None else PARTLY if rates else UNDECIDED
@@ -94,8 +94,8 @@ def point_result(windows: Sequence[WindowResult]) -> dict[str, Any]:
 def certified_windows(law: PublishedLaw, winds: Sequence[Span]) -> list[WindowResult]:
     """Return, for each window of wind [m/s], whether the checker proves the law there, and why not.
 
-    Cells are sought in floating point; what is found goes as decimals through the checker, and a
-    window is proved where the checker says so, or not at all.
+    Cells are searched in floating point and written as decimals. A window is proved only if the
+    checker proves it.
     """
     narrowest = min(high - low for low, high in winds)
     candidate = published_candidate(law, winds=winds, narrowest=narrowest, ladder=LADDER)
@@ -116,7 +116,7 @@ def _proved(believed: PublishedCandidate) -> set[Span]:
     """Return the windows that the checker proves."""
     if _checked(believed, [believed.winds]) == [Verdict.PROVED]:
         return set(believed.winds)
-    # One window that fails must not take the others with it: each is claimed by itself.
+    # Each window is claimed separately, so that one that fails does not affect the others.
     verdicts = _checked(believed, [(span,) for span in believed.winds])
     return {
         span

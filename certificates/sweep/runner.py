@@ -1,4 +1,4 @@
-"""Makes the points of a map that its journal does not hold yet, in one process or several."""
+"""Computes the points of a map that are not in its journal yet, in one process or several."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Place = tuple[float, ...]
 Made = tuple[Place, dict[str, Any], float]
 Tell = Callable[..., None]
 
-# Libraries that would start threads of their own in each process, and how they are told not to.
+# Environment variables that keep libraries from starting their own threads in each process.
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -45,14 +45,14 @@ def default_workers() -> int:
 def run_sweep(
     swept: SweepMap, folder: Path, *, workers: int | None = None, tell: Tell | None = None
 ) -> SweepResult:
-    """Return all points of a map; those that the folder's journal holds are not made again.
+    """Return all points of a map; those in the folder's journal are not computed again.
 
-    Every point is on disk before the next is counted, so a sweep that is stopped at any time goes
-    on where it was.
+    Every point is on disk before the next is counted, so a sweep that was stopped at any time can
+    be continued.
 
     Parameters
     ----------
-    workers : processes; None takes the cores, 1 makes all points in this process.  A process is
+    workers : processes; None takes the cores, 1 computes all points in this process.  A process is
         a fresh interpreter, so a script that calls this needs ``if __name__ == "__main__":``.
     tell : called as ``tell(words, share done)`` after each point.
 
@@ -85,7 +85,7 @@ def _tell_nobody(words: str, done: float | None = None) -> None:
 
 
 class _Clock:
-    """Counts points, and tells how long the rest will take at the pace so far."""
+    """Counts points, and reports how long the rest will take at the present speed."""
 
     def __init__(self, name: str, total: int, missing: int, tell: Tell) -> None:
         self._name, self._total, self._missing, self._tell = name, total, missing, tell
@@ -166,7 +166,7 @@ class _Process:
 
 
 def _start(data: bytes) -> None:
-    """Take the map, once a process; leave interrupts to the parent, and end when it ends."""
+    """Receive the map, once per process; the parent handles interrupts, and ends this process."""
     _Process.swept = received(data)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -184,7 +184,7 @@ def _work(place: Place) -> Made:
     if swept is None:
         raise RuntimeError("the process was not started by a sweep")
     if not _Process.ready:
-        # Not in _start, because an exception raised there is lost.
+        # This is not done in _start, because an exception raised there is lost.
         _Process.prepared, _Process.ready = _prepared(swept), True
     return _evaluated(swept, _Process.prepared, place)
 
@@ -199,7 +199,7 @@ def _evaluated(swept: SweepMap, prepared: Any, place: Place) -> Made:
     started = time.perf_counter()
     try:
         result = swept.point(Task(swept.at(place), swept.settings, prepared))
-        # What JSON cannot hold must fail here, at its point, and not when the journal is written.
+        # A value that JSON cannot represent must fail here, at its point, not in the journal.
         canonical(result)
     except ModelError as error:
         result = {"verdict": UNDECIDED, "reason": str(error)}

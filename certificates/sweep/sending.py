@@ -1,4 +1,4 @@
-"""Values as bytes for another process, read-only mappings in them, which pickle does not know."""
+"""Values as bytes for another process, with read-only mappings, which pickle does not support."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def sent(value: object) -> bytes:
 
     Raises
     ------
-    TypeError, AttributeError, pickle.PicklingError : something in it cannot be sent.
+    TypeError, AttributeError, pickle.PicklingError : a part of it cannot be sent.
     """
     buffer = io.BytesIO()
     _Sender(buffer, protocol=pickle.HIGHEST_PROTOCOL).dump(value)
@@ -23,12 +23,12 @@ def sent(value: object) -> bytes:
 
 
 def received(data: bytes) -> Any:
-    """Return the value that ``sent`` made the bytes of, in this or another process."""
+    """Return the value from the bytes that ``sent`` made in this or another process."""
     return pickle.loads(data)
 
 
 class _Sender(pickle.Pickler):
-    """A pickler that sends a read-only mapping as what it shows."""
+    """A pickler that sends a read-only mapping as a copy of the mapping behind it."""
 
     dispatch_table = copyreg.dispatch_table.copy()
 

@@ -1,8 +1,8 @@
 """The trade-off of the coherent law: wind class against overspeed, all winds at once and by range.
 
-Each point is a law (overlap, bandwidth) and a box.  Four claims are made there, each judged by the
-independent checker: one about all winds, and one about each range of ``wind_ranges``, which speaks
-of schedule winds that stay in its range.  A range has a quadratic function of its own
+Each point is a law (overlap, bandwidth) and a box.  Four claims are made there, and the independent
+checker decides each: one about all winds, and one about each range of ``wind_ranges``, for schedule
+winds that stay in this range.  A range has a quadratic function of its own
 (``widest_set``), and its box need not fit other winds.
 """
 
@@ -25,7 +25,7 @@ from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges
 from takagi.models.errors import ModelError
 from takagi.models.turbine.data import Turbine
 
-# What ``--trade-off`` sweeps where no axis is given.
+# The axes of ``--trade-off`` if none is given.
 READY_MADE = (
     "overlap=0.005,0.01,0.02",
     "bandwidth=0.45,0.6,0.75",
@@ -64,10 +64,11 @@ def point(task: Task) -> dict[str, Any]:
 
 
 def claim_on(loop: LoopSettings, winds: WindRange) -> dict[str, Any]:
-    """Return what is proved of the loop for schedule winds that stay in a range.
+    """Return the proved claims about the loop for schedule winds that stay in a range.
 
-    The claim is about the law with its tables cut to the range, which commands the same while the
-    schedule wind stays there; a box that leaves a table or a limit is an answer, with its words.
+    The claim is about the law with its tables limited to the range. Its commands are the same while
+    the schedule wind stays there.  A box that leaves a table or a limit is a result, with the
+    message as its reason.
     """
     part = replace(loop, law=law_on(loop.law, winds.low, winds.high))
     try:

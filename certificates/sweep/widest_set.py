@@ -1,9 +1,9 @@
-"""The quadratic function whose set admits the largest wind errors, for some cells of the loop.
+"""The quadratic function whose set allows the largest wind errors, for some cells of the loop.
 
-``effort_sharing_candidate`` looks for the function that admits most of the whole wind class in its
-worst cell.  Here that function is improved further, so that the mean over wind of the logarithms of
-wind errors grows (``lmi.turbine.one_step.joint_step`` with its gains fixed). The cells may be
-those of a part of the winds.  The result is a candidate, as ever; the checker decides.
+``effort_sharing_candidate`` searches the function that allows the largest fraction of the wind
+class in the worst cell.  Here that function is improved further, so that the mean over wind of the
+logarithms of wind errors grows (``lmi.turbine.one_step.joint_step`` with its gains fixed).
+The cells may be those of a part of the winds.  The result is a candidate; the checker decides.
 """
 
 from __future__ import annotations
@@ -31,18 +31,19 @@ from takagi.models.loops.effort_sharing.cells import CellLoop
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
 from takagi.models.loops.effort_sharing.vertices import loop_vertices
 
-# How often all rates are halved where no function bears them, and how often one is improved.
+# How often all rates are halved if no function exists for them, the factor of this, and how often
+# a function is improved.
 ATTEMPTS, CALMER, IMPROVEMENTS = 6, 0.5, 8
 # An improvement of the mean by less than this ends the search.
 SETTLED = 3e-3
 
 
 def widest_candidate(loop: LoopSettings) -> EffortSharingCandidate:
-    """Return the candidate whose function bears the largest wind errors over the law's winds.
+    """Return the candidate whose function allows the largest wind errors over the law's winds.
 
     Raises
     ------
-    ModelError : the box asks for what tables or actuators do not have; names the wind cell.
+    ModelError : the box exceeds tables or actuator limits; names the wind cell.
     """
     on, count = loop.box, len(loop.law.schedule.wind) - 1
     loops = [CellLoop(loop.turbine, loop.law, on, loop.uncertainty, k) for k in range(count)]
@@ -65,11 +66,11 @@ def widest_candidate(loop: LoopSettings) -> EffortSharingCandidate:
 def widest_functions(
     cells: Sequence[LoopCell], error: Floats, box: LoopBox
 ) -> LoopFunctions | None:
-    """Return P, and the multiples of the wind errors that it bears; None where no P bears any.
+    """Return P, and the multiples of the wind errors that it allows; None if no P allows any.
 
     Parameters
     ----------
-    cells : enclosed at the wind rates that are asked for.
+    cells : enclosed at the requested wind rates.
     error : (K - 1,) proportions of the wind errors [m/s].
     """
     return _Search.over(cells, error, box).widest()
@@ -77,7 +78,7 @@ def widest_functions(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """Corners of the cells at their wind rates, and what is asked of the set."""
+    """Corners of the cells at their wind rates, and the requirements on the set."""
 
     windy: WindCellCorners
     still: WindCellCorners

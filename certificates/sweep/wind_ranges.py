@@ -11,14 +11,14 @@ from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
-# The transition, as shares of rated wind: 10 to 13 m/s for the NREL 5-MW turbine.
+# The transition, as fractions of rated wind: 10 to 13 m/s for the NREL 5-MW turbine.
 TRANSITION = (0.875, 1.135)
 COLUMNS = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
 
 
 @dataclass(frozen=True, slots=True)
 class WindRange:
-    """Schedule winds from ``low`` to ``high`` [m/s], with the name of what happens there."""
+    """Schedule winds from ``low`` to ``high`` [m/s], with the name of the region."""
 
     name: str
     low: float
@@ -44,8 +44,8 @@ def wind_ranges(turbine: Turbine) -> tuple[WindRange, ...]:
 def law_on(law: EffortSharingLaw, low: float, high: float) -> EffortSharingLaw:
     """Return the law with its tables cut to the nodes that enclose [low, high] [m/s].
 
-    While its schedule wind stays between the first and the last of these nodes, it commands what
-    the whole law commands; so what is proved of it holds for the whole law under such winds.
+    While its schedule wind stays between the first and the last of these nodes, its commands are
+    those of the whole law. So its proved claims hold for the whole law under such winds.
 
     Raises
     ------

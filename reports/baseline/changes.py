@@ -6,7 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.checker.files.differences import Difference, differing, in_words, shown
+from takagi.certificates.checker.files.differences import (
+    Difference,
+    differences_between,
+    in_words,
+    shown,
+)
 from takagi.certificates.checker.files.model_content import beside_the_claims
 from takagi.certificates.checker.kernel.reader import Number
 
@@ -42,11 +47,11 @@ def changes(old: Data, new: Data) -> Iterator[Change]:
     """
     yield from _of_model(old["model"], new["model"])
     gains = old.get("gains")
-    for found in differing(gains, new.get("gains")):
+    for found in differences_between(gains, new.get("gains")):
         yield _change("gains", found, gains)
     for part in ("configuration", "versions"):
         before, after = (_provenance(document, part) for document in (old, new))
-        for found in differing(before, after):
+        for found in differences_between(before, after):
             yield _change(part, found, before)
 
 
@@ -62,7 +67,7 @@ def listed_changes(found: Sequence[Change]) -> list[str]:
 
 
 def _of_model(old: Any, new: Any) -> Iterator[Change]:
-    found = list(differing(_without(old, _FILES), _without(new, _FILES)))
+    found = list(differences_between(_without(old, _FILES), _without(new, _FILES)))
     first = [one for one in found if not one.path or one.path[0] not in _DERIVED]
     # Two models of matrices alone differ in nothing but these.
     for one in first or found:
@@ -70,7 +75,7 @@ def _of_model(old: Any, new: Any) -> Iterator[Change]:
     before, after = (_content(model) for model in (old, new))
     if before and after:
         # Data that the model's other members do not contain, such as a tower's mass.
-        for one in differing(before, after):
+        for one in differences_between(before, after):
             if (
                 one.path[0] not in _TOLD
                 and one.path[0] not in old

@@ -7,3 +7,16 @@ rounded_bounds           proved bounds, rounded to the side on which they stay t
 mathml, mathml_signs     formulas as MathML
 readable_latex           a derivation's formulas made readable
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.reports.page.assembly import ReportFiles, render
+
+__all__ = ["ReportFiles", "render"]
+
+__getattr__, __dir__ = lazy_names(__name__, __all__)

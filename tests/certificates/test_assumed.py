@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from takagi.certificates import check
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.words.assumptions import ASSUMED, assumed
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main

@@ -13,11 +13,13 @@ from typing import Any
 import pytest
 
 from takagi.certificates.audit import cross_checked_document
-from takagi.certificates.checker import CertificateError, Verdict, check
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import CertificateError, Verdict, check, check_document
 from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
-from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
-from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
+from takagi.certificates.claims.turbine import (
+    DEFAULT_UNCERTAINTY,
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.document import certificate_document, dumps
 from takagi.models import Interval
 

@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 
 from takagi.certificates import DesignSettings, Verdict, design_turbine
-from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
-from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX, DEFAULT_UNCERTAINTY
+from takagi.certificates.checker import check_document
+from takagi.certificates.claims.turbine import (
+    DEFAULT_BOX,
+    DEFAULT_UNCERTAINTY,
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.design.turbine import EffortSharingGainDesign
 from takagi.certificates.design.turbine.effort_sharing_gains import (
     Synthesis,

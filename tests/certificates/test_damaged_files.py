@@ -11,9 +11,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, Verdict, check
+from takagi.certificates.checker import CertificateError, Verdict, check, check_document
 from takagi.certificates.checker.files.given_files import compare_model
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
 
 Document = dict[str, Any]

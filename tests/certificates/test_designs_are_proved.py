@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay, H2Norm, L2Gain, Peak, Poles

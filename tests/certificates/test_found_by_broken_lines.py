@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import Interval, enclose
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant import ranges
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.words.ellipsoid_size import _determinant
 from takagi.certificates.document import certificate_document
 from tests.certificates.pinned.texts import same, within

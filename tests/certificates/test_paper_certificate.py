@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from takagi.certificates import CertificateError, Claim, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import (
     published_candidate,
     published_claim,

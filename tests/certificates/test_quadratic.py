@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker import CertificateError, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import CertificateError, Verdict, check_document
 from takagi.certificates.document import certificate_document
 
 Rows = list[list[float]]

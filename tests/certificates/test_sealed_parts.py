@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import check
-from takagi.certificates.checker import CertificateError, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import CertificateError, Verdict, check_document
 from takagi.certificates.document import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data
 

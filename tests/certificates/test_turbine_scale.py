@@ -8,9 +8,12 @@ from fractions import Fraction
 import pytest
 
 from takagi.certificates import DesignSettings
-from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
-from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX
+from takagi.certificates.checker import check_document
+from takagi.certificates.claims.turbine import (
+    DEFAULT_BOX,
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.design.turbine import default_settings
 from takagi.certificates.design.turbine.scale import region_requirements, scaled_box
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data

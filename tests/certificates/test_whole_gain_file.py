@@ -15,8 +15,7 @@ from takagi.certificates.checker import CertificateError, check
 from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.controller import given_file
-from takagi.certificates.controller.content import bound, gain_file_of
+from takagi.certificates.controller import bound, gain_file_of, given_file
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import (
     certificate_document,

@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, check
+from takagi.certificates.checker import CertificateError, check, check_document
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.design.plant.design import certify_filed
 from takagi.certificates.document.certificate_file import as_read

@@ -70,7 +70,7 @@ def drawn() -> None:
 def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the verbs write a folder without drawing it, unless a test wants it drawn."""
     from takagi.reports.appendix import plant_files as latex
-    from takagi.reports.page.assembly import ReportFiles
+    from takagi.reports.page import ReportFiles
     from takagi.reports.sections.plant import page
 
     if "drawn" in request.fixturenames:

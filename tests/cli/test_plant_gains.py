@@ -117,7 +117,7 @@ def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
 ) -> None:
     """Where the equations cannot be written into the certificate: status 1, and it is said."""
     from takagi.certificates.claims.plant import certificate as plant_certificate
-    from takagi.reports.page.assembly import ReportFiles
+    from takagi.reports.page import ReportFiles
     from takagi.reports.sections.plant import page
 
     nothing: tuple[None, list[object], tuple[str]] = (

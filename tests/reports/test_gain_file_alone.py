@@ -17,7 +17,7 @@ import pytest
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.claims.turbine import published_law_data
-from takagi.certificates.controller.content import bound, gain_file_of
+from takagi.certificates.controller import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.turbine import designed_law
 from takagi.certificates.document import (

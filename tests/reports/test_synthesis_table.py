@@ -13,7 +13,7 @@ from takagi.lmi.turbine import OneStepDesign
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
 from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.reports.loops.synthesis_summary import synthesis_summary, synthesis_words
-from takagi.reports.page.assembly import render
+from takagi.reports.page import render
 from takagi.reports.sections.turbine import gains_section
 from takagi.reports.sections.turbine.synthesis_table import synthesis_table
 

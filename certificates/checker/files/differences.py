@@ -25,17 +25,17 @@ class Difference(NamedTuple):
         return path_in_one_word(self.path)
 
 
-def differing(first: Any, second: Any, path: EntryPath = ()) -> Iterator[Difference]:
+def differences_between(first: Any, second: Any, path: EntryPath = ()) -> Iterator[Difference]:
     """Yield the smallest parts that differ; numbers are compared by value, 1.0 equals 1.
 
     Lists of different length differ as a whole.
     """
     if isinstance(first, dict) and isinstance(second, dict):
         for key in (*first, *(key for key in second if key not in first)):
-            yield from differing(first.get(key), second.get(key), (*path, key))
+            yield from differences_between(first.get(key), second.get(key), (*path, key))
     elif isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
         for k, (one, other) in enumerate(zip(first, second, strict=True)):
-            yield from differing(one, other, (*path, k))
+            yield from differences_between(one, other, (*path, k))
     elif not _same(first, second):
         yield Difference(path, first, second)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import FORMAT, file_content
-from takagi.certificates.checker.files.differences import Difference, differing, shown
+from takagi.certificates.checker.files.differences import Difference, differences_between, shown
 from takagi.certificates.checker.kernel.reader import member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 
@@ -86,7 +86,7 @@ def expected_file(data: dict[str, Any]) -> dict[str, Any]:
 def _differences(file: Any, expected: Any, *, whole: bool) -> Iterator[Difference]:
     for key in file:
         if key in expected or whole:
-            yield from differing(file[key], expected.get(key), (key,))
+            yield from differences_between(file[key], expected.get(key), (key,))
 
 
 def _told(found: list[Difference]) -> str:

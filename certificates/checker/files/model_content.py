@@ -19,7 +19,7 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from takagi.certificates.checker.files.differences import Difference, differing, shown
+from takagi.certificates.checker.files.differences import Difference, differences_between, shown
 from takagi.certificates.checker.files.toml_file import file_content, read_toml
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -90,7 +90,7 @@ def model_content(path: Path) -> dict[str, Any]:
 
 def content_differences(content: dict[str, Any], recorded: Any) -> list[Difference]:
     """Return where a file's content differs from the recorded one, up to a maximum number."""
-    return list(islice(differing(content, recorded), MOST_COUNTED))
+    return list(islice(differences_between(content, recorded), MOST_COUNTED))
 
 
 def beside_the_claims(one: Difference, content: dict[str, Any], model: Any, gains: Any) -> bool:

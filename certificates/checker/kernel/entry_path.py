@@ -1,4 +1,4 @@
-"""The way from the top of a file to one entry, in one word."""
+"""The path from the top of a file to one entry, as text without spaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""At which place of a file an entry stands that the strict reader refuses to take for a number.
+"""Finds the place in a file of an entry that the strict reader does not accept as a number.
 
 The reader has no places while it reads.  Here a text that it has refused is read once more; what is
 found stands in the message and decides nothing.

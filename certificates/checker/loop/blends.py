@@ -1,4 +1,4 @@
-"""The blends that a claim is shown for: those of its loop, or of each piece of its weights."""
+"""The blends on which a claim is proved: those of its loop, or of each piece of its weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
 """The whole check of one file.
 
-Hashes and given files are compared, and each claim is replayed by the function of its kind.
+certificate   hashes and given files are compared, each claim is replayed; the whole verdict
+claim_kinds   the function that replays each kind of claim
+model_loop    the loop of a file's model and gains
+containment   a claim about a model needs the claim that the model contains its plant
 """

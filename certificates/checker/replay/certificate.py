@@ -40,16 +40,16 @@ def check(
     if gains is None and model is None:
         return _replayed(data, str(path), messages)
     # Imported here, so that a check without files does not depend on the code that reads them.
-    from takagi.certificates.checker.files import given_files as companions
+    from takagi.certificates.checker.files import given_files
 
     if gains is not None:
         from takagi.certificates.checker.files.gain_file import compare_gains
 
         messages[0] = compare_gains(data, gains)
     if model is not None:
-        messages[1] = companions.compare_model(data, model)
+        messages[1] = given_files.compare_model(data, model)
     checked = _replayed(data, str(path), [message for message in messages if message])
-    return companions.of_the_files(data, checked)
+    return given_files.of_the_files(data, checked)
 
 
 def check_document(document: Mapping[str, Any]) -> Checked:

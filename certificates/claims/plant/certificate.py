@@ -41,7 +41,7 @@ class ClaimRequirements:
     Attributes
     ----------
     decay_rate : alpha in 1/s; None for none.
-    input_limits : (m,) largest deviations from rest; None for none.
+    input_limits : (m,) largest deviations from the equilibrium values; None for none.
     region : of the poles; None for none.
     sample_time : T in s of a command that is held; None for none.
     """
@@ -68,9 +68,9 @@ def plant_certificate(
 
     Parameters
     ----------
-    files : the data files the plant was read from; what they say is recorded.
-    law : a law with weights of its own, as it is to be written, with these gains; None for one with
-        the weights of the model.
+    files : the data files of the plant; the certificate records their content.
+    law : a law with its own weights and these gains, as it is written to the file; None for a law
+        with the weights of the model.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
 
 
 def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
-    """Yield the claim at a sample time; where it is not proved, that at the largest below it."""
+    """Yield the claim at a sample time; if it is not proved, the claim at the largest one below."""
     if step is None:
         return
     wanted = SampledLoop(step).attempt(loop)

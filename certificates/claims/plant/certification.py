@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.request import Request
     from takagi.models.ts.model import TSModel
 
-LONGEST = 60  # characters of what was given, in a message
+LONGEST = 60  # the most characters of a given value in a message
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +51,7 @@ class Certificate:
         return self.checked.verdict
 
     def save(self, path: Path | str) -> Path:
-        """Write the file beside its place, then rename it there; return the path."""
+        """Write a temporary file in the same folder, then rename it; return the path."""
         target = Path(path)
         beside = target.with_name(f".{target.name}.{os.getpid()}")
         try:

@@ -21,6 +21,8 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.effort_sharing import (
+        DEFAULT_BOX,
+        DEFAULT_UNCERTAINTY,
         effort_sharing_candidate,
         effort_sharing_claim,
     )
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.wind_rate_claim import rate_range
 
 __all__ = [
+    "DEFAULT_BOX",
+    "DEFAULT_UNCERTAINTY",
     "effort_sharing_candidate",
     "effort_sharing_claim",
     "published_candidate",

@@ -26,7 +26,7 @@ from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.models.intervals.interval import exact
 
-# Of B found in floating point.
+# Factor on B, which is found in floating point.
 RESERVE = 1 + 1e-6
 DIGITS = 7
 
@@ -47,8 +47,8 @@ def actuator_rates_claim(
     ----------
     model, gains : as the certificate states them.
     loop : its claim of kind ``coherent-loop``, the first of the file.
-    wind_rate : its claim of kind ``wind-rate`` and that claim's place; it is named where all of its
-        winds keep to the |v_s''| that is stated.
+    wind_rate : its claim of kind ``wind-rate`` and that claim's number; the claim refers to it if
+        all of its winds keep the stated |v_s''|.
     """
     parts = {"model": dict(model), "gains": dict(gains), "loop": dict(loop)}
     if wind_rate is not None:

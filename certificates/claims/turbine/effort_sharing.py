@@ -63,7 +63,7 @@ def effort_sharing_candidate(
     P : (3, 3) from another search, its set inside the box; for None, or if it does not hold in all
         cells, P is searched here.
     rates : |v_s'| of each cell [m/s^2] to try; None takes those of the wind class.
-    tell : called with a progress message.
+    tell : called with a message on progress.
 
     Raises
     ------

@@ -87,7 +87,7 @@ def loop_claims(
         try:
             claim = make()
         except Refused as reason:
-            # No further claim follows from the loop's numbers; the verdict on the loop says why.
+            # Without a proof of the loop nothing can follow; the loop's verdict gives the reason.
             claim, why = None, str(reason)
         else:
             why = "nothing to claim" if claim is None else _open(claim, model, gains, claims)

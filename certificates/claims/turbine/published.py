@@ -30,7 +30,7 @@ Span = tuple[float, float]
 
 # Multiples of the law's overlaps in the grid of further claims.
 SHARES = (0.5, 1.0, 2.0)
-# In each m/s the grid examines a window of this width [m/s].
+# The grid examines one window of this width per m/s [m/s].
 WINDOW = 0.03
 
 
@@ -104,8 +104,8 @@ def published_candidate(
 def overlap_candidates(law: PublishedLaw) -> Iterator[PublishedCandidate]:
     """Yield candidates for other overlaps, half to twice the law's, at narrow windows of wind.
 
-    One window of ``WINDOW`` m/s per m/s is looked at, from half a metre per second above cut-in
-    on.  Each candidate claims the windows that were found, and lists the others as not proved.
+    One window of ``WINDOW`` m/s per m/s is examined, the first one half a metre per second above
+    cut-in.  Each candidate claims the windows that were found, and lists the others as not proved.
     """
     coupling, turbine = law.coupling, law.turbine
     starts = np.arange(turbine.cut_in + 0.5, turbine.cut_out, 1.0)
@@ -125,7 +125,7 @@ def overlap_candidates(law: PublishedLaw) -> Iterator[PublishedCandidate]:
 
 
 def claiming_what_holds(candidate: PublishedCandidate) -> PublishedCandidate:
-    """Return the candidate about the windows that are covered whole; unchanged without any."""
+    """Return the candidate for the fully covered windows; unchanged if there are none."""
     covered = candidate.covered
     holding = [
         (low, high)
@@ -191,7 +191,7 @@ def _cell(found: FoundCell) -> dict[str, Any]:
 
 
 def _joined(gaps: Sequence[Unproved]) -> list[Unproved]:
-    """Return neighbouring ranges as one, with the first one's reason."""
+    """Return adjacent ranges joined, with the reason of the first."""
     found: list[Unproved] = []
     for gap in sorted(gaps, key=lambda g: g.wind):
         if found and gap.wind[0] <= found[-1].wind[1]:

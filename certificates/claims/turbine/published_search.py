@@ -69,8 +69,8 @@ class PublishedSearch:
     """The law, its numbers, and the equilibria found so far.
 
     ``ladder``: half widths in speed [rad/s] to try from the largest down, until one contracts at
-    ``BRISK`` of the slowest rate that the loop has where it rests; empty takes the first of
-    ``STARTS`` and grows it as far as it goes.
+    ``BRISK`` of the slowest rate of the loop at its equilibrium; empty takes the first of
+    ``STARTS`` and enlarges it as far as possible.
     """
 
     law: PublishedLaw

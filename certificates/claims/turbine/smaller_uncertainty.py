@@ -40,7 +40,7 @@ def smaller_uncertainty(
 
 
 def _narrowed(span: Interval, share: Fraction) -> Interval:
-    """Return the interval around 1 with a share of each side, rounded towards 1."""
+    """Return the interval around 1 with a fraction of each side's width, rounded towards 1."""
     scale = 10**DIGITS
     low, high = (1 - span.lower) * share * scale, (span.upper - 1) * share * scale
     return Interval(1 - Fraction(int(low), scale), 1 + Fraction(int(high), scale))

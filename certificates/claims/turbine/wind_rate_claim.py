@@ -3,10 +3,10 @@ r"""The candidate of a claim of kind ``wind-rate``: admissible rates of the wind
 From the wind class of a coherent loop's claim, |v - v_s| <= delta_k and |v_s'| <= rho_k by wind
 cell, and the law's filter tau_f: the largest allowed schedule rate
 
-    phi = min(rho_k, (delta_k - eta) / tau_f)   at the law's nodes, the less of both cells'
+    phi = min(rho_k, (delta_k - eta) / tau_f)   at the law's nodes, the smaller of both cells'
 
-as lines between the nodes and a few winds more, nowhere steeper than STEEPEST / tau_f; and under it
-the largest r that the claim's inequalities leave, a linear program in r
+linear between the nodes and a few further winds, nowhere steeper than STEEPEST / tau_f; and for
+this phi the largest r that satisfies the claim's inequalities, by a linear program in r
 (``certificates/checker/turbine/effort_sharing/wind_rate.py``).  Nothing is proved here.
 """
 
@@ -27,8 +27,8 @@ from takagi.models.intervals.interval import exact
 # tau_f times the slope of phi is the loss in r. A step of the class gets at most this slope. In
 # wide cells the slope is at least GENTLE, so that only the edge of the cell has a lower rate.
 STEEPEST, GENTLE = 0.3, 0.03
-# What is asked for in full load [m/s^2], the share of the wind error that this may take, and the
-# least error of the estimate worth a claim [m/s].
+# The rate requested in full load [m/s^2], the fraction of the wind error that it may use, and the
+# smallest error of the estimate for which a claim is made [m/s].
 FULL_LOAD_RATE, RATE_SHARE, LEAST_ERROR = 2.0, 0.7, 0.001
 DIGITS, CLOSE = 5, 1e-9
 
@@ -39,7 +39,7 @@ class RateRange:
 
     Attributes
     ----------
-    wind : (n,) nodes [m/s];  estimate_rate : r, schedule_rate : phi [m/s^2], lines between them.
+    wind : (n,) nodes [m/s];  estimate_rate : r, schedule_rate : phi [m/s^2], linear between them.
     estimate_error : eta, the bound of the estimate's error [m/s].
     """
 
@@ -49,7 +49,7 @@ class RateRange:
     estimate_error: float
 
     def data(self) -> dict[str, Any]:
-        """Return the range as the claim states it."""
+        """Return the range as plain data of the claim."""
         return {
             "wind": self.wind.tolist(),
             "estimate_rate": self.estimate_rate.tolist(),
@@ -59,12 +59,12 @@ class RateRange:
 
 
 def wind_rate_claim(loop: Mapping[str, Any], wind_filter: float) -> dict[str, Any] | None:
-    """Return the claim as plain data, or None where nothing can be claimed.
+    """Return the claim as plain data, or None if nothing can be claimed.
 
-    The first range covers all winds, known exactly.  A second one covers the winds in full load at
-    a rate of 2 m/s^2 (or the largest at cut-out, if that is less), known with the largest error
-    that is left; where the filter makes more than RATE_SHARE of the class out of that rate, at the
-    rate of which it makes so much.
+    The first range covers all winds, for an exact estimate.  A second one covers the winds in full
+    load at a rate of 2 m/s^2 (or the largest at cut-out, if that is less), for an estimate with the
+    largest error that remains. The filter's lag turns this rate into a wind error; if that exceeds
+    RATE_SHARE of the class, the rate is reduced to the one at which both are equal.
 
     Parameters
     ----------
@@ -97,8 +97,8 @@ def rate_range(
     Parameters
     ----------
     cells : as the claim of the loop states them.
-    estimate_error : eta [m/s]; where it exceeds a cell's wind error, the rate there is 0 and the
-        claim does not prove.
+    estimate_error : eta [m/s]; where it exceeds a cell's wind error, the rate is 0 and the claim
+        cannot be proved.
     """
     edges = np.array([cells[0]["wind"][0], *(cell["wind"][1] for cell in cells)], dtype=np.float64)
     caps = _caps(cells, wind_filter, estimate_error)
@@ -107,7 +107,7 @@ def rate_range(
     phi = _down(phi)
     rows, most = _conditions(wind, phi, wind_filter)
     rate = _down((1 - 1e-9) * _largest(rows, most, phi))
-    # The linear program returns slightly less than phi; phi itself is used if it is feasible.
+    # The linear program may return slightly less than phi; phi itself is used if it is feasible.
     near = np.where(rate > phi - 2 * 10.0**-DIGITS, phi, rate)
     near = np.where((rows[rows @ near > most + 1e-12] != 0).any(axis=0), rate, near)
     fits = not left_behind(_exact(wind, near, phi, estimate_error), exact(wind_filter))
@@ -131,7 +131,7 @@ def _cone(s: float, edges: Floats, caps: Floats, slope: float) -> float:
 
 
 def _with_bends(edges: Floats, caps: Floats, nodes: Floats, slope: float) -> tuple[Floats, Floats]:
-    """Return winds and phi: the nodes, and in wide cells where a gentle rise meets the cap."""
+    """Return winds and phi: at the nodes, and where the gentle slope reaches a wide cell's cap."""
     found = dict(zip(edges.tolist(), nodes.tolist(), strict=True))
     for k, cap in enumerate(caps.tolist()):
         low, high = float(edges[k]), float(edges[k + 1])
@@ -145,7 +145,7 @@ def _with_bends(edges: Floats, caps: Floats, nodes: Floats, slope: float) -> tup
 
 
 def _conditions(wind: Floats, phi: Floats, wind_filter: float) -> tuple[Floats, Floats]:
-    """Return rows and bounds: under ``rows @ r <= most`` the filter keeps to phi."""
+    """Return rows and bounds: if ``rows @ r <= most``, the filter's rate stays below phi."""
     rows, most = [], []
     for i, (low, high) in enumerate(pairwise(wind.tolist())):
         slope = (phi[i + 1] - phi[i]) / (high - low)
@@ -160,7 +160,7 @@ def _conditions(wind: Floats, phi: Floats, wind_filter: float) -> tuple[Floats, 
 
 
 def _largest(rows: Floats, most: Floats, phi: Floats) -> Floats:
-    """Return r with rows r <= most, 0 <= r <= phi; the sum of its shares of phi is the largest."""
+    """Return r with rows r <= most, 0 <= r <= phi, and the largest sum of r / phi."""
     from scipy.optimize import linprog
 
     scale = np.maximum(phi, 10.0**-DIGITS)
@@ -169,7 +169,7 @@ def _largest(rows: Floats, most: Floats, phi: Floats) -> Floats:
 
 
 def _meetings(wind: Floats, low: float, high: float, first: float, last: float) -> Iterator[float]:
-    """Yield a piece's ends, and the winds that the filter's lead carries to a node."""
+    """Yield a piece's ends, and the winds that the filter's lead shifts to a node."""
     yield low
     yield high
     for node in wind[(wind > min(first, last)) & (wind < max(first, last))]:
@@ -193,7 +193,7 @@ def _down(values: Floats) -> Floats:
 
 
 def _full_load(cells: Sequence[Mapping[str, Any]], wind_filter: float) -> RateRange | None:
-    """Return the range up to the last wind over which one rate holds, with the largest error."""
+    """Return the range up to the last wind with one constant rate, and with the largest error."""
     asked = min(FULL_LOAD_RATE, float(cells[-1]["wind_rate"]))
     first = len(cells)
     while first and cells[first - 1]["wind_rate"] >= asked:

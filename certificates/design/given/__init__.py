@@ -1,7 +1,7 @@
-"""Gains that exist already: the law of a gain file read back, to be certified or to be run.
+"""Existing gains: the law of a gain file is read, to certify it or to run it.
 
 turbine_law     a certificate for a turbine's gains
-plant_gains     a plant's gains, for the plant that they were made for
+plant_gains     a plant's gains, for the same plant
 kept_model      a plant's gains after the plant has changed
 runnable_law    the law to run: the same commands, bit for bit
 """

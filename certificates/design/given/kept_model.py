@@ -6,9 +6,8 @@ bounds.  A changed plant may be derived with other premises.  There are two ways
 1.  the model is derived anew with the premises and bounds of the file, so that model and law have
     the same weights: the new equations are the blend of new vertices in the old premises;
 2.  if that is impossible (a term needs another premise, or a range exceeds its bounds), the model
-    has its own premises and the law its own weights: what is proved holds for any weights of the
-    law,
-    so that every vertex is taken with every gain.  This is a stronger requirement.
+    has its own premises and the law its own weights. The proof then holds for any weights of the
+    law, because every vertex is combined with every gain.  This is a stronger requirement.
 
 The notes give the reason why the first way is impossible.
 """
@@ -38,19 +37,19 @@ if TYPE_CHECKING:
 
     from takagi.models.ts.model import TSModel
 
-# Members that must be those of the plant for any premises.
+# Members of the law that must agree with the plant, whatever the premises are.
 SHARED = ("sample_time", "state_names", "input_names", "trim")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GivenLaw:
-    """The model to prove gains with, the gains, and the law where its weights are its own.
+    """The model for the proof, the gains, and the law if it has its own weights.
 
     Attributes
     ----------
-    gains : (r, m, n) for a model whose weights the law has; (s, m, n) for a law of its own.
-    law : as the file states it; None where it has the weights of the model.
-    notes : in words, which way was taken, and why not the others.
+    gains : (r, m, n) if the law has the model's weights; (s, m, n) if it has its own.
+    law : as the file states it; None if it has the weights of the model.
+    notes : texts on the way that was used, and why the other was impossible.
     """
 
     model: TSModel
@@ -62,13 +61,13 @@ class GivenLaw:
 def law_for(
     plant: Plant, model: TSModel, path: Path, settings: PlantSettings, *, files: Sequence[Path] = ()
 ) -> GivenLaw:
-    """Return how the gains of a file are to be proved on a plant.
+    """Return the model and law with which the gains of a file are proved on a plant.
 
     Parameters
     ----------
-    model : of the plant, as it is derived by itself.
-    files : the data files the plant was read from.  A gain file that was written for them needs
-        the model that was derived then: another law in it is refused.
+    model : of the plant, derived without the gain file.
+    files : the data files of the plant.  A gain file that was written for them needs the model
+        that was derived then; if its law differs, it is refused.
 
     Raises
     ------
@@ -151,7 +150,7 @@ def _number(value: float | int | str) -> str:
 def _own_weights(
     model: TSModel, law: Mapping[str, Any], path: Path, first: CertificateError, reason: str
 ) -> GivenLaw:
-    """Return the law with weights of its own; refuses what is not about the weights alone."""
+    """Return the law with its own weights; it may differ from the model in its weights only."""
     from takagi.certificates.document.model_data import pdc_law_data
     from takagi.certificates.document.plant_embedding import law_members, plant_and_claim
 
@@ -172,7 +171,7 @@ def _own_weights(
 
 
 def _is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
-    """Return whether the file was written for this very plant: then its law has been changed."""
+    """Return whether the file was written for this plant, so that its law was changed later."""
     from takagi.certificates.document.plant_embedding import plant_and_claim
 
     stated: Any = read_json(path)
@@ -183,7 +182,7 @@ def _is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
         return False
     members = [content_of(files)]
     if files:
-        # Gain files from before state a digest with the bytes of the model's files.
+        # Older gain files have a digest that includes the bytes of the model's files.
         members.append({"files_sha256": files_sha256(files)})
     return any(stated == digest(as_read({**data, **more})) for more in members)
 

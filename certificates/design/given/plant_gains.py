@@ -1,4 +1,4 @@
-"""Gains that exist already: the law of a gain file read back for the plant it was made for."""
+"""Existing gains: the law of a gain file, for the plant that it was made for."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 NAME = "pdc"
-LONGEST = 120  # characters of a value in a message
+LONGEST = 120  # the most characters of a value in a message
 
 
 def read_gains(path: Path, model: TSModel) -> Floats:
-    """Return K (r, m, n) of a gain file whose law is one for this model.
+    """Return K (r, m, n) of a gain file whose law belongs to this model.
 
     Names, premises with their bounds, rules, trim and sample time of the law must be the model's,
-    number by number: with others the same gains mean another law.
+    number by number. With other values the same gains would give another law.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The law of a gain file, to run: the same commands, bit for bit, as the law that was written."""
+"""The law of a gain file, to run: its commands are exactly those of the written law."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 FORMAT, VERSIONS = "takagi-gains", (1, 2, 3)
 COHERENT, PAPER = "coherent", ("paper", "paper-two-integrators")
-# What a coherent law of version 1 did not have: it fed nothing forward.
+# Members that a coherent law of version 1 lacked, which had no feed-forward.
 SINCE_2 = ("inertia_feedforward", "feedforward_limit")
 
 
@@ -43,8 +43,8 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
     Parameters
     ----------
     path : ``gains.json``, version 1 to 3; the coherent law of version 1 feeds nothing forward.
-    turbine : the turbine as its file has it.  A law of the paper needs it: its premises are
-        computed from the coefficient table at run time.  The coherent law stands in the file whole.
+    turbine : the turbine of the file.  A published law needs it, because its premises are computed
+        from the coefficient table at run time.  The file contains the whole coherent law.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def _require_format(document: Any, path: Path) -> None:
 
 
 def _completed(data: Any, document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the law's data; that of version 1 with a feed-forward of nothing."""
+    """Return the law's data; a law of version 1 gets a feed-forward of zero."""
     if str(document["version"]) != "1" or not isinstance(data, Mapping):
         return data  # type: ignore[no-any-return]
     intervals = len(numbers(data, "wind", "law")) - 1
@@ -175,11 +175,11 @@ def _schedules(
 
 def _require_same(made: Mapping[str, Any], stated: Any, path: Path) -> None:
     """Refuse a file whose tables are another turbine's, or another version's."""
-    from takagi.certificates.checker.files.differences import differing, shown
+    from takagi.certificates.checker.files.differences import differences_between, shown
     from takagi.certificates.checker.kernel.reader import read_text
 
     read = read_text(json.dumps({"law": made}), "law")["law"]
-    for one in differing(read, stated):
+    for one in differences_between(read, stated):
         own, there = shown(one)
         raise CertificateError(
             f"{path}: the law was not made for this turbine: {one.place} is {own} for it, {there} "

@@ -1,4 +1,4 @@
-"""A certificate for gains that exist already: the law is read back and analysed as it stands."""
+"""A certificate for existing gains: the law is read from its file and analysed unchanged."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def effort_sharing_law_from_data(
     Parameters
     ----------
     data : the law as ``read_law`` returns it.
-    source : what messages call it.
+    source : its name in messages.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def effort_sharing_law_from_data(
 _SCHEDULE = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
 _GAINS = ("proportional", "integral_rate")
 _AHEAD = ("inertia_feedforward", "feedforward_limit")
-# How many entries fewer than wind nodes a row has.
+# How many entries a row has fewer than there are wind nodes: 1 for values per cell.
 _ROWS = tuple(
     (key, int(key in ("integral_rate", *_AHEAD))) for key in (*_SCHEDULE, *_GAINS, *_AHEAD)
 )
@@ -101,7 +101,7 @@ def _part(rows: Mapping[str, list[float]], keys: Sequence[str]) -> dict[str, Any
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """What the certificate's configuration records."""
+    """The settings that the certificate's configuration records."""
 
     law: str
     box: LoopBox
@@ -113,7 +113,7 @@ WAKE_DECIMAL = 1e-6
 
 
 def _require_the_turbines_wake(turbine: Turbine, schedule: EffortSchedule) -> None:
-    """Refuse a table of the frozen wake that is not the turbine's: the claim would be about it."""
+    """Refuse a frozen-wake table that is not the turbine's, because the claim would use it."""
     pairs = zip(schedule.wind.tolist(), schedule.effectiveness_limit.tolist(), strict=True)
     for wind, stated in pairs:
         own = frozen_wake_effectiveness(turbine, wind)
@@ -135,7 +135,7 @@ def certify_law(
     files: Sequence[Path] = (),
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:
-    """Return the certificate of a given law on a turbine, and what the checker says about it.
+    """Return the certificate of a given law on a turbine, and the checker's verdict.
 
     Parameters
     ----------
@@ -146,8 +146,8 @@ def certify_law(
     Raises
     ------
     ModelError : no common quadratic function was found, or the box leaves what is enclosed; names
-        the condition and what to relax.  A law whose table of the frozen wake is not the turbine's,
-        where that wake is to be covered; names the wind.
+        the condition and what to relax.  Or the law's table of the frozen wake is not the
+        turbine's, although that wake is to be covered; names the wind.
     """
     if uncertainty.frozen_wake:
         _require_the_turbines_wake(turbine, law.schedule)

@@ -1,8 +1,8 @@
-"""The coherent law's gains and the candidate of its claim: found together, or one after the other.
+"""The coherent law's gains and its claim's candidate, found together or one after the other.
 
 Two-step: gains wind by wind, then the quadratic functions of the loop.  One-step: from there,
-gains and functions together (``lmi.turbine.one_step``).  Where that finds nothing better, or what
-it found does not hold on the loop as it is enclosed for the claim, the two-step design is kept.
+gains and functions together (``lmi.turbine.one_step``).  If this finds nothing better, or its
+result does not hold for the enclosed loop of the claim, the two-step design is kept.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ SYNTHESES: tuple[Synthesis, ...] = ("one-step", "two-step")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EffortSharingGainDesign:
-    """Law, candidate, and what finding them together gained.
+    """Law, candidate, and the improvement by the joint search.
 
     Attributes
     ----------
     law : with the gains that are emitted;  candidate : of the claim about it.
-    joint : what the joint search found, with what both sets of gains reach by the same analysis;
-        None where there is none: it was not asked for, or ``kept`` says why.
-    kept : why the two-step design was kept although the other was asked for; else empty.
+    joint : the result of the joint search, with both sets of gains assessed by the same analysis;
+        None if it was not requested, or for the reason in ``kept``.
+    kept : why the two-step design was kept although the other was requested; else empty.
     """
 
     law: EffortSharingLaw
@@ -60,20 +60,20 @@ def effort_sharing_gain_design(
     steps: int = STEPS,
     tell: Tell | None = None,
 ) -> EffortSharingGainDesign:
-    """Return gains and candidate of the coherent loop, from the gains of ``law`` on.
+    """Return gains and candidate of the coherent loop; the search starts at the gains of ``law``.
 
     Parameters
     ----------
     law : with gains found wind by wind (``effort_gains``).
-    synthesis : "one-step" moves them together with the functions; "two-step" keeps them.
-    objective : what the joint search makes better; None takes the wind class.
-    steps : most joint steps.
+    synthesis : "one-step" changes them together with the functions; "two-step" keeps them.
+    objective : what the joint search improves; None takes the wind class.
+    steps : the largest number of joint steps.
     tell : called with a word on progress.
 
     Raises
     ------
-    ModelError : no function at the gains of ``law``, or a box beyond what is enclosed; names the
-        wind.
+    ModelError : no function for the gains of ``law``, or a box that exceeds tables or limits; names
+        the wind.
     """
     say = StepClock(tell).told
     first = effort_sharing_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=say)
@@ -108,7 +108,7 @@ def widened(
     *,
     tell: Tell | None = None,
 ) -> EffortSharingCandidate:
-    """Return a candidate at the same gains whose function bears more wind, if one is found.
+    """Return a candidate with the same gains that allows larger wind errors, if one is found.
 
     Parameters
     ----------
@@ -119,7 +119,8 @@ def widened(
     try:
         found = one_step_gains(family, steps=0, tell=say)
     except ModelError:
-        # No function bears some error in every cell, as that search asks; the first one stays.
+        # That search needs a function with a wind error above 0 in every cell. If there is none,
+        # the first candidate is kept.
         return first
     wider = _stated(family, found, say)
     return wider if wider is not None and _mean(law, wider) > _mean(law, first) else first
@@ -151,7 +152,7 @@ def loop_of_gains(
 
 
 def _stated(family: LoopOfGains, found: OneStepDesign, say: Tell) -> EffortSharingCandidate | None:
-    """Return the candidate at the found gains and function; None where it does not hold."""
+    """Return the candidate for the found gains and function; None if it does not hold."""
     rates = [Fraction(rate) for rate in family.rate]
     given = np.asarray(found.functions.P)
     try:
@@ -165,12 +166,12 @@ def _stated(family: LoopOfGains, found: OneStepDesign, say: Tell) -> EffortShari
             tell=say,
         )
     except ModelError:
-        # The exact enclosure of a cell refuses gains that the search's took.
+        # The exact enclosure of a cell may refuse gains that the search's enclosure accepted.
         return None
     return candidate if candidate.P is not None and candidate.wind_error.min() > 0 else None
 
 
 def _mean(law: EffortSharingLaw, candidate: EffortSharingCandidate) -> float:
-    """Return the mean over wind of the logarithm of the wind errors borne."""
+    """Return the mean over wind of the logarithm of the admissible wind errors."""
     widths = np.diff(law.schedule.wind)
     return float(widths @ np.log(np.maximum(candidate.wind_error, 1e-9)) / widths.sum())

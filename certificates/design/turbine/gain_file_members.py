@@ -1,4 +1,4 @@
-"""What a turbine's gain file says that does not follow from model and law."""
+"""Contents of a turbine's gain file that do not follow from model and law."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _winds(design: TurbineDesign) -> list[float]:
 
 
 def _start(design: TurbineDesign) -> dict[str, Any]:
-    """Return the integrals that a law of the paper starts from, over wind."""
+    """Return the initial values of a published law's integrals, over wind."""
     winds = _winds(design)
     states = [design.law.initial_state(v).tolist() for v in winds]
     columns = zip(*states, strict=True)

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 # A command limited at rated torque must not be rounded off below half of rated torque.
 LARGEST_SHARE = 0.5
 WIND_STEPS = 201
-WIND_STEP = 0.5  # m/s, between the winds whose trim is looked at
+WIND_STEP = 0.5  # m/s, between the winds at which the trim is checked
 
 
 def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
-    """Refuse overlaps and a bandwidth that leave no working law.
+    """Refuse overlaps and a bandwidth for which the law cannot work.
 
     both        a steady state at every wind from cut-in to cut-out
     coherent    overlap < n_g T_rated / J, the effort that torque can hold in reserve, and
@@ -47,7 +47,7 @@ def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
 
 
 def _check_rated_torque(turbine: Turbine, setpoint: float | None) -> None:
-    """Refuse a rated torque that smallest pitch gives at no wind inside the table."""
+    """Refuse a rated torque that is not reached at smallest pitch at any wind inside the table."""
     speed = setpoint or turbine.rated_rotor_speed
     least = speed * turbine.rotor_radius / turbine.torque.x_range[1]
     last = speed * turbine.rotor_radius / turbine.torque.x_range[0] * (1 - 1e-9)

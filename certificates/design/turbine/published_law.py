@@ -1,4 +1,4 @@
-"""From regional gains to one of the paper's laws and the claims about it."""
+"""From regional gains to a published law and the claims about it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def claimed_law(
     files: Sequence[Path],
     clock: StepClock,
 ) -> tuple[PublishedLaw, Callable[[], dict[str, Any]]]:
-    """Return the law that ``asked.law`` names, and what makes the certificate of its claims.
+    """Return the law that ``asked.law`` names, and a function that returns its certificate.
 
     The claim about the chosen overlaps comes first; claims about other overlaps follow.
 
@@ -69,8 +69,8 @@ def designed_law(
 ) -> PublishedLaw:
     """Return the law with emitted decimals as gains, equal at the two corners of the premise d.
 
-    No actuator answers to that premise alone, so that its two corners have the same gains up to
-    what a solver leaves; their mean is taken.
+    That premise changes no input alone, so the gains at its two corners agree up to the solver's
+    tolerance; their mean is used.
     """
     from takagi.models.laws.published.coupling_filter import coupling_filter
     from takagi.models.laws.published.law import published_law

@@ -1,4 +1,5 @@
-"""Short decimals: the proof is about them, and its margin decides how many digits they need."""
+"""Short decimals for a claim. The proof uses exactly these numbers; its margin decides how many
+digits they need."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which path from a disturbance to an output a request is about, and the path in floats."""
+"""The channel from a disturbance to an output that a request is about, and its floats."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ WAYS = ("disturbances", "inputs")
 def channel_evidence(
     loop: ClaimedLoop, disturbance: str | None, output: Output | None
 ) -> dict[str, Any]:
-    """Return what the claim says of the path.
+    """Return what the claim states about the channel.
 
     Parameters
     ----------
-    disturbance : "disturbances" (E), "inputs" (w is added to u), None takes the first there is.
+    disturbance : "disturbances" (E), "inputs" (w is added to u); None takes the first
+        that the model has.
     output : see ``Output``; None takes the model's.
 
     Raises

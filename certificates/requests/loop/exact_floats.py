@@ -1,4 +1,4 @@
-"""The checker's exact matrices as floats, for candidates about the very loops it looks at."""
+"""The checker's exact matrices as floats, so that candidates are about the same loops."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-r"""A fast floating-point test that sorts out candidates which exact arithmetic would refuse.
+r"""A fast floating-point test that rejects candidates which exact arithmetic would refuse.
 
 Cholesky's factorisation of S + c I in floats breaks down only where S is not positive semidefinite,
-for c = (gamma / (1 - gamma)) tr |S| with gamma = (n + 1) u, u the unit roundoff, and more by what
-the entries of S may be off.  So a breakdown says that an exact proof would fail, and nothing else
-is concluded: what passes is proved in exact arithmetic or not at all.
+for c = (gamma / (1 - gamma)) tr |S| with gamma = (n + 1) u and the unit roundoff u; c is increased
+by the possible error of the entries of S.  So a breakdown shows that an exact proof would fail.
+Nothing else is concluded: a candidate that passes the test is still decided in exact arithmetic.
 
 Source: Rump (2006), Verification of positive definiteness, BIT Numerical Mathematics 46, theorem
-2.3, with the shift turned round; recalled.
+2.3, with the opposite sign of the shift; cited from memory.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClaimedLoop:
-    """A model, closed by gains or as it is.
+    """A model with a feedback law, or without one.
 
     Attributes
     ----------
@@ -42,9 +42,10 @@ class ClaimedLoop:
     pairs, sizes : (vertex, gain) of all blends one after the other, (2, pairs), and how many of
         them each blend has, (N,).
     shares : of each pair in its blend, (pairs,); they sum to 1 in each.
-    seen : the family whose blends these are, ``family`` itself or some points of its weights.
+    seen : the loop whose blends are used: ``family`` itself, or some points of its weights.
     points : the weights of the blends, where they are points.
-    cuts : how many pieces of the weights a claim may still be tried on; None proves as it is.
+    cuts : how many pieces of the weights may still be tried for a claim; None means that claims
+        are proved without pieces.
     """
 
     model: TSModel
@@ -106,14 +107,14 @@ class ClaimedLoop:
 
     @property
     def is_double_sum(self) -> bool:
-        """Whether blends of pairs stand beside the rules, and the law has the model's weights."""
+        """Whether there are blends of pairs of rules, and the law has the model's weights."""
         return self.family.shared_weights and len(self.sizes) > self.family.rules
 
     def at(self, points: Sequence[Point]) -> ClaimedLoop:
-        """Return the loop whose blends are those of these weights, A(h) - B(h) K(h), alone.
+        """Return the loop that has only the blends A(h) - B(h) K(h) of these weights.
 
-        It is what the loop can be at one instant, where ``A`` of the loop itself is a hull of it.
-        What is found for these points is then tried on pieces of the weights.
+        These are matrices that the loop has at some instant; ``A`` of the whole loop encloses all
+        of them.  A candidate for these points is then tried on pieces of the weights.
         """
         rows = [weights_at(self.family, point) for point in points]
         used = [[i for i, share in enumerate(h) if share] for h in rows]
@@ -157,14 +158,14 @@ class ClaimedLoop:
         return self.per_pair(self.gains, "gain")
 
     def per_pair(self, stack: Floats, of: Literal["vertex", "gain"]) -> Floats:
-        """Return the means over the pairs of each blend of what belongs to its vertices or gains.
+        """Return, for each blend, the mean of a quantity of its vertices or gains over its pairs.
 
         ``stack`` is (r, ., .).
         """
         return self._means(stack[self.pairs[0 if of == "vertex" else 1]])
 
     def refuse_averages(self, what: str) -> None:
-        """Refuse what needs the weights of a model that are averages nobody can evaluate.
+        """Refuse a request that needs the weights of a secant embedding, which cannot be evaluated.
 
         Parameters
         ----------

@@ -1,9 +1,9 @@
-r"""Seeks the pieces of the weights on which a claim can be shown one by one.
+r"""Searches pieces of the weights such that a claim can be proved on each of them.
 
-The checker itself says which mean of pairs fails on a piece.  It is asked about the corners first:
-where one fails, a blend of the loop does, and no pieces help.  Then about the pairs, those first
-between which the double sum is bent most: the piece is cut there, which leaves a quarter of the
-bend.
+The checker's functions show which mean of pairs fails on a piece.  The corners are tested first: if
+one fails, the claim is wrong for a blend of the loop, and no pieces help.  The pairs come next,
+those with the largest |(B_i - B_j)(K_i - K_j)| first.  The piece is cut between the two corners of
+a pair that fails, which reduces this difference to a quarter.
 """
 
 from __future__ import annotations
@@ -30,15 +30,16 @@ from takagi.certificates.requests.loop.weight_points import (
 from takagi.models.arrays import Floats
 
 FAILED = re.compile(r"rules? (\d+)(?: and (\d+))?$")
-# Pieces that are looked at for one request: of small loops, and a bound on the work for others.
+# The largest number of pieces for one request. MOST_WORK bounds it further for large loops: EACH
+# stands for the constant part of the work for a blend, beside the fourth power of the order.
 MOST_PIECES, MOST_WORK, EACH = 2000, 3e7, 2000
 
 
 @dataclass(slots=True)
 class Cuts:
-    """How many pieces may still be looked at, half of them for one claim.
+    """How many pieces may still be examined, half of them for one claim.
 
-    ``failed`` : blends of the loop at which a claim failed, so that the next is tried there first.
+    ``failed`` : blends of the loop at which a claim failed; the next claim is tested there first.
     """
 
     left: int
@@ -46,12 +47,12 @@ class Cuts:
 
     @classmethod
     def of(cls, family: PolytopicLoop) -> Cuts:
-        """Return what is fit for the size of a loop."""
+        """Return the number of pieces for a loop of this size."""
         work = len(family.groups()) * (family.order**4 + EACH)
         return cls(min(MOST_PIECES, int(MOST_WORK / work)))
 
     def halvings(self, claim: Any, family: PolytopicLoop) -> list[list[int]]:
-        """Return the tree of ``halvings`` by which a claim is shown; empty where none was found."""
+        """Return the tree of ``halvings`` that proves a claim; empty if none was found."""
         most = self.left - self.left // 2
         if self.failed:
             seen = seen_at(family, [weights_at(family, point) for point in self.failed])
@@ -83,9 +84,9 @@ class Cuts:
 
 @dataclass(frozen=True)
 class _Piece(PolytopicLoop):
-    """A loop whose blends are those of one piece of its weights, in the order to look at them.
+    """A loop whose blends are those of one piece of its weights, in the order of the tests.
 
-    The matrices are the loop's own, so that those of a claim fit beside them.
+    It has the same matrices as the whole loop, so a claim's matrices have the right sizes.
     """
 
     path: tuple[tuple[int, int, int], ...] = ()
@@ -111,7 +112,7 @@ class _Piece(PolytopicLoop):
         return sorted(own.blends(), key=straight)
 
     def between(self, first: int, second: int) -> tuple[int, int, int]:
-        """Return the premise in which a pair is bent most, and its corners; or the two rules."""
+        """Return the premise of a pair's largest difference, and its corners; or the two rules."""
         if self.corners is None:
             return 0, first, second
         own = self.own
@@ -137,7 +138,7 @@ def _piece(family: PolytopicLoop, path: tuple[tuple[int, int, int], ...]) -> _Pi
 
 
 def _bend(B: Floats, K: Floats, i: int, j: int) -> float:
-    """Return |(B_i - B_j)(K_i - K_j)|, by how much a mean of pairs is off a blend."""
+    """Return |(B_i - B_j)(K_i - K_j)|, the distance of a mean of pairs from a blend."""
     if len(B) <= 1 or len(K) <= 1:
         return 0.0
     return float(np.linalg.norm((B[i] - B[j]) @ (K[i] - K[j])))

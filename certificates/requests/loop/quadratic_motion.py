@@ -9,16 +9,16 @@ from scipy.optimize import minimize_scalar
 
 from takagi.models.arrays import Floats
 
-# Multipliers that are tried, as shares of the rate at which V falls without disturbance.
+# Multipliers to try, as fractions of the decay rate of V without a disturbance.
 SHARES = np.linspace(0.02, 0.98, 97)
-# How finely the best share is looked for between two of them, and what stands for no level at all.
+# The resolution of the search between two of them, and the value that means no level.
 FINE, LARGEST = 1e-7, 1e300
 
 
 def fall_rate(A: Floats, P: Floats, *, discrete: bool) -> float:
     """Return the largest s with F_k >= s P for every blend: V' <= -s V, V(x+) - V <= -s V.
 
-    -inf where P is not positive definite in floats, as rounded to too few digits.
+    -inf if P is not positive definite in floats, for example after rounding to too few digits.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ def fall_rate(A: Floats, P: Floats, *, discrete: bool) -> float:
 
 
 def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: bool) -> float:
-    """Return the least c that the disturbances hold V to at this multiplier; inf for none.
+    """Return the least c such that V <= c is invariant with this multiplier; inf if there is none.
 
-    None is found either where F - s P is singular to rounding.
+    The result is inf as well if F - s P is singular in floating point.
 
     c = max_k lambda_max(H + G' (F - s P)^-1 G) / s with G = P W, H = 0, or A' P W and W' P W.
 
@@ -59,12 +59,12 @@ def held_level(A: Floats, W: Floats, P: Floats, multiplier: float, *, discrete: 
 def best_multiplier(
     A: Floats, W: Floats, P: Floats, *, discrete: bool, known: float = 0.0
 ) -> tuple[float, float]:
-    """Return (c, s): the least level that the disturbances hold V to, and its multiplier.
+    """Return (c, s): the least invariant level of V under the disturbances, and its multiplier.
 
     Parameters
     ----------
-    known : the multiplier that P was looked for with, where there is one: the least level is there
-        as a rule, often hard at the rate of fall.
+    known : the multiplier used in the search of P, if any. The least level is usually there, often
+        close to the decay rate.
     """
     rate = fall_rate(A, P, discrete=discrete)
     if rate <= 0:
@@ -76,7 +76,7 @@ def best_multiplier(
     shares = np.append(SHARES, [known / rate] if 0 < known < rate else [])
     found = min((level(float(share)), float(share)) for share in shares)
     if np.isfinite(found[0]):
-        # Between the neighbours on the grid, where the level is flat at its least.
+        # The level hardly changes near its minimum, so a search between the neighbours suffices.
         around = np.sort(np.append(SHARES, [0.0, 1.0]))
         low, high = around[around < found[1]].max(), around[around > found[1]].min()
         better = minimize_scalar(

@@ -8,7 +8,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 
-# Beyond this a solution is rounding, not an answer.
+# A solution with larger numbers is dominated by rounding errors.
 LARGEST = 1e14
 FASTEST = 30.0
 
@@ -16,8 +16,8 @@ FASTEST = 30.0
 def modal_function(G: Floats) -> Floats | None:
     """Return P = T^-* T^-1, T the eigenvectors: x'Px is the sum of the squared modes.
 
-    It shows every region in which the eigenvalues lie, to its edge; None for a matrix that has
-    hardly a basis of eigenvectors.
+    This P proves every region that contains the eigenvalues, up to the region's edge. None if the
+    matrix of eigenvectors is nearly singular.
     """
     balanced, s = _balanced(G)
     vectors = np.linalg.eig(balanced)[1]
@@ -37,13 +37,13 @@ def equation_function(G: Floats, rate: float, step: float | None) -> Floats | No
     balanced, s = _balanced(G)
     one = np.eye(len(G))
     try:
-        # Nearly singular equations are warned of; the checker decides about what they give.
+        # SciPy warns of nearly singular equations; the checker decides about the result anyway.
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             if step is None:
                 P = solve_continuous_lyapunov((balanced + rate * one).T, -one)
             else:
-                # A function of eigenvalues that are all too large serves every smaller rho too.
+                # If all eigenvalues exceed rho, the function is valid for every smaller rho too.
                 P = solve_discrete_lyapunov((balanced * np.exp(min(rate * step, FASTEST))).T, one)
     except (LinAlgError, np.linalg.LinAlgError, ValueError):
         return None
@@ -54,7 +54,7 @@ def equation_function(G: Floats, rate: float, step: float | None) -> Floats | No
 
 
 def _balanced(G: Floats) -> tuple[Floats, Floats]:
-    """Return S^-1 G S with rows and columns of like size, and the powers of two s."""
+    """Return S^-1 G S with rows and columns of similar size, and the powers of two s."""
     from scipy.linalg import matrix_balance
 
     # The permutation, which is not used, is made of integers that very large scales overflow.
@@ -67,7 +67,7 @@ def _balanced(G: Floats) -> tuple[Floats, Floats]:
 
 
 def _in_states(P: Floats, s: Floats) -> Floats:
-    """Return S^-1 P S^-1, brought to a size around 1."""
+    """Return S^-1 P S^-1, scaled to a size around 1."""
     found = (P + P.T) / 2 / s / s[:, None]
     diagonal = np.abs(np.diag(found))
     middle = np.sqrt(diagonal.max()) * np.sqrt(diagonal[diagonal > 0].min(initial=diagonal.max()))

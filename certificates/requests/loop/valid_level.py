@@ -8,12 +8,12 @@ from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
 
-# The checker decides with numbers as they are written; this much is left for their rounding.
+# The checker uses the rounded numbers of the file; this margin covers their rounding.
 SPARE = 1e-9
 
 
 def state_halves(loop: ClaimedLoop) -> Floats:
-    """Return (n,) half-widths of the box about 0, inf where it says nothing of a state."""
+    """Return (n,) half-widths of the box about 0; inf for a state without a range."""
     sides = loop.family.box or (None,) * loop.family.order
     return np.array([np.inf if s is None else float(min(-s[0], s[1])) for s in sides])
 

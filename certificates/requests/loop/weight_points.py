@@ -1,8 +1,8 @@
-r"""Weights that a loop takes by itself: rules alone, and blends of shares in whole numbers.
+r"""Weights of single blends: one rule alone, or shares in whole numbers.
 
-A point is one row of shares for each premise where weights are products of those of premises, else
-one row for all rules; a row over its sum are the weights.  It is what the claim
-``no-common-decay`` names its blends by.
+If the weights are products over the premises, a point has one row of shares for each premise;
+otherwise it has one row for all rules.  A row divided by its sum gives the weights.  The claim
+``no-common-decay`` names its blends in this way.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop, Stack
 
 Point: TypeAlias = tuple[tuple[int, ...], ...]
-# Of each premise, the weights at the corners of a piece.
+# For each premise, the weights at the corners of a piece.
 Corners: TypeAlias = tuple[tuple[tuple[Fraction, ...], ...], ...]
 
 
@@ -30,9 +30,9 @@ def points_of(family: PolytopicLoop) -> list[Point]:
 
 
 def grid(family: PolytopicLoop, parts: int, most: int) -> list[Point]:
-    """Return all points whose shares are multiples of 1/parts; none where these exceed ``most``.
+    """Return all points with shares in multiples of 1/parts; none if they exceed ``most``.
 
-    Where rules leave out a combination of corners, only the rules alone.
+    If some combination of corners has no rule, only the rules alone are returned.
     """
     if family.corners is None:
         sizes = [family.rules]
@@ -61,7 +61,7 @@ def halved_corners(corners: Corners, premise: int, kept: int, moved: int) -> Cor
 
 
 def point_at(family: PolytopicLoop, corners: Corners, rule: int) -> Point:
-    """Return the corner of a piece that stands in the place of a rule."""
+    """Return the corner of a piece that replaces a rule."""
     own = (rule,) if family.corners is None else family.corners[rule]
     rows = [rows[c] for rows, c in zip(corners, own, strict=True)]
     return tuple(tuple(int(v * lcm(*(w.denominator for w in row))) for v in row) for row in rows)
@@ -96,7 +96,7 @@ def seen_at(family: PolytopicLoop, rows: Sequence[Sequence[Fraction]]) -> Polyto
 
 @dataclass(frozen=True)
 class _Seen(PolytopicLoop):
-    """The loop at some weights; no part of any proof, for it is not a hull of the loop."""
+    """The loop at some weights; no proof uses it, because it does not enclose the loop."""
 
     weights_seen: tuple[tuple[Fraction, ...], ...] = ()
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models.plant import PlantSettings

@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates.coq import coq_file
 from takagi.certificates.coq.numerals import shorter, text_of
-from takagi.certificates.cross_check import Refusal
-from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check import Refusal, loads
 from takagi.certificates.document import certificate_document, dumps
 from takagi.cli.verbs.export import run as export_verb
 from tests.certificates.kinds.claims import model_data

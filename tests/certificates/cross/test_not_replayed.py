@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates import Certificate, certify
 from takagi.certificates.audit import cross_checked_document
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.replay.claim_kinds import KINDS, OWN_READING, RESTING
 from takagi.certificates.cross_check import opinion
 from takagi.certificates.design.plant.secant_model import secant_model

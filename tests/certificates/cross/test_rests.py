@@ -15,8 +15,7 @@ from scipy.interpolate import BSpline
 
 from takagi.certificates.audit import cross_checked_document
 from takagi.certificates.claims.turbine import published_law_data
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check import judge_document, loads
 from takagi.certificates.cross_check.turbine import equilibrium as rests
 from takagi.certificates.cross_check.turbine import torque_balance as rest_balance
 from takagi.certificates.cross_check.turbine.numbers import Rotor

@@ -14,9 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import certify
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check import Refusal, judge_document, loads
 from takagi.certificates.cross_check.kernel.exact import is_definite
-from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.expression import minus, parsed, plus, value_of
 from takagi.certificates.cross_check.plant.interval import Undefined, range_of

@@ -16,8 +16,7 @@ from flint import fmpq
 from scipy.interpolate import BSpline
 
 from takagi.certificates.audit import cross_checked_document
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check import judge_document, loads
 from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers
 from takagi.certificates.cross_check.turbine.ranges import _ranges, _sizes
 from takagi.certificates.document import dumps

@@ -15,8 +15,7 @@ from scipy.interpolate import BSpline
 
 from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.arithmetic.spline import Spline
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check import judge_document, loads
 from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange, Outside
 from takagi.certificates.document import dumps
 from tests.certificates.kinds.test_damage import resealed

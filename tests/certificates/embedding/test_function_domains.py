@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Claim, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.document import certificate_document
 
 Data = dict[str, Any]

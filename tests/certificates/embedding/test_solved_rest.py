@@ -23,7 +23,7 @@ from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.cross_check import Refusal
-from takagi.certificates.cross_check.kernel.reading import loads as read_numbers
+from takagi.certificates.cross_check import loads as read_numbers
 from takagi.certificates.cross_check.plant.plant import read_plant as read_trees
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.design.plant.secant_model import secant_model

@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.checker import CertificateError
+from takagi.certificates.checker import CertificateError, check_document
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.document import certificate_document, plant_data
 from tests.certificates.embedding.plants import as_read, changed, library_model, one_state, said_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from takagi.certificates import Claim
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.document import certificate_document
 
 Data = dict[str, Any]

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import torque_step
 from takagi.certificates.checker.words.sentences.actuator_rates import said
 from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim

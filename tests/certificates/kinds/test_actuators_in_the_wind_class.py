@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.certificates.cross_check import Refusal, judge_document

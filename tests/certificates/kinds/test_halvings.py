@@ -230,7 +230,7 @@ def test_the_pieces_cover_all_weights(premises: int) -> None:
 
 
 def _written(claim: Data) -> Any:
-    from takagi.certificates.cross_check.kernel.reading import loads
+    from takagi.certificates.cross_check import loads
 
     return loads(json.dumps(claim))
 

@@ -13,7 +13,7 @@ import sympy as sp
 from scipy.linalg import expm
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document import (
     certificate_document,

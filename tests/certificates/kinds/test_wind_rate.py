@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import rate_range
 from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
 from takagi.certificates.cross_check import Refusal, judge_document

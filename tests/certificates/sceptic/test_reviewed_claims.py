@@ -9,7 +9,7 @@ import pytest
 
 from takagi.certificates import Claim
 from takagi.certificates.audit import cross_checked_document
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.document import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict, certify, check
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document import certificate_document
 from takagi.certificates.requests import InputLimits, L2Gain, Peak, Request

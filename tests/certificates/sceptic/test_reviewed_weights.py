@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import CertificateError, Verdict, check_document
 from takagi.certificates.cross_check import Refusal, judge_document
 from tests.certificates.kinds.test_damage import resealed
 

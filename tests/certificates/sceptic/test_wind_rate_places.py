@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from tests.certificates.conftest import resealed
 
 

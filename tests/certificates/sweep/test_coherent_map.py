@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import DesignSettings, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
 from takagi.certificates.design.turbine import default_settings
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data

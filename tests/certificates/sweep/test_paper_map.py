@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Checked, TurbineDesign, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import (
     published_candidate,
     published_claim,

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import CertificateError, Verdict, check_document
 
 Document = dict[str, Any]
 PER_INTERVAL = ("integral_rate", "inertia_feedforward", "feedforward_limit")

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import Verdict, check_document
 
 
 @pytest.mark.parametrize("rate", [50.0, 5.0])

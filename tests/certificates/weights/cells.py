@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from takagi.certificates import CertificateError
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import (

@@ -13,7 +13,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker import check_document
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import certificate_document

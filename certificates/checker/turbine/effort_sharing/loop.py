@@ -1,6 +1,6 @@
 """Enclosures of the loop's coefficients in one wind cell, from the law's tables and the surface.
 
-The derivation of each coefficient is in ``coherent``; here it is only bounded.
+``loop_claim`` derives each coefficient; this module computes its bounds.
 """
 
 from __future__ import annotations

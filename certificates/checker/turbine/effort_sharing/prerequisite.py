@@ -1,4 +1,4 @@
-"""The earlier claim of the same file that a claim depends on."""
+"""The claim on which another claim of the same file depends; it comes first in the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""The equilibria of the loop with law ``paper``, along one curve; see ``paper_rest``."""
+r"""The equilibria of the loop with law ``paper``, along one curve; see ``published``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Enclosures of possible equilibria of a loop with a published law; see ``paper_rest``."""
+r"""Enclosures of possible equilibria of a loop with a published law; see ``published``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""The equilibria of the loop with law ``paper-two-integrators``; see ``paper_rest``."""
+r"""The equilibria of the loop with law ``paper-two-integrators``; see ``published``."""
 
 from __future__ import annotations
 

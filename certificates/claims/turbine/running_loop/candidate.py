@@ -29,20 +29,20 @@ from takagi.certificates.claims.turbine.running_loop.signals import Rows, Signal
 from takagi.certificates.claims.turbine.running_loop.signals import decay_form as form
 from takagi.models.arrays import Floats
 
-# The largest box that is tried, and the shares of it, from the largest.
+# The largest box to try, and fractions of it, the largest first.
 LARGEST = Sides(*map(Fraction, ("0.04", "0.04", "0.03", "0.04", "0.03", "0.5", "0.5", "0.06")))
 SIZES = tuple(map(Fraction, ("1", "0.5", "0.25", "0.1", "0.05")))
-# A share of pitch that spans more is cut into pieces, each with multipliers of its own.
+# A wider range of the pitch share is divided into pieces, each with its own multipliers.
 WIDEST_SHARE, DIGITS, MARGIN = Fraction(1, 5), 9, 1e-7
 
 
 @dataclass(frozen=True, slots=True)
 class RunningCandidate:
-    """V = xi'P xi falls as exp(-2 decay t) inside V <= 1, at each constant wind of the cell.
+    """V = xi'P xi decays as exp(-2 decay t) inside V <= 1, at each constant wind of the cell.
 
     Attributes
     ----------
-    winds, sides : the cell [m/s] and the box that holds the set.
+    winds, sides : the cell [m/s] and the box that contains the set.
     P : in decimals;  multipliers : of each piece.
     """
 
@@ -53,7 +53,7 @@ class RunningCandidate:
     multipliers: list[list[Fraction]]
 
     def reach(self, state: int) -> float:
-        """Return how far a state goes inside V <= 1."""
+        """Return the largest value of a state on V <= 1."""
         P = np.array([[float(value) for value in row] for row in self.P])
         return float(np.sqrt(np.linalg.inv(P)[state, state]))
 
@@ -67,7 +67,7 @@ def running_candidate(
     decay: Fraction = Fraction(1, 200),
     sizes: Sequence[Fraction] = SIZES,
 ) -> tuple[RunningCandidate | None, str]:
-    """Return a candidate with the largest box that has one, or None and the last reason."""
+    """Return the candidate with the largest box, or None and the reason of the last failure."""
     why = "no size was tried"
     for size in sizes:
         names = LARGEST.__dataclass_fields__
@@ -91,7 +91,7 @@ def running_candidate(
 
 
 def inequality_failure(loop: Running, candidate: RunningCandidate) -> str:
-    """Return the inequality that fails in exact arithmetic, or nothing."""
+    """Return the inequality that fails in exact arithmetic, or an empty text."""
     P = candidate.P
     if not is_positive_definite(P):
         return "P is not positive definite"
@@ -108,7 +108,7 @@ def inequality_failure(loop: Running, candidate: RunningCandidate) -> str:
 
 
 def _pieces(loop: Running) -> Iterator[tuple[Signals, list[Signal]]]:
-    """Yield the loop for each piece of the share: at every instant one of them holds."""
+    """Yield the loop for each piece of the pitch share: at every instant one of them applies."""
     share = loop.secant_share()
     parts = 1 if share[1] - share[0] < WIDEST_SHARE else 2
     for piece in cut(share, parts):
@@ -116,7 +116,7 @@ def _pieces(loop: Running) -> Iterator[tuple[Signals, list[Signal]]]:
 
 
 def _solved(loop: Running, decay: Fraction) -> tuple[Rows, list[list[Fraction]]] | None:
-    """Return P and multipliers that a solver finds, in decimals."""
+    """Return P and multipliers found by a solver, in decimals."""
     cp: Any = import_module("cvxpy")
     sides = loop.sides
     unit = np.array([

@@ -55,7 +55,7 @@ NIL, FULL = Fraction(0), Fraction(1)
 
 @dataclass(frozen=True)
 class Sides:
-    """Bounds of what leaves the rest: the box of one cell."""
+    """The box of one cell: bounds of the deviations from the equilibrium."""
 
     speed: Fraction
     measured: Fraction
@@ -69,7 +69,7 @@ class Sides:
 
 @dataclass(frozen=True)
 class Machine:
-    """What the coherent claim does not know: observer, filters, the wake that answers late.
+    """Data that the coherent claim does not use: observer, filters, and the wake's delay.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Running:
             and high + sides.estimate < machine.wind_limits[1]
         ):
             raise Refused("an estimate at its limit")
-        # Schedule winds that the set can reach; the law holds them inside its tables.
+        # The schedule winds on the set; the law limits them to its tables.
         self.reach = (max(low - sides.schedule, nodes[0]), min(high + sides.schedule, nodes[-1]))
         self.inside = nodes[0] <= low - sides.estimate and high + sides.estimate <= nodes[-1]
         self.near = [
@@ -131,7 +131,7 @@ class Running:
         return column[j] + slope * (wind - nodes[j])
 
     def over(self, column: Sequence[Fraction], winds: Span) -> Span:
-        """Return a column's range over winds: at the ends and at the nodes between them."""
+        """Return a column's range over winds: from its values at the ends and at the nodes."""
         inner = [
             value
             for node, value in zip(self.law.wind, column, strict=True)
@@ -152,7 +152,7 @@ class Running:
     # The surface.
 
     def ratio(self, error: Fraction, wind_error: Fraction = NIL) -> Interval:
-        """Return R (omega* + e) / (v + d): monotone in each, so at corners."""
+        """Return R (omega* + e) / (v + d); it is monotone in each variable, so corners suffice."""
         ends = [
             self.plant.radius * (self.at(self.law.speed, v) + e) / (v + d)
             for v in self.winds
@@ -169,7 +169,7 @@ class Running:
 
     @property
     def pitches(self) -> Interval:
-        """Return the pitch that the set can reach; never below its lower limit."""
+        """Return the pitch range on the set, not below the lower limit."""
         rest, away = self.pitch_at(self.efforts_at_rest), point(self.sides.pitch / self.b0)
         least = max((rest - away).low, point(self.plant.pitch_min).low)
         return Interval(least, (rest + away).high)
@@ -194,7 +194,7 @@ class Running:
     def _rest(self, subject: Subject) -> Fraction:
         """Return a bound of |U_rest - q*|, from the tables' residual over the loop's least gain."""
         box = Box(self.sides.speed, self.sides.pitch, self.sides.signal, FULL / 100)
-        # The same tables with nodes at the cell's own ends: they are lines in between.
+        # The same tables with nodes at the cell's ends, so that they are linear over the cell.
         law, columns = self.law, ("speed", "effort", "effectiveness", "limit", "gamma")
         ends: Any = {name: [self.at(getattr(law, name), v) for v in self.winds] for name in columns}
         short = replace(law, wind=list(self.winds), **ends)
@@ -234,12 +234,12 @@ class Running:
 
     @cached_property
     def factors(self) -> dict[str, Span]:
-        """Return the range of every factor but f, rounded outward to seven decimals."""
+        """Return the range of every factor except f, rounded outward to seven decimals."""
         law, eps = self.law, self.law.overlap
         gamma = self.over(law.gamma, self.reach)
         rest = self.rest / self.over(law.gamma, self.winds)[0]
         bent = self.slopes(law.gamma)
-        # gamma(v_s) (signal - x_rest) + gamma(v) x_rest: the second part moves with s.
+        # gamma(v_s) (signal - x_rest) + gamma(v) x_rest: the second part depends on s.
         steep = max(abs(bent[0]), abs(bent[1])) * rest
         q = self.slopes(law.effort)
         b, b_law, b0 = enclose(*self.b), enclose(*self.b_reach), point(self.b0)
@@ -299,7 +299,7 @@ class Running:
         return _down(min(FULL, self.plant.rate_limit * self.plant.lag / most)), FULL
 
     def limits_failure(self) -> str:
-        """Return why torque, pitch or integral may reach a limit that the equations lack."""
+        """Return why torque, pitch or integral may reach a limit that the equations omit."""
         law = self.law
         if self.winds[0] - self.sides.schedule <= 0:
             return "a wind of zero"
@@ -321,7 +321,7 @@ class Running:
     # The box, from the states.
 
     def rows(self) -> dict[str, tuple[list[Fraction], Fraction]]:
-        """Return by name the row h and the bound that |h xi| must keep inside the set."""
+        """Return, by name, the row h and the bound of |h xi| that must hold on the set."""
         factors, sides = self.factors, self.sides
         w, gamma, q = (factors[name] for name in ("speed slope", "gamma", "effort slope"))
         mid, off = (
@@ -394,7 +394,7 @@ class Running:
 
 
 def cut(span: Span, parts: int) -> list[Span]:
-    """Return the span in equal parts."""
+    """Return the interval in equal parts."""
     width = (span[1] - span[0]) / parts
     return [(span[0] + width * i, span[0] + width * (i + 1)) for i in range(parts)]
 

@@ -1,13 +1,13 @@
-r"""Linear signals of a loop whose uncertain factors act one by one.
+r"""Linear signals of a loop with uncertain factors, which are treated one by one.
 
 A signal is a row over the states xi and over w_1 .. w_k.  ``times`` multiplies a signal y by an
 uncertain factor of [low, high] = c +- r: it returns c y + w_i, where w_i = delta z_i, z_i = r y
-and |delta| <= 1.  Whatever delta does, w_i^2 <= z_i^2.  So for a positive matrix P and numbers
+and |delta| <= 1.  For every delta, w_i^2 <= z_i^2.  So for a positive matrix P and numbers
 tau_i > 0
 
     -(2 xi'P (xi)' + 2 alpha xi'P xi + sum tau_i (z_i^2 - w_i^2)) > 0   for all (xi, w) but zero
 
-shows that V = xi'P xi falls at least as exp(-2 alpha t).  The left side is one quadratic form in
+proves that V = xi'P xi decays at least as exp(-2 alpha t).  The left side is one quadratic form in
 (xi, w); ``decay_form`` returns its matrix.
 """
 
@@ -30,7 +30,7 @@ def combined(*parts: tuple[Fraction | int, Signal]) -> Signal:
 
 
 class Signals:
-    """The states and the uncertain factors that have been met so far."""
+    """The states, and the uncertain factors that have been used so far."""
 
     def __init__(self, states: int) -> None:
         self.states = states
@@ -41,7 +41,7 @@ class Signals:
         return {place: Fraction(1)}
 
     def times(self, name: str, span: Span, signal: Signal) -> Signal:
-        """Return the signal times a factor of the span."""
+        """Return the signal times an uncertain factor from the interval."""
         low, high = span
         middle, radius = (low + high) / 2, (high - low) / 2
         if radius == 0 or not signal:

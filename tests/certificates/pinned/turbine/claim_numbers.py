@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates import Claim, Verdict
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.arithmetic.interval import enclose, point
 from takagi.certificates.checker.files import frozen_wake
 from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.turbine.effort_sharing import actuator_rates, wind_rate
 from takagi.certificates.checker.turbine.effort_sharing import prerequisite as earlier
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant, Subject

@@ -10,8 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from takagi.certificates.checker.files import differences as differing
-from takagi.certificates.checker.files import model_content
+from takagi.certificates.checker.files import differences, model_content
 from takagi.certificates.checker.files.given_files import unconnected
 from takagi.certificates.checker.files.toml_file import read_toml
 from takagi.certificates.checker.kernel.reader import Number
@@ -38,13 +37,16 @@ def of_differences() -> Named:
         ("none", {}),
     ):
         read = as_read(other)
-        found = [*differing.differing(one, read), *differing.differing(read, one)]
-        yield name, [(d.place, *differing.shown(d)) for d in found]
+        found = [
+            *differences.differences_between(one, read),
+            *differences.differences_between(read, one),
+        ]
+        yield name, [(d.place, *differences.shown(d)) for d in found]
     for value in (
         *(None, "text", "\u00e9\n", True, Number("1.50"), {}, {"a": Number("1")}),
         *([], [Number("1")] * 3, [Number("1")] * 4, "x" * 60, "x" * 61, {"k": "y" * 99}),
     ):
-        yield f"told {value!r:.30}", differing.in_words(value)
+        yield f"told {value!r:.30}", differences.in_words(value)
 
 
 def of_long_texts() -> Named:
@@ -52,11 +54,11 @@ def of_long_texts() -> Named:
     ends = ("", "b", "b" * 19, "b" * 21, "b" * 41, "b" * 100)
     for same in (0, 39, 40, 59, 60, 61, 200):
         for first, second in pairwise(ends):
-            pair = differing.Difference(("x",), "a" * same + first, "a" * same + "c" + second)
-            yield f"shown {same} {len(first)} {len(second)}", differing.shown(pair)
+            pair = differences.Difference(("x",), "a" * same + first, "a" * same + "c" + second)
+            yield f"shown {same} {len(first)} {len(second)}", differences.shown(pair)
     alike: tuple[tuple[Any, Any], ...] = ((Number("1"), "1"), (True, "true"), (None, "nothing"))
     for one, other in alike:
-        yield f"shown {one!r} {other!r}", differing.shown(differing.Difference((), one, other))
+        yield f"shown {one!r} {other!r}", differences.shown(differences.Difference((), one, other))
 
 
 def of_contents(name: str) -> Named:
@@ -116,7 +118,10 @@ def of_owners() -> Named:
         ):  # fmt: skip
             told = [
                 model_content.beside_the_claims(
-                    differing.Difference(path, *pair), content, model | more | {"kind": kind}, gains
+                    differences.Difference(path, *pair),
+                    content,
+                    model | more | {"kind": kind},
+                    gains,
                 )
                 for pair in values
             ]

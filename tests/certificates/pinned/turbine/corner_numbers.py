@@ -7,8 +7,8 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import Number, matrix
-from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.turbine.effort_sharing import corners as coherent_corners
 from takagi.certificates.checker.turbine.effort_sharing import loop_claim as coherent
 from takagi.certificates.checker.turbine.effort_sharing.corners import Corners, Stated, bounds_row

@@ -15,12 +15,12 @@ from takagi.certificates.checker.arithmetic.interval import ONE
 from takagi.certificates.checker.controller import plant_program
 from takagi.certificates.checker.files import (
     file_blend,
+    given_files,
     model_content,
     plant_file,
     table_file,
     turbine_file,
 )
-from takagi.certificates.checker.files import given_files as companions
 from takagi.certificates.checker.files.differences import Difference
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.kernel.reader import Number
@@ -59,7 +59,7 @@ def of_words() -> Named:
     for kinds in (["quadratic-decay"], ["coherent-loop"], ["coherent-loop", "quadratic-decay"]):
         data = {"claims": [{"kind": kind} for kind in kinds]}
         checked: Any = _Checked(Verdict.PROVED, ["one"])
-        told = companions.of_the_files(data, checked)
+        told = given_files.of_the_files(data, checked)
         yield f"of the files {kinds}", (told.verdict.name, told.messages)
     for unit in ("m/(min h)", "m/(h min)", "1/(t)", "min/h", "m/min", "N/(m s)", "m/()"):
         yield f"unit {unit}", said(in_si, F(1), unit)
