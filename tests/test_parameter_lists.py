@@ -25,6 +25,7 @@ DOORS = {
     "lmi/varying/varying_memberships.py": {"fuzzy_lyapunov"},
     # The options of the command line, which typer reads from parameters.
     "cli/options/design_options.py": {"turbine_options"},
+    "cli/options/plant_options.py": {"plant_options"},
 }
 
 

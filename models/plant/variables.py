@@ -58,8 +58,8 @@ class Parameter:
     """A number with a name: exact value, SI unit, and where it comes from.
 
     If its exact value is no decimal, ``equals`` is that value as an expression without variables
-    and parameters, and ``within`` is its largest distance from ``value``.  ``written`` is the unit in
-    its file and is used in texts alone.
+    and parameters, and ``within`` is its largest distance from ``value``.  ``written`` is the
+    unit in its file and is used in texts alone.
     """
 
     symbol: sp.Symbol
