@@ -24,6 +24,7 @@ import numpy as np
 
 from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.page.rounded_bounds import at_least
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -242,8 +243,10 @@ def row(found: Measured) -> tuple[str, Settling]:
     parts = []
     for k, name in enumerate(loop.states):
         label = "" if loop.units[k] == "-" else f" {loop.units[k]}"
-        share = f" ({min(loop.alone[k] / width[k], 1):.0%})" if np.isfinite(width[k]) else ""
-        parts.append(f"{name} {digits(loop.alone[k] / loop.scale[k])}{label}{share}")
+        # What is proved is rounded down.
+        part = min(np.floor(100 * loop.alone[k] / width[k]), 100)
+        share = f" ({part:.0f}%)" if np.isfinite(width[k]) else ""
+        parts.append(f"{name} {at_least(loop.alone[k] / loop.scale[k])}{label}{share}")
     K = lqr(loop)
     law, other = settling(loop), settling(loop, linear(loop, K))
     settled = " / ".join(

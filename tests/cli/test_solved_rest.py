@@ -11,29 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from takagi.cli.main import main
-
-FAN = """
-format = 1
-kind = "plant"
-name = "Fan at 1500 rpm"
-[states]
-w = { unit = "rad/s", range = [100, 220], rest = "w0" }
-i = { unit = "A", range = [-10, 30], rest = "solve" }
-[inputs]
-u = { unit = "V", range = [0, 300], rest = "solve" }
-[parameters]
-w0 = "2*pi*n0"
-c = { value = "P/w0^3", source = "nominal load" }
-n0 = { value = 1500, unit = "1/min" }
-P = { value = 500, unit = "W" }
-J = { value = 0.02, unit = "kg m^2" }
-k = { value = 0.8, unit = "N m/A" }
-R = { value = 2, unit = "Ohm" }
-L = { value = 0.05, unit = "H" }
-[equations]
-w = "(k*i - c*w^2)/J"
-i = "(u - R*i - k*w)/L"
-"""
+from tests.solved_rest_plants import FAN
 
 
 @pytest.fixture(scope="module")
