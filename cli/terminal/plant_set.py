@@ -78,7 +78,7 @@ def regulator_line(design: PlantDesign) -> list[str]:
         for variable, name, reach in zip(plant.states, loop.names, found.starts, strict=True):
             size, unit = file_unit(variable)
             starts.append(kept(f"{name} {at_least(float(reach) / size)}{_behind(unit)}"))
-        text += f"; its own proved set has starts up to {', '.join(starts)}"
+        text += f"; its own proved set, within the ranges, has starts up to {', '.join(starts)}"
     return told("LQR", text)
 
 

@@ -12,6 +12,7 @@ Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weig
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -148,5 +149,5 @@ def _starts(design: PlantDesign, gain: Floats) -> Floats | None:
     sets = [claim for claim in kinds if claim["kind"] == "invariant-ellipsoid"]
     if not sets or not all(claim.verdict.name == "PROVED" for claim in found.checked.claims):
         return None
-    diagonal = [float(str(sets[0]["P"][k][k])) for k in range(len(sets[0]["P"]))]
-    return np.sqrt(float(str(sets[0]["level"])) / np.array(diagonal))
+    P, level = sets[0]["P"], Fraction(str(sets[0]["level"]))
+    return np.array([float(level / Fraction(str(P[k][k]))) ** 0.5 for k in range(len(P))])

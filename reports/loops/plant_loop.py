@@ -30,8 +30,9 @@ class PlantLoop:
     ----------
     gains : K (r, m, n) as emitted; None for an analysis.
     state, input : x* (n,) and u* (m,), where the plant rests.
-    P : (n, n), of V = (x - x*)' P (x - x*): of a proved invariant ellipsoid, else of the proved
-        decay; None where neither is proved.
+    P : (n, n), of V = (x - x*)' P (x - x*): of the proved set in which inputs stay within their
+        limits, else of a proved invariant ellipsoid, else of the proved decay; None where none is
+        proved.
     level : c of the set {V <= c}: as proved, else the largest that stays inside the box, computed
         in floating point; None without P; inf where no state has a bound.
     level_proved : whether the certificate proves that the set lies in the box and is invariant.
@@ -149,7 +150,10 @@ def plant_loop(design: PlantDesign) -> PlantLoop:
         )
     state, inputs = _trim(design)
     decay_P, rate = _proved(design, "decay", "decay_rate")
-    P, level = _proved(design, "invariant-ellipsoid", "level")
+    # A limit that was asked for may be tighter than the range of an input in the model's box.
+    P, level = _proved(design, "input-limits", "level")
+    if P is None:
+        P, level = _proved(design, "invariant-ellipsoid", "level")
     known = level is not None
     if P is None and decay_P is not None:
         P, level = decay_P, _level(model, gains, decay_P)

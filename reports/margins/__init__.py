@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         RunningMargins,
         plant_modes,
         running_margins,
+        worst_of_sides,
     )
     from takagi.reports.margins.running_rest import LoopRest, NoRest, loop_rest
     from takagi.reports.margins.running_search import (
@@ -112,6 +113,7 @@ __all__ = [
     "wind_ranges",
     "winds_between",
     "with_inertia",
+    "worst_of_sides",
 ]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)

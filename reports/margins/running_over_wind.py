@@ -139,8 +139,39 @@ def running_margins(
             if _chosen(loops[0].kinks):
                 loops += [at(side=side) for side in others]
             rows = [_margins(loop, factor, wake, modes) for loop in loops]
-            found.append(min(rows, key=lambda row: row.both.alpha))
+            found.append(worst_of_sides(rows))
     return tuple(found)
+
+
+def worst_of_sides(rows: Sequence[RunningMargins]) -> RunningMargins:
+    """Return the worst of every margin over the sides of a kink; each may be met on its own side."""
+    met = dict.fromkeys(mode for row in rows for mode in row.modes_met)
+    return replace(
+        min(rows, key=lambda row: row.both.alpha),
+        torque=_worst([row.torque for row in rows]),
+        pitch=_worst([row.pitch for row in rows]),
+        decay_rate=min(row.decay_rate for row in rows),
+        modes_met=tuple(met),
+    )
+
+
+def _worst(sides: Sequence[Margins | None]) -> Margins | None:
+    acting = [found for found in sides if found is not None]
+    if not acting:
+        return None
+    up = min(acting, key=lambda m: m.gain_increase)
+    down = max(acting, key=lambda m: m.gain_decrease)
+    phase = min(acting, key=lambda m: m.phase)
+    return replace(
+        min(acting, key=lambda m: m.disk.alpha),
+        gain_increase=up.gain_increase,
+        gain_increase_frequency=up.gain_increase_frequency,
+        gain_decrease=down.gain_decrease,
+        gain_decrease_frequency=down.gain_decrease_frequency,
+        phase=phase.phase,
+        phase_frequency=phase.phase_frequency,
+        delay=min(m.delay for m in acting),
+    )
 
 
 def plant_modes(plant: SimulatedTurbine) -> tuple[Mode, ...]:

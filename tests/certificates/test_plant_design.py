@@ -16,6 +16,8 @@ from takagi.certificates.design.plant.design import rounded_gains
 from takagi.models import Interval, ModelError, Plant, Variable, load_model
 from takagi.models.files import built_in_kinds
 from takagi.models.plant import PlantSettings
+from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.sections.plant import largest_commands
 
 X, V, U = sp.symbols("x v u", real=True)
 
@@ -276,6 +278,22 @@ def test_a_small_effort_claims_half_of_the_input_s_range() -> None:
     assert claim["input_limits"] == [1.5]
     assert largest_gain(found["small"]) < largest_gain(found["moderate"])
     assert largest_gain(found["moderate"]) <= largest_gain(found["large"])
+    ((_, most),) = largest_commands(plant_loop(found["small"]))
+    assert 0.99 * 1.5 < most <= 1.5 * (1 + 1e-9), (
+        "the set that is told holds the limit that is told"
+    )
+
+
+def test_the_set_that_is_told_keeps_a_limit_narrower_than_the_range() -> None:
+    """x' = x + u, u = -2 x: |u| <= 1/2 for |x| <= 1/4 alone, though the box reaches 1."""
+    plant = Plant(
+        equations=(X + U,),
+        states=(Variable(X, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(U, "-"),),
+    )
+    found = done(design_plant(plant, PlantSettings(input_limit={"u": 0.5})))
+    P, level = plant_loop(found).ellipsoid
+    assert np.sqrt(level / P[0, 0]) * largest_gain(found) <= 0.5 * (1 + 1e-9)
 
 
 def test_without_limits_a_small_effort_takes_smaller_gains_at_the_rate() -> None:

@@ -23,6 +23,7 @@ from takagi.reports.margins import (
     measured,
     wind_ranges,
     winds_between,
+    worst_of_sides,
 )
 
 if TYPE_CHECKING:
@@ -111,14 +112,36 @@ def test_a_threshold_has_two_sides() -> None:
     [
         (AskedMargins(phase=math.radians(59)), True),
         (AskedMargins(phase=math.radians(61)), False),
-        (AskedMargins(delay=0.49), True),
-        (AskedMargins(delay=0.51), False),
+        (AskedMargins(delay=0.4999), True),
+        (AskedMargins(delay=0.5001), False),
         (AskedMargins(disk=0.79), True),
         (AskedMargins(disk=0.81), False),
     ],
 )
 def test_each_margin_has_its_own_threshold(asked: AskedMargins, passes: bool) -> None:
     assert (failed([row(9.0, 2.5)], asked) == ()) is passes
+
+
+def test_the_loop_with_the_least_margin_counts() -> None:
+    one = row(14.0, 5.0)
+    assert one.torque is not None
+    both = replace(one, pitch=replace(one.torque, gain_increase=3.0, phase=math.radians(40)))
+    (text,) = failed([both], AskedMargins(gain=4))
+    assert "the gain margin of pitch is 3, 4 is asked" in text
+    (text,) = failed([both], AskedMargins(phase=math.radians(50)))
+    assert "the phase margin of pitch is 40 deg" in text
+
+
+def test_at_a_kink_every_margin_is_that_of_its_worse_side() -> None:
+    """The side with the smaller disk may have the larger gain margin."""
+    left, right = row(4.0, 7.2, 0.81), row(4.0, 5.5, 0.82, decay_rate=0.05)
+    assert left.torque is not None
+    left = replace(left, torque=replace(left.torque, phase=0.9))
+    for sides in ([left, right], [right, left]):
+        worst = worst_of_sides(sides)
+        assert worst.torque is not None
+        assert (worst.torque.gain_increase, worst.torque.phase) == (5.5, 0.9)
+        assert (worst.both.alpha, worst.decay_rate, worst.pitch) == (0.81, 0.05, None)
 
 
 def test_a_gain_that_must_not_fall_counts_too() -> None:
