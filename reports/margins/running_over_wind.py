@@ -144,7 +144,7 @@ def running_margins(
 
 
 def worst_of_sides(rows: Sequence[RunningMargins]) -> RunningMargins:
-    """Return the worst of every margin over the sides of a kink; each may be met on its own side."""
+    """Return the worst of every margin over the sides of a kink, each perhaps of another side."""
     met = dict.fromkeys(mode for row in rows for mode in row.modes_met)
     return replace(
         min(rows, key=lambda row: row.both.alpha),
