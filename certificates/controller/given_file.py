@@ -108,16 +108,41 @@ def _of_today(
 
 
 def _require_measurement(stated: Any) -> None:
-    """Refuse a low-pass on the measured speed that is none; a file may lack it."""
+    """Refuse filters of the measured speed that are none; a file may lack them."""
     if stated is None:
         return
-    corner = stated.get("speed_filter") if isinstance(stated, Mapping) else None
-    good = isinstance(corner, int | float) and not isinstance(corner, bool) and corner > 0
-    if not good or len(stated) != 1:
+    members = stated if isinstance(stated, Mapping) else {}
+    good = _positive(members.get("speed_filter")) and set(members) <= {
+        "speed_filter",
+        "torsion_filter",
+    }
+    if not good:
         raise CertificateError(
             f"the gain file's measurement is {str(stated)[:60]}; a corner above 0 is needed, "
-            'such as {"speed_filter": 8.0} in rad/s, or leave the member out'
+            'such as {"speed_filter": 30.0} in rad/s, or leave the member out'
         )
+    if "torsion_filter" in members:
+        _require_band_stop(members["torsion_filter"])
+
+
+def _require_band_stop(stated: Any) -> None:
+    members = stated if isinstance(stated, Mapping) else {}
+    passed = members.get("passed")
+    good = set(members) == {"frequency", "passed"} and _positive(members["frequency"])
+    if not (good and passed is not None and _number(passed) and 0 <= passed <= 1):
+        raise CertificateError(
+            f"the gain file's measurement.torsion_filter is {str(stated)[:60]}; a frequency "
+            "above 0 in rad/s and a share from 0 to 1 that passes there are needed, such as "
+            '{"frequency": 9.3, "passed": 0.2}, or leave the member out'
+        )
+
+
+def _positive(value: Any) -> bool:
+    return _number(value) and value > 0
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _compare_earlier(

@@ -3,6 +3,7 @@
 wind, turbulence        wind series: steps, ramps, gusts; rotor-effective turbulence
 turbine_plant           the plants as values
 equations, dynamics, wake    what they do in time, compiled; as functions of a plant; at rest
+speed_filter            what is done to the measured speed before the law reads it
 closed_loop, history    a law on a plant in a wind, and what it leaves
 time_steps              samples of the law, and the plant's steps within them
 baseline                the reference's own controller as a law
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
         transition_scenario,
         transition_winds,
     )
+    from takagi.models.simulation.speed_filter import SpeedFilter
     from takagi.models.simulation.turbine_plant import (
         Flag,
         Plant,
@@ -59,6 +61,7 @@ __all__ = [
     "Plant",
     "Result",
     "SimulatedTurbine",
+    "SpeedFilter",
     "WindSeries",
     "constant_wind",
     "damage_equivalent_load",

@@ -154,6 +154,7 @@ def _constants(plant: SimulatedTurbine) -> Constants:
         "wake": "induced wind",
         "torque": "generator torque",
         "azimuth": "azimuth",
+        "stopped": "band-stop",
         "filtered": "filtered",
     }
     found: dict[str, Any] = {
@@ -161,6 +162,7 @@ def _constants(plant: SimulatedTurbine) -> Constants:
         for name, begin in places.items()
     }
     stiffness, damping = plant.shaft
+    filters = plant.filters
     tables: dict[str, Any] = {}
     for name in ("torque", "thrust"):
         x, y, patches = patch_coefficients(getattr(turbine, name))
@@ -192,6 +194,8 @@ def _constants(plant: SimulatedTurbine) -> Constants:
         pitch_max=turbine.pitch_max,
         pitch_rate_limit=plant.pitch_rate_limit,
         ripple=plant.ripple,
-        filter_corner=plant.speed_filter or 0.0,
+        filter_corner=filters.corner if filters else 0.0,
+        stop_frequency=filters.stop if filters else 0.0,
+        stop_passed=filters.passed if filters else 1.0,
         **tables,
     )

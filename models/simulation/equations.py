@@ -16,7 +16,8 @@ Without a wake v_e = u.  Then the parts that move:
              phi' = omega - omega_g
     drive    beta'' = w_b^2 (beta_ref - beta) - 2 d_b w_b beta',  or  t_b beta' = beta_ref - beta
     torque   t_g T' = T_sent - T
-    filter   w_m' = c (measured speed - w_m)
+    filter   a' = w (measured speed - a),  b' = w (a - b),  w_m' = c (z - w_m),
+             z = measured speed - 2 (1 - p) (a - b)      without a band-stop z is the speed
 
 A part whose place is -1 is not there.  All functions live in this file because numba keeps what it
 compiled by the file's own date: a function of another file could change unnoticed.
@@ -60,6 +61,7 @@ class Constants(NamedTuple):
     wake: int
     torque: int
     azimuth: int
+    stopped: int
     filtered: int
     radius: float
     torque_constant: float
@@ -87,6 +89,8 @@ class Constants(NamedTuple):
     pitch_rate_limit: float
     ripple: float
     filter_corner: float
+    stop_frequency: float
+    stop_passed: float
     torque_x: Floats
     torque_y: Floats
     torque_patches: Floats
@@ -269,6 +273,18 @@ def _shaft(p: Constants, state: Floats, turning: float, torque: float, after: Fl
 
 
 @_compiled
+def _stopped(p: Constants, state: Floats, measured: float, after: Floats) -> float:
+    """Write the rates of the band-stop's two poles; return the speed behind it."""
+    if p.stopped < 0:
+        return measured
+    first, second = state[p.stopped], state[p.stopped + 1]
+    after[p.stopped] = p.stop_frequency * (measured - first)
+    after[p.stopped + 1] = p.stop_frequency * (first - second)
+    behind: float = measured - 2.0 * (1.0 - p.stop_passed) * (first - second)
+    return behind
+
+
+@_compiled
 def rate(
     p: Constants, state: Floats, torque: float, reference: float, wind: float, after: Floats
 ) -> None:
@@ -295,7 +311,8 @@ def rate(
     if p.azimuth >= 0:
         after[p.azimuth] = state[0]
     if p.filtered >= 0:
-        after[p.filtered] = p.filter_corner * (measured - state[p.filtered])
+        behind = _stopped(p, state, measured, after)
+        after[p.filtered] = p.filter_corner * (behind - state[p.filtered])
 
 
 @_compiled

@@ -13,6 +13,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.simulation.wake import steady_induced_wind
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
@@ -54,7 +55,8 @@ class SimulatedTurbine:
     torsion : rotor and generator as two masses; the measured speed is then the generator's.
     wake : the wake needs time; torque and thrust answer pitch, wind and speed more at first.
     pitch_rate_limit [rad/s], torque_rate_limit [N m/s] : inf for none.
-    speed_filter : corner of a one-pole filter on the measured speed [rad/s]; None for none.
+    speed_filter : on the measured speed: a ``SpeedFilter``, or the corner of a low-pass alone
+        [rad/s]; None for none.
     flap : the first collective flap mode.
     torque_lag : first-order lag of the generator torque [s]; None for none.
     ripple : amplitude of three swings of the wind per turn, over the wind [-]; 0 for none.
@@ -72,7 +74,7 @@ class SimulatedTurbine:
     wake: bool = False
     pitch_rate_limit: float = inf
     torque_rate_limit: float = inf
-    speed_filter: float | None = None
+    speed_filter: SpeedFilter | float | None = None
     flap: bool = False
     torque_lag: float | None = None
     ripple: float = 0.0
@@ -80,10 +82,11 @@ class SimulatedTurbine:
     def __post_init__(self) -> None:
         if self.drive not in DRIVES:
             raise ModelError(f"pitch drive {self.drive!r} is not known; choose one of {DRIVES}")
-        for name in ("pitch_rate_limit", "torque_rate_limit", "speed_filter", "torque_lag"):
+        for name in ("pitch_rate_limit", "torque_rate_limit", "torque_lag"):
             value = getattr(self, name)
             if value is not None and not value > 0:
                 raise ModelError(f"{name} = {value:g} was given; it must be above 0")
+        SpeedFilter.of(self.speed_filter)
         if not 0 <= self.ripple <= LARGEST_RIPPLE:
             raise ModelError(
                 f"ripple = {self.ripple:g} was given; 0 to {LARGEST_RIPPLE:g} of the wind is needed"
@@ -113,9 +116,17 @@ class SimulatedTurbine:
             names.append("generator torque [N m]")
         if self.ripple:
             names.append("azimuth [rad]")
-        if self.speed_filter is not None:
+        filtered = self.filters
+        if filtered is not None and filtered.stop:
+            names += ["band-stop, first pole [rad/s]", "band-stop, second pole [rad/s]"]
+        if filtered is not None:
             names.append("filtered rotor speed [rad/s]")
         return tuple(names)
+
+    @property
+    def filters(self) -> SpeedFilter | None:
+        """What is done to the measured speed; None for nothing."""
+        return SpeedFilter.of(self.speed_filter)
 
     @property
     def fastest(self) -> float:
@@ -165,6 +176,8 @@ class SimulatedTurbine:
             "shaft twist": twist / self.shaft[0],
             "induced wind": steady_induced_wind(turbine, speed, pitch, wind) if self.wake else 0.0,
             "generator torque": point.torque,
+            "band-stop, first pole": speed,
+            "band-stop, second pole": speed,
             "filtered rotor speed": speed,
         }
         state = np.zeros(len(self.state_names))
@@ -185,7 +198,7 @@ def validation_plant(
     pitch_rate_limit: float | None = None,
     torque_rate_limit: float | None = None,
     torque_lag: float | None = None,
-    speed_filter: float | None = None,
+    speed_filter: SpeedFilter | float | None = None,
     ripple: float = 0.0,
 ) -> SimulatedTurbine:
     """Return the rich plant: wake, flap, tower, torsion, second-order pitch drive, limits, lag.

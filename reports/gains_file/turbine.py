@@ -103,10 +103,20 @@ class ObserverEntry(Strict):
     equations: list[str]
 
 
+class TorsionFilterEntry(Strict):
+    """A band-stop, (s^2 + 2 p w s + w^2) / (s + w)^2, on the measured speed."""
+
+    frequency: float = Field(gt=0, description="w [rad/s]")
+    passed: float = Field(ge=0, le=1, description="p, the share that passes at w [-]")
+
+
 class MeasurementEntry(Strict):
     """What is done to the measured speed before observer and law read it."""
 
     speed_filter: float = Field(gt=0, description="corner of the one-pole low-pass [rad/s]")
+    torsion_filter: TorsionFilterEntry | None = Field(
+        default=None, description="a band-stop before the low-pass; none where it is left out"
+    )
 
 
 class RotorEntry(Strict):

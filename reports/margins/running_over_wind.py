@@ -18,6 +18,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.protocol import Law
 from takagi.models.laws.sampled import SampledLaw
 from takagi.models.simulation.closed_loop import Observer
+from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.disk import DiskMargin, disk_of
@@ -94,7 +95,7 @@ def running_margins(
     observer: Observer,
     winds: Sequence[float],
     *,
-    speed_filter: float | None,
+    speed_filter: SpeedFilter | float | None,
     sample_time: float = 0.02,
     computation_time: float = 0.0,
     plants: Sequence[tuple[float, str]] = PLANTS,
@@ -105,7 +106,8 @@ def running_margins(
     Parameters
     ----------
     winds : steady ones [m/s].
-    speed_filter : corner of the low-pass on the measured speed [rad/s]; None for none.
+    speed_filter : on the measured speed: band-stop and low-pass, or the corner of a low-pass alone
+        [rad/s]; None for none.
     sample_time, computation_time : of the program [s], see ``SampledLaw``.
     plants : (factor on the nominal inertia, one of ``WAKES``); wakes in equilibrium and frozen are
         the ends of the pitch effectiveness.

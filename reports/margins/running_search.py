@@ -11,6 +11,7 @@ import numpy as np
 
 from takagi.models.laws.protocol import Law
 from takagi.models.simulation.closed_loop import Observer
+from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.running_over_wind import (
     NOMINAL,
@@ -51,7 +52,7 @@ def searched_margins(
     law: Law,
     observer: Observer,
     *,
-    speed_filter: float | None,
+    speed_filter: SpeedFilter | float | None,
     sample_time: float = 0.02,
     computation_time: float = 0.0,
 ) -> SearchedMargins:

@@ -12,6 +12,7 @@ from takagi.certificates.design.given.runnable_law import law_from_gains
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
 from takagi.models.turbine.wind_observer import WindObserver
@@ -60,17 +61,28 @@ def filed_laws(
     )
 
 
-def _speed_filter(document: Any, law: str, path: Path) -> dict[str, float]:
-    """Return law -> corner of the file's low-pass [rad/s]; files without one have no entry."""
+def _speed_filter(document: Any, law: str, path: Path) -> dict[str, SpeedFilter]:
+    """Return law -> the file's filter of the measured speed; files without one have no entry."""
     if "measurement" not in document:
         return {}
-    corner = float(number(document["measurement"], "speed_filter", f"{path}: measurement"))
+    where = f"{path}: measurement"
+    stated = member(document, "measurement", str(path))
+    corner, stop, passed = float(number(stated, "speed_filter", where)), 0.0, 1.0
+    if "torsion_filter" in stated:
+        band_stop, inside = member(stated, "torsion_filter", where), f"{where}.torsion_filter"
+        stop = float(number(band_stop, "frequency", inside))
+        passed = float(number(band_stop, "passed", inside))
+        if not stop > 0:
+            raise CertificateError(
+                f"{inside}.frequency is {stop:g} rad/s; it must be above 0, or the member must not "
+                "be there"
+            )
     if not corner > 0:
         raise CertificateError(
-            f"{path}: measurement.speed_filter is {corner:g} rad/s; it must be above 0, or the "
+            f"{where}.speed_filter is {corner:g} rad/s; it must be above 0, or the "
             "member must not be there"
         )
-    return {law: corner}
+    return {law: SpeedFilter(corner, stop, passed)}
 
 
 def _as_held(turbine: Turbine, torque: float) -> Turbine:

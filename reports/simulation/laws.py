@@ -12,6 +12,7 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.protocol import Law
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Observer
+from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
@@ -50,13 +51,13 @@ class ChosenLaws:
 
     Attributes
     ----------
-    speed_filters : law's name -> corner of its low-pass on the measured speed [rad/s]; a law that
-        is not named has none outside itself.
+    speed_filters : law's name -> what is done to the measured speed before the law reads it; a law
+        that is not named has nothing of the kind outside itself.
     """
 
     laws: Mapping[str, Law]
     observer: Observer | None
-    speed_filters: Mapping[str, float] = field(default_factory=dict)
+    speed_filters: Mapping[str, SpeedFilter] = field(default_factory=dict)
 
 
 def chosen_laws(

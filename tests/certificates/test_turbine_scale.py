@@ -49,7 +49,10 @@ def test_a_larger_rotor_gets_smaller_bands() -> None:
     assert found.wind_filter == 23.0
     assert found.speed_filter == 5.0
     assert default_settings(nrel5mw()).wind_filter == 12.0
-    assert default_settings(nrel5mw()).speed_filter == 8.0
+    assert found.torsion_filter == 0.0  # its file states no torsion mode
+    five = default_settings(nrel5mw())
+    assert (five.speed_filter, five.torsion_filter) == (30.0, 9.3)
+    assert five == DesignSettings()
 
 
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])

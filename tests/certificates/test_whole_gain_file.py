@@ -126,17 +126,30 @@ TURBINE_CHANGES: dict[str, Change] = {
 def test_a_design_s_own_gains_are_certified_as_they_are(
     turbine_design: TurbineDesign, tmp_path: Path
 ) -> None:
-    """With its low-pass on the measured speed; a low-pass that is none is refused."""
+    """With its filters of the measured speed; a filter that is none is refused."""
     content, path = gain_file(turbine_design), tmp_path / "gains.json"
     document = {k: v for k, v in turbine_design.document.items() if k != "controller"}
     path.write_text(dump_gains(content), encoding="utf-8")
 
     found = given_file.bound_to_file(document, path)
-    assert dict(found)["controller"]["measurement"] == {"speed_filter": 8.0}
+    stop: dict[str, Any] = {"frequency": 9.3, "passed": 0.2}
+    own: dict[str, Any] = {"speed_filter": 30.0, "torsion_filter": stop}
+    assert dict(found)["controller"]["measurement"] == own
     assert given_file.told(found, path) == ""
     for bad in ({"speed_filter": 0}, {"speed_filter": "8"}, {"corner": 8}, [8], "8 rad/s"):
         path.write_text(dump_gains(content | {"measurement": bad}), encoding="utf-8")
         with pytest.raises(CertificateError, match="a corner above 0 is needed"):
+            given_file.bound_to_file(document, path)
+    wrong: list[dict[str, Any]] = [
+        {"frequency": 0},
+        {"passed": 1.1},
+        {"passed": True},
+        {"depth": 1},
+    ]
+    for changed in wrong:
+        measurement = own | {"torsion_filter": stop | changed}
+        path.write_text(dump_gains(content | {"measurement": measurement}), encoding="utf-8")
+        with pytest.raises(CertificateError, match="a frequency above 0 in rad/s and a share"):
             given_file.bound_to_file(document, path)
 
 

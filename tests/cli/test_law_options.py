@@ -36,14 +36,32 @@ def test_each_option_sets_its_field() -> None:
 
 def test_the_speed_filter_may_be_none_and_is_the_coherent_laws() -> None:
     """0 leaves it out; a corner that hides the speed, and one for another law, are refused."""
-    assert design_settings(TURBINE).speed_filter == 8.0
-    assert design_settings(TURBINE, speed_filter=0.0).speed_filter == 0.0
+    assert design_settings(TURBINE).speed_filter == 30.0
+    none = design_settings(TURBINE, speed_filter=0.0)
+    assert (none.speed_filter, none.torsion_filter) == (0.0, 0.0)
     assert design_settings(TURBINE, speed_filter=0.5).speed_filter == 0.5
     for given in (-1.0, 0.49, float("inf"), float("nan")):
         with pytest.raises(ModelError, match=r"--speed-filter: .* at least 0.5 rad/s"):
             design_settings(TURBINE, speed_filter=given)
     with pytest.raises(ModelError, match="--speed-filter belongs to the law coherent"):
         design_settings(TURBINE, law="paper", speed_filter=4.0)
+
+
+def test_the_torsion_filter_goes_with_a_low_pass() -> None:
+    """Unless given it is 0.9 of the turbine's torsion mode; without one the low-pass is slower."""
+    plain = design_settings(TURBINE)
+    assert (plain.speed_filter, plain.torsion_filter) == (30.0, 9.3)
+    none = design_settings(TURBINE, torsion_filter=0.0)
+    assert (none.speed_filter, none.torsion_filter) == (8.0, 0.0)
+    both = design_settings(TURBINE, torsion_filter=12.0, speed_filter=20.0)
+    assert (both.speed_filter, both.torsion_filter) == (20.0, 12.0)
+    for given in (-1.0, 1.9, float("inf"), float("nan")):
+        with pytest.raises(ModelError, match=r"--torsion-filter: .* at least 2 rad/s"):
+            design_settings(TURBINE, torsion_filter=given)
+    with pytest.raises(ModelError, match="needs a low-pass behind it"):
+        design_settings(TURBINE, torsion_filter=9.0, speed_filter=0.0)
+    with pytest.raises(ModelError, match="--torsion-filter belongs to the law coherent"):
+        design_settings(TURBINE, law="paper", torsion_filter=9.0)
 
 
 def test_the_wind_filter_is_the_coherent_laws() -> None:

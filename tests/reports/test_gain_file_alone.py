@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from math import exp
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -44,6 +43,7 @@ from takagi.models.laws.sampled import sampled
 from takagi.models.plant_files import load_plant
 from takagi.models.turbine.trim import trim
 from takagi.reports.gains_file import dump_gains, gain_file
+from tests.reports.filtered_speed import FilteredSpeed
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")
 """The page."""
@@ -282,9 +282,10 @@ def test_the_whole_controller_in_its_order(turbine_design: TurbineDesign, tmp_pa
     estimator = watch.initial_state(speed, guess)
     within = program.start(guess, design.law.command(
         design.law.initial_state(guess), Measurement(speed, pitch, guess)))  # fmt: skip
-    moved, filtered, share = 0, speed, exp(-T * design.speed_filter)
+    assert design.speed_filter is not None
+    moved, filtered_speed = 0, FilteredSpeed(design.speed_filter, T, speed)
     for k in range(150):
-        filtered = speed + (filtered - speed) * share
+        filtered = filtered_speed(speed)
         seen = watch.wind_estimate(estimator)
         command, within = program.step(within, Measurement(filtered, pitch, seen))
         sent = run.sample(T, measured_speed=speed, pitch=pitch, wind_guess=guess)

@@ -90,11 +90,20 @@ TURBINE_UNITS = {
 }
 # Of files whose law reads a filtered speed.
 FILTERED_UNITS = {"measurement.speed_filter": "rad/s"}
-FILTERED = {
-    "measured speed": "goes through a low-pass of one pole, corner measurement.speed_filter, "
+FILTERED = (
     "before observer and law read it; what is proved is about the law that reads "
     "the rotor speed itself"
+)
+LOW_PASS = "goes through a low-pass of one pole, corner measurement.speed_filter, "
+STOPPED_UNITS = {
+    "measurement.torsion_filter.frequency": "rad/s: w of the band-stop "
+    "(s^2 + 2 p w s + w^2)/(s + w)^2",
+    "measurement.torsion_filter.passed": "-, p: the share that passes at that frequency",
 }
+STOPPED = (
+    "goes through a band-stop, measurement.torsion_filter, which keeps the drivetrain's torsion "
+    "out, then a low-pass of one pole, corner measurement.speed_filter, "
+)
 OFTEN = {
     "every": "T = 0.01 to 0.02 s; what is sent holds until the next sample",
     "rates": "limits.torque_rate and limits.pitch_rate are the actuators'; what is sent may be "
@@ -162,5 +171,8 @@ def law_texts(law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
     texts = COHERENT if coherent else PAPER
     if "measurement" not in own:
         return {"units": units, **texts}
-    execution = {**texts["execution"], **FILTERED}
-    return {"units": units | FILTERED_UNITS, **texts, "execution": execution}
+    stopped = "torsion_filter" in own["measurement"]
+    said = {"measured speed": (STOPPED if stopped else LOW_PASS) + FILTERED}
+    execution = {**texts["execution"], **said}
+    more = FILTERED_UNITS | (STOPPED_UNITS if stopped else {})
+    return {"units": units | more, **texts, "execution": execution}

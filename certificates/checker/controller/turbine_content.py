@@ -11,6 +11,7 @@ from takagi.certificates.checker.controller.turbine_programs import (
     observer_program,
     rate_limit_program,
     speed_filter_program,
+    torsion_filter_program,
 )
 from takagi.certificates.checker.kernel.reader import Number
 
@@ -29,7 +30,10 @@ def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, A
 
         written = published_program(law)
     # A file without this member is of a law that reads the measured speed itself.
-    before = [speed_filter_program()] if "measurement" in own else []
+    before = []
+    if "measurement" in own:
+        stopped = "torsion_filter" in own["measurement"]
+        before = [torsion_filter_program() if stopped else speed_filter_program()]
     return {
         "programs": [*before, observer_program(), written, rate_limit_program()],
         "ramp": {"overlap": law["overlap"], "formula": RAMP} if coherent else None,

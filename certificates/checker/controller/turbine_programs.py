@@ -1,10 +1,13 @@
 r"""The programs around a turbine's law: low-pass and wind observer before it, rate limits after it.
 
-    speed     <- measured + (speed - measured) exp(-T corner)
+    a         <- measured + (a - measured) exp(-T w)       b <- a + (b - a) exp(-T w)
+    stopped    = measured - 2 (1 - p) (a - b)              a band-stop at w that passes p there
+    speed     <- stopped + (speed - stopped) exp(-T corner)
     omegahat' = (T_r(omega, beta, vhat) - n_g T) / J + l_1 (omega - omegahat)
     vhat'     = l_2 (omega - omegahat)
 
-with one Euler step per sample of the observer, as in ``takagi simulate``.
+with one Euler step per sample of the observer, as in ``takagi simulate``.  Without a band-stop
+stopped is the measured speed.
 """
 
 from __future__ import annotations
@@ -25,6 +28,35 @@ def speed_filter_program() -> Part:
             send("speed", "rad/s",
                  "measured_speed + (before - measured_speed)*exp(-sample_time*corner)",
                  "through the low-pass, to observer and law"),
+        ],
+    )  # fmt: skip
+
+
+def torsion_filter_program() -> Part:
+    pole = "{0} + ({1} - {0})*exp(-sample_time*frequency)"
+    return program(
+        "speed filter",
+        {
+            "frequency": ("measurement.torsion_filter.frequency", "rad/s"),
+            "passed": ("measurement.torsion_filter.passed", "-"),
+            "corner": ("measurement.speed_filter", "rad/s"),
+        },
+        reads=[read("measured_speed", "rad/s", "measured rotor speed")],
+        keeps=[
+            keep("first", "rad/s", "measured_speed", "first_after", "first pole of the band-stop"),
+            keep("second", "rad/s", "measured_speed", "second_after", "its second pole"),
+            keep("before", "rad/s", "measured_speed", "speed", "filtered at the last sample"),
+        ],
+        steps=[
+            step("first_after", "rad/s", pole.format("measured_speed", "first")),
+            step("second_after", "rad/s", pole.format("first_after", "second")),
+            step("stopped", "rad/s",
+                 "measured_speed - 2*(1 - passed)*(first_after - second_after)",
+                 "without the torsion of the drivetrain"),
+        ],
+        sends=[
+            send("speed", "rad/s", "stopped + (before - stopped)*exp(-sample_time*corner)",
+                 "through band-stop and low-pass, to observer and law"),
         ],
     )  # fmt: skip
 

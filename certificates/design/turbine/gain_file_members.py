@@ -27,8 +27,11 @@ def turbine_members(design: TurbineDesign) -> dict[str, Any]:
         },
         "certificate": _certificate(design),
     }
-    if design.speed_filter > 0:
-        found["measurement"] = {"speed_filter": float(design.speed_filter)}
+    if (filters := design.speed_filter) is not None:
+        found["measurement"] = {"speed_filter": float(filters.corner)}
+        if filters.stop:
+            stop = {"frequency": float(filters.stop), "passed": float(filters.passed)}
+            found["measurement"]["torsion_filter"] = stop
     if design.coherent is None:
         found["start"] = _start(design)
     return found

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionalGains
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.protocol import Law
+    from takagi.models.simulation.speed_filter import SpeedFilter
     from takagi.models.ts.model import TSModel
     from takagi.models.turbine.data import Turbine
     from takagi.models.turbine.wind_observer import WindObserver
@@ -90,9 +91,15 @@ class TurbineDesign:
         return self.verdict_words == "PROVED"
 
     @property
-    def speed_filter(self) -> float:
-        """Corner of the low-pass on the measured speed that goes out with the law [rad/s], or 0."""
-        return self.settings.speed_filter if self.settings.law == "coherent" else 0.0
+    def speed_filter(self) -> SpeedFilter | None:
+        """What is done to the measured speed before the law reads it; None for nothing."""
+        # Imported here: a design that is only read needs no plant.
+        from takagi.models.simulation.speed_filter import SpeedFilter
+
+        asked = self.settings
+        if asked.law != "coherent" or not asked.speed_filter:
+            return None
+        return SpeedFilter(asked.speed_filter, asked.torsion_filter)
 
     @property
     def coherent(self) -> EffortSharingLaw | None:

@@ -31,7 +31,12 @@ from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX
-from takagi.certificates.design.turbine.settings import DesignSettings
+from takagi.certificates.design.turbine.settings import (
+    DEFAULT_SPEED_FILTER,
+    SPEED_FILTER_ALONE,
+    TORSION_SHARE,
+    DesignSettings,
+)
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TABLE_SHARE
@@ -53,6 +58,7 @@ def default_settings(turbine: Turbine) -> DesignSettings:
     """Return the settings of a design that suit the turbine's size; those of 5 MW for 5 MW."""
     asked = DesignSettings()
     speed = turbine.rated_rotor_speed / SPEED
+    corner, stop = speed_filters(turbine, stopped=turbine.torsion is not None)
     box = scaled_box(turbine)
     return replace(
         asked,
@@ -60,10 +66,22 @@ def default_settings(turbine: Turbine) -> DesignSettings:
         speed_overlap=_rounded(asked.speed_overlap * speed),
         torque_overlap=_rounded(asked.torque_overlap * turbine.rated_torque / TORQUE),
         wind_filter=_rounded(asked.wind_filter / _pace(turbine)),
-        speed_filter=_rounded(asked.speed_filter * speed),
+        speed_filter=corner,
+        torsion_filter=stop,
         effort=_effort_settings(turbine, float(box.speed_signal)),
         box=box,
     )
+
+
+def speed_filters(turbine: Turbine, *, stopped: bool) -> tuple[float, float]:
+    """Return the low-pass's corner and the band-stop's frequency [rad/s].
+
+    ``stopped`` says whether there is a band-stop. Without a torsion mode its frequency is 0.
+    """
+    alone = DEFAULT_SPEED_FILTER if stopped else SPEED_FILTER_ALONE
+    mode = turbine.torsion if stopped else None
+    stop = _rounded(TORSION_SHARE * mode.frequency) if mode else 0.0
+    return _rounded(alone * turbine.rated_rotor_speed / SPEED), stop
 
 
 def _effort_settings(turbine: Turbine, speed_error: float) -> EffortSettings:

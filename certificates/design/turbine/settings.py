@@ -18,9 +18,14 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
     from takagi.models.ramps.membership_ramp import Shape
 
-# Below the drivetrain's torsion (10 rad/s for 5 MW), which is no wind. A slower one, 4 rad/s, moves
-# pitch no less and leaves torque hardly a margin at that mode (docs/laws.md).
-DEFAULT_SPEED_FILTER = 8.0
+# 0.9 of the drivetrain's torsion, 10.3 rad/s for 5 MW: a band-stop that lies below a mode turns the
+# phase forward there, one that lies above it turns it back (docs/laws.md).
+TORSION_SHARE = 0.9
+DEFAULT_TORSION_FILTER = 9.3
+# With the band-stop, noise alone is left to the low-pass. Without one (a turbine that has no
+# torsion mode), a corner of 8 rad/s for 5 MW saves pitch travel.
+DEFAULT_SPEED_FILTER = 30.0
+SPEED_FILTER_ALONE = 8.0
 LAWS = ("coherent", "paper", "paper-two-integrators")
 
 
@@ -42,6 +47,7 @@ class DesignSettings:
     effectiveness_share : b of the coherent law over the frozen wake's pitch effectiveness [-].
     speed_filter : corner of the low-pass on the measured speed that goes out with the coherent
         law [rad/s]; 0 for none.
+    torsion_filter : frequency of the band-stop before that low-pass [rad/s]; 0 for none.
     ramp_shape, ramp_placement : of the coupling filter in speed, see ``coupling_filter`` (paper).
     tracking_time : of the anti-windup [s] (paper-two-integrators).
     effort : what is asked of the coherent gains; None takes the defaults.
@@ -60,6 +66,7 @@ class DesignSettings:
     wind_filter: float = DEFAULT_WIND_FILTER
     effectiveness_share: float = DEFAULT_EFFECTIVENESS_SHARE
     speed_filter: float = DEFAULT_SPEED_FILTER
+    torsion_filter: float = DEFAULT_TORSION_FILTER
     ramp_shape: Shape = "smooth"
     ramp_placement: float = 0.5
     tracking_time: float = 5.0
@@ -84,4 +91,15 @@ class DesignSettings:
             raise ModelError(
                 f"speed_filter = {self.speed_filter!r} rad/s was given; a corner above 0 is "
                 "needed, or 0 for none"
+            )
+        if not 0 <= self.torsion_filter < math.inf:
+            raise ModelError(
+                f"torsion_filter = {self.torsion_filter!r} rad/s was given; a frequency above 0 is "
+                "needed, or 0 for none"
+            )
+        if self.torsion_filter and not self.speed_filter:
+            raise ModelError(
+                "speed_filter = 0 was given with a torsion_filter of "
+                f"{self.torsion_filter:g} rad/s, which needs a low-pass behind it; give one, such "
+                "as 30 rad/s, or torsion_filter = 0"
             )

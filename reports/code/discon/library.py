@@ -140,8 +140,10 @@ def _own_filter(program: ControllerProgram) -> str:
     """Return what the input file says of the low-pass that the law has itself."""
     if not any(one.name == "speed filter" for one in program.stages):
         return "The law is proved without one."
-    corner = program.document["measurement"]["speed_filter"]
-    return f"The law has one of {corner} rad/s of its own, so that this one would be a second."
+    stated = program.document["measurement"]
+    corner, stop = stated["speed_filter"], stated.get("torsion_filter")
+    own = f" and a band-stop at {stop['frequency']} rad/s" if stop else ""
+    return f"The law has one of {corner} rad/s{own} of its own, so that this one would be a second."
 
 
 def _double(number: Any) -> str:

@@ -47,7 +47,7 @@ def responses_section(design: TurbineDesign) -> Section:
     laws: dict[str, Law] = {design.law.name: design.law, "baseline": BaselineLaw(turbine)}
     winds = _winds(design)
     plant, observer = validation_plant(turbine), design.observer.observer
-    own = replace(plant, speed_filter=design.speed_filter or None)
+    own = replace(plant, speed_filter=design.speed_filter)
     plants = {design.law.name: own, "baseline": plant}
     cases = [
         Case(name, plants[name], law, wind, observer)

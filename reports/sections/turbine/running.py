@@ -33,9 +33,9 @@ def running_section(design: TurbineDesign) -> Section:
         design.turbine,
         design.law,
         design.observer.observer,
-        speed_filter=design.speed_filter or None,
+        speed_filter=design.speed_filter,
     )
-    rows = found.rows
+    rows, filters = found.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
     lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
     figures = []
@@ -62,7 +62,8 @@ def running_section(design: TurbineDesign) -> Section:
             "unstable": _unstable(rows),
             "modes": modes_met(rows),
             "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
-            "speed_filter": significant(design.speed_filter) if design.speed_filter else "",
+            "speed_filter": significant(filters.corner) if filters else "",
+            "torsion_filter": significant(filters.stop) if filters and filters.stop else "",
         },
     )
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
-from math import exp
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from takagi.models.laws import Command, Measurement, SampledLaw
 from takagi.reports.code import ControllerProgram, ExportSettings
 from takagi.reports.code.discon.library import export
 from tests.reports.code.compiled import STRICT, compiler, run
+from tests.reports.filtered_speed import FilteredSpeed
 
 GEAR_RATIO = 97.0
 
@@ -98,14 +98,15 @@ class PythonLaw:
         limits = design.turbine.torque_rate_limit, design.turbine.pitch_rate_limit
         self._program = SampledLaw(design.law, sample_time, 0.0, *limits)
         self._law, self._watch = design.law, design.observer.observer
-        self._started, self._speed = False, 0.0
-        self._kept = exp(-sample_time * design.speed_filter)
+        self._started, self._design = False, design
 
     def sample(self, measured: float, pitch: float, guess: float) -> Command:
         """Return what is sent."""
         T = self._program.sample_time
-        speed = measured + (self._speed - measured) * self._kept if self._started else measured
-        self._speed = speed
+        if not self._started:
+            assert self._design.speed_filter is not None
+            self._filter = FilteredSpeed(self._design.speed_filter, T, measured)
+        speed = self._filter(measured)
         if not self._started:
             self._estimator = self._watch.initial_state(speed, guess)
             state = self._law.initial_state(guess)

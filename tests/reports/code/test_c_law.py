@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import exp
 from pathlib import Path
 from random import Random
 
@@ -19,6 +18,7 @@ from takagi.models.turbine.trim import trim
 from takagi.reports.code import ControllerProgram, ProgramRun, baseline_program, read_controller
 from takagi.reports.gains_file import dump_gains, gain_file
 from tests.reports.code.compiled import Compiled
+from tests.reports.filtered_speed import FilteredSpeed
 from tests.reports.test_gain_file_alone import (
     LAWS,
     PLANTS,
@@ -160,9 +160,10 @@ def test_the_whole_controller_in_its_order(
         first = Measurement(speed, pitch, guess)
         within = program.start(guess, design.law.command(design.law.initial_state(guess), first))
         compiled.init(T)
-        filtered, share = speed, exp(-T * design.speed_filter)
+        assert design.speed_filter is not None
+        filtered_speed = FilteredSpeed(design.speed_filter, T, speed)
         for _ in range(150):
-            filtered = speed + (filtered - speed) * share
+            filtered = filtered_speed(speed)
             seen = watch.wind_estimate(estimator)
             command, within = program.step(within, Measurement(filtered, pitch, seen))
             sent = compiled.step({"measured_speed": speed, "pitch": pitch, "wind_guess": guess})
