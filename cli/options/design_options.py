@@ -13,6 +13,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.cli.options.filter_options import (
+    OF_FILTERS,
+    SpeedFilter,
+    TorsionFilter,
+    filter_settings,
+)
 from takagi.cli.options.given import defaults_of, option_of
 from takagi.cli.options.law_options import (
     OF_COHERENT,
@@ -20,9 +26,7 @@ from takagi.cli.options.law_options import (
     PitchEffectivenessShare,
     RampPlacement,
     RampShape,
-    SpeedFilter,
     TorqueSetpoint,
-    TorsionFilter,
     TrackingTime,
     WindFilter,
     law_settings,
@@ -126,7 +130,7 @@ def turbine_options(
     """Declare what a design for a wind turbine may be asked for."""
 
 
-_OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY, *OF_COHERENT, *OF_SYNTHESIS)
+_OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY, *OF_COHERENT, *OF_FILTERS, *OF_SYNTHESIS)
 _OF_PAPER = ("speed_overlap", "torque_overlap", *OF_PAPER)
 _OVERLAPS = ("overlap", "speed_overlap", "torque_overlap")
 
@@ -157,6 +161,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     _check_law(law, given)
     of_law = {name: given[name] for name in ("torque_setpoint", *OF_COHERENT, *OF_PAPER)}
     asked = replace(asked, **law_settings(turbine, law=law, speed_setpoint=setpoint, **of_law))
+    asked = replace(asked, **filter_settings(turbine, **{name: given[name] for name in OF_FILTERS}))
     asked = replace(asked, **synthesis_settings(**{name: given[name] for name in OF_SYNTHESIS}))
     effort = asked.effort or EffortSettings()
     if given["bandwidth"] is not None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from takagi.models import ModelError, Surface
 from takagi.models.simulation import (
     SimulatedTurbine,
+    SpeedFilter,
     design_plant,
     equilibrium_state,
     plant_rate,
@@ -149,6 +150,45 @@ def test_every_plant_rests_at_its_initial_state(wind: float) -> None:
 
     assert len(state) == len(plant.state_names) == 12
     assert rate == pytest.approx(np.zeros(12), abs=1e-9)
+
+
+@pytest.mark.parametrize("corner", [8.0, 30.0])
+def test_the_band_stop_on_the_measured_speed(corner: float) -> None:
+    """(s^2 + 2 p w s + w^2)/(s + w)^2 and the low-pass, from speed to what is read.
+
+    At w the share p passes; above it the phase is ahead, below it behind.
+    """
+    stop = SpeedFilter(corner, 9.3, 0.2)
+    plant = validation_plant(nrel5mw(), torsion=False, speed_filter=stop)
+    state, torque, pitch = equilibrium_state(plant, 14.0)
+    step = 1e-4
+    moved = [
+        (plant_derivative(plant, state + step * e, torque, pitch, 14.0)
+         - plant_derivative(plant, state - step * e, torque, pitch, 14.0)) / (2 * step)
+        for e in np.eye(len(state))
+    ]  # fmt: skip
+    A = np.array(moved).T[-3:]
+    assert plant.state_names[-3].startswith("band-stop")
+
+    for ratio in (0.3, 0.9, 1.0, 1.1, 3.0):
+        s = 9.3j * ratio
+        read = np.linalg.solve(s * np.eye(3) - A[:, -3:], A[:, 0])[-1]
+        stopped = (s**2 + 2 * 0.2 * 9.3 * s + 9.3**2) / (s + 9.3) ** 2
+        assert read == pytest.approx(stopped * corner / (s + corner), abs=1e-6)
+        assert np.sign(np.angle(stopped).round(9)) == np.sign(ratio - 1)
+        if ratio == 1.0:
+            assert abs(stopped) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [((0.0, 9.3, 0.2), "needs a low-pass"), ((8.0, -1.0, 0.2), "torsion_filter"),
+     ((8.0, 9.3, 1.2), "0 to 1 is needed"), ((float("nan"),), "speed_filter")],
+)  # fmt: skip
+def test_a_filter_that_is_none(given: tuple[float, ...], words: str) -> None:
+    """A corner not above 0, a frequency below it, a share beyond 1: each names its number."""
+    with pytest.raises(ModelError, match=words):
+        SpeedFilter(*given)
 
 
 def test_tower_and_shaft_modes() -> None:

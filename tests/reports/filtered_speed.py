@@ -1,8 +1,8 @@
 """The filter of the measured speed, written down once more for the tests: one recursion.
 
 A pole q is P(z) = (1 - q) / (1 - q/z).  The band-stop is 1 - 2 (1 - p) (P - P^2) with
-q = exp(-T w), the low-pass P with q = exp(-T c).  Their product is brought over one denominator here, where the
-program of the gain file keeps each pole by itself.
+q = exp(-T w), the low-pass P with q = exp(-T c).  Their product is brought over one
+denominator here, where the program of the gain file keeps each pole by itself.
 """
 
 from __future__ import annotations
