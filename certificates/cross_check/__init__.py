@@ -6,7 +6,8 @@
     turbine/    claims about a turbine's loop
     opinion     its verdicts on a file; ``audit.two_checkers`` compares both checkers
 
-It imports FLINT and the standard library, and nothing of the first checker, of models or solver.
+It imports FLINT and the standard library alone: an error in the first checker, in the models or in
+the solver cannot be repeated here by sharing their code.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The verdicts of the second checker: the conditions of each claim, and whether they hold.
 
-Nothing here is shared with the first checker, with the models or with the solver: the file is read
-anew, exact numbers and matrices are FLINT's, functions are enclosed by its balls, and definiteness
-is decided by characteristic polynomials.
+Nothing here is shared with the first checker, with the models or with the solver. This checker
+reads the file with its own code, computes with exact numbers and matrices of FLINT, encloses
+functions by FLINT's balls, and decides definiteness by characteristic polynomials.
 """
 
 from __future__ import annotations
@@ -49,10 +49,13 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "observed-feedback": observing.observed_feedback,
     "sampled-loop": sampled.sampled_loop,
 }
+# Claims that the model contains the plant.
 CONTAINING = {"sector-embedding", "secant-embedding"}
+# Claims that depend on an earlier claim of the same file.
 RESTING = ("wind-rate", "actuator-rates")
-# The members by which such a claim names those that it rests on.
+# The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
+# Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
 
@@ -62,11 +65,11 @@ class Opinion:
 
     Attributes
     ----------
-    kind : of the claim.
-    verdict : PROVED, DISPROVED, UNDECIDED, or ``NOT_REPLAYED`` for a claim that it does not
-    implement.
-    inequalities : how many matrices were decided.
-    reason : what failed first; empty otherwise.
+    kind : the kind of the claim, as the file names it.
+    verdict : PROVED, DISPROVED, UNDECIDED, or ``NOT_REPLAYED`` for a claim, or a step of one, that
+        this checker does not implement.
+    inequalities : the number of matrices whose definiteness was decided.
+    reason : the first condition that failed, or the step that is not implemented; else empty.
     """
 
     kind: str
@@ -106,6 +109,8 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
                 verdict = NOT_REPLAYED if unproved[0] == NOT_REPLAYED else "UNDECIDED"
                 one = Opinion(kind, verdict, one.inequalities, reason)
         found.append(one)
+    # A containing claim that is not implemented here leaves the claims about the loop as they are:
+    # the reader sees NOT REPLAYED beside them, and the first checker decides it.
     contained = {one.verdict for one in found if one.kind in CONTAINING}
     if not contained or contained & {"PROVED", NOT_REPLAYED}:
         return found
@@ -161,7 +166,7 @@ def _resting(claim: Any, kind: str, document: Any) -> Obligations:
 
 
 def _abstained(reason: str) -> Obligations:
-    """Return obligations that end before the first of them."""
+    """Return obligations that raise ``NotReplayed`` before the first of them."""
     yield from ()
     raise NotReplayed(reason)
 
@@ -198,7 +203,7 @@ def obligations(
 
 
 def _own_matrices(claim: Any, kind: str) -> Obligations:
-    """Claims that hold their vertices themselves, in continuous time."""
+    """Yield the conditions of a claim that contains its own vertices, in continuous time."""
     A = stack(claim, "A")
     if A[0].nrows() != A[0].ncols():
         raise Refusal("A: square matrices are needed")

@@ -1,12 +1,13 @@
 r"""Exact matrices by FLINT, and a test of definiteness.
 
-A symmetric matrix has real eigenvalues alone.  With its characteristic polynomial
+All eigenvalues of a symmetric matrix are real.  With its characteristic polynomial
 
     det(x I - M) = x^n - c_1 x^(n-1) + c_2 x^(n-2) - ...,
 
-c_k the elementary symmetric functions of the eigenvalues, all of these are positive exactly if
-every c_k is, and none is negative exactly if no c_k is (Descartes' rule of signs).  No elimination
-is needed, unlike in the first checker and the proof assistant.
+where c_k is the k-th elementary symmetric function of the eigenvalues, all eigenvalues are
+positive if and only if every c_k is positive, and no eigenvalue is negative if and only if no c_k
+is negative (Descartes' rule of signs).  The first checker and the proof assistant use elimination;
+this test does not, so that it cannot repeat an error of theirs.
 
 Source: Horn and Johnson (2013), Matrix Analysis, theorem 7.2.1 and corollary 7.2.4, recalled.
 """
@@ -27,6 +28,8 @@ def is_definite(matrix: fmpq_mat, *, strict: bool = True) -> bool:
     """Return whether a matrix is symmetric and positive definite; semidefinite if not strict."""
     if not is_symmetric(matrix):
         return False
+    # The common denominator is positive, so that it changes no sign of an eigenvalue: the
+    # polynomial of the integers decides.
     whole, _ = matrix.numer_denom()
     coefficients = whole.charpoly().coeffs()
     n = matrix.nrows()
@@ -68,7 +71,7 @@ def entries(matrix: fmpq_mat) -> list[list[fmpq]]:
 
 
 def mean(matrices: Iterable[fmpq_mat]) -> fmpq_mat:
-    """Return the mean of some matrices, one at least."""
+    """Return the mean of one or more matrices."""
     listed = list(matrices)
     total = listed[0]
     for one in listed[1:]:

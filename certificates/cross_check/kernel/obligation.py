@@ -13,9 +13,10 @@ from takagi.certificates.cross_check.kernel.exact import is_definite, is_symmetr
 
 @dataclass(frozen=True, slots=True)
 class Definite:
-    """``matrix`` is symmetric and positive definite, or semidefinite where it is not strict.
+    """``matrix`` is symmetric and positive definite, or semidefinite where ``strict`` is False.
 
-    ``label`` is made of the checker's own words, never of a text from the file.
+    ``label`` contains the checker's own words and never a text from the file: a forged file could
+    otherwise print misleading lines.
     """
 
     label: str

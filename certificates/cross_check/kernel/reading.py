@@ -1,7 +1,7 @@
 """A certificate file as plain data: numbers as the text they are written as, and exact rationals.
 
-A file that is not strict JSON is refused: keys that stand twice, numbers that are not finite or
-longer than any certificate needs, more levels than it has.
+A file that is not strict JSON is refused.  So is a file in which a key stands twice in one object,
+a number is not finite or is longer than any certificate needs, or brackets are nested deeper.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
+# Limits against files that are made to exhaust memory or time.
 MOST_BYTES, MOST_LEVELS = 20_000_000, 48
 MOST_CHARACTERS, MOST_POWER = 64, 48
 WIDEST = 128  # rows and columns of a matrix
@@ -29,7 +30,10 @@ class NotReplayed(Exception):
 
 
 class Written(str):
-    """A number, as its characters."""
+    """The characters of a number, which differ from a text with the same characters.
+
+    No number passes through a float: it becomes a rational directly from its decimals.
+    """
 
     __slots__ = ()
 
@@ -71,7 +75,10 @@ def loads(written: str) -> dict[str, Any]:
 
 
 def _levels(written: str) -> int:
-    """Return how deep brackets stand inside one another, strings left out."""
+    """Return how deeply brackets are nested; brackets inside strings do not count.
+
+    This is counted before ``json.loads``, whose recursion a deep file could overflow.
+    """
     most = level = 0
     inside = escaped = False
     for c in written:
@@ -109,7 +116,10 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def hashes(document: dict[str, Any]) -> dict[str, str]:
-    """Return SHA-256 of model, gains and claims, each written with sorted keys and no spaces."""
+    """Return the SHA-256 of model, gains and claims, each written with sorted keys and no spaces.
+
+    Numbers are written with the characters of the file, so that 1.0 and 1.00 have other hashes.
+    """
     return {
         part: hashlib.sha256(_one_text(document.get(part)).encode()).hexdigest()
         for part in ("model", "gains", "claims")
@@ -117,7 +127,7 @@ def hashes(document: dict[str, Any]) -> dict[str, str]:
 
 
 def hashes_differ(document: dict[str, Any]) -> str:
-    """Return the part that is not the one that was hashed; empty where all are."""
+    """Return the first part whose hash is not the stated one; empty where all hashes agree."""
     stated = entry(entry(document, "provenance"), "sha256")
     for part, found in hashes(document).items():
         if entry(stated, part) != found:
@@ -136,14 +146,24 @@ def _one_text(value: Any) -> str:
 
 
 def entry(owner: Any, key: str) -> Any:
-    """Return owner[key]; refused where there is none."""
+    """Return owner[key].
+
+    Raises
+    ------
+    Refusal : ``owner`` is no object, or has no such key.
+    """
     if not isinstance(owner, dict) or key not in owner:
         raise Refusal(f"{key!r} is missing")
     return owner[key]
 
 
 def line(owner: Any, key: str) -> str:
-    """Return the text owner[key]; refused where it is no line that can be printed."""
+    """Return the text owner[key].
+
+    Raises
+    ------
+    Refusal : it is no text, or has characters that cannot be printed on one line.
+    """
     found = entry(owner, key)
     if type(found) is not str or not found.isprintable():
         raise Refusal(f"{key}: a line of text is needed")
@@ -179,14 +199,14 @@ def rationals(owner: Any, key: str, count: int | None = None) -> list[fmpq]:
 
 
 def rational_row(row: Any, key: str, count: int | None = None) -> list[fmpq]:
-    """Return a row of numbers, as many as ``count`` where that is said."""
+    """Return a row of numbers; if ``count`` is given the row must have so many."""
     if not isinstance(row, list) or not row or count not in (None, len(row)):
         raise Refusal(f"{key}: a row of {count or 'some'} numbers is needed")
     return [_rational(value, key) for value in row]
 
 
 def table(owner: Any, key: str, shape: tuple[int, int] | None = None) -> fmpq_mat:
-    """Return a matrix, of ``shape`` where that is said."""
+    """Return a matrix; if ``shape`` is given the matrix must have it."""
     return _table(entry(owner, key), key, shape)
 
 

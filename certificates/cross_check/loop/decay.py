@@ -2,11 +2,12 @@ r"""Claims that are matrix inequalities along the loop: decay, its absence, regi
 
 With V = x'Px the decrease along G, to be positive definite, is
 
-    continuous   -(P G + G'P) - 2 a P            discrete   r P - G'P G,    r against e^(-2 a T)
+    continuous   -(P G + G'P) - 2 a P            discrete   r P - G'P G,    r close to e^(-2 a T)
 
-where r is rounded down for a claim that V decays, up for one that no V does.  Formulas of the other
-claims stand at their functions.  Sources: Boyd, El Ghaoui, Feron, Balakrishnan (1994), chapters 2
-and 5; Chilali and Gahinet (1996), theorem 2.2; all recalled.
+A claim that V decays takes r <= e^(-2 a T), which asks for more than the claim says; a claim that
+no V decays takes r >= e^(-2 a T).  The functions below give the formulas of the other claims.
+Sources: Boyd, El Ghaoui, Feron, Balakrishnan (1994), chapters 2 and 5; Chilali and Gahinet (1996),
+theorem 2.2; all recalled.
 """
 
 from __future__ import annotations
@@ -40,12 +41,12 @@ from takagi.certificates.cross_check.kernel.reading import (
 from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, pick
 from takagi.certificates.cross_check.loop.pieces import combined, mixtures
 
-BITS = 240
-MOST_EXPONENT = 200  # e^-200 is 0 for every purpose here
+BITS = 240  # working precision: e^-x is known to far more digits than a certificate's numbers have
+MOST_EXPONENT = 200  # beyond it e^-x is taken as between 0 and e^-200, without a large number
 
 
 def exponential(x: fmpq, *, up: bool) -> fmpq:
-    """Return a rational below, or above, e^-x for x >= 0, from a ball."""
+    """Return the lower, or with ``up`` the upper, end of a ball that holds e^-x, for x >= 0."""
     if x > MOST_EXPONENT:
         return exponential(fmpq(MOST_EXPONENT), up=True) if up else fmpq(0)
     before, ctx.prec = ctx.prec, BITS
@@ -59,14 +60,14 @@ def exponential(x: fmpq, *, up: bool) -> fmpq:
 
 
 def rate_of(loop: VertexLoop, a: fmpq, *, up: bool = False) -> fmpq:
-    """Return 2 a, or r in discrete time; rounded to the side that a claim needs."""
+    """Return 2 a in continuous time, r in discrete time; ``up`` rounds r up, else it is down."""
     if loop.step is None:
         return 2 * a
     return fmpq(1) if a == 0 else exponential(2 * a * loop.step, up=up)
 
 
 def decrease(loop: VertexLoop, P: fmpq_mat, G: fmpq_mat, rate: fmpq) -> fmpq_mat:
-    """Return the module's matrix."""
+    """Return the matrix of the module's text, whose definiteness means that V decays along G."""
     if loop.step is not None:
         return scaled(rate, P) - transposed(G) * P * G
     half = P * G
@@ -88,13 +89,18 @@ def decay(claim: Any, loop: VertexLoop) -> Obligations:
 
 
 def no_common_decay(claim: Any, loop: VertexLoop) -> Obligations:
-    """No P > 0 decreases along every blend: by multipliers, or by one blend alone.
+    """No P > 0 decreases along every blend.  There are two ways to show it.
 
-    Z_k >= 0, not all 0, with sum_k (G_k Z_k + Z_k G_k' + 2 a Z_k) >= 0 (G Z G' - r Z in discrete
-    time): the trace with P would be negative.  For a > 0 it would be at most 0, for the decay that
-    is claimed has an equality in it, so that the sum is not 0 besides.  Or a symmetric P, not
-    positive definite, that decreases along G: Lyapunov's equation then has no positive definite
-    solution.  Every G is that of weights which the loop takes, A(h) - B(h) K(h): no mean of pairs.
+    Multipliers: Z_k >= 0, not all 0, with S = sum_k (G_k Z_k + Z_k G_k' + 2 a Z_k) >= 0
+    (G Z G' - r Z in discrete time).  If such a P existed, the trace of P S would be negative, which
+    contradicts S >= 0.  For a > 0 the decay in question is not strict, so that the trace would only
+    be at most 0; the contradiction then needs S != 0 in addition.
+
+    One blend: a symmetric P that decreases along G and is not positive definite.  Lyapunov's
+    equation for G then has no positive definite solution.
+
+    Every G is A(h) - B(h) K(h) for weights h that the loop really takes.  A mean of pairs (i, j),
+    which is enough for a proof of decay, would not be enough here.
     """
     a = rational(claim, "decay_rate")
     yield Fact("the rate is not negative", a >= 0)
@@ -115,6 +121,7 @@ def no_common_decay(claim: Any, loop: VertexLoop) -> Obligations:
         G, factor = _blended(one, loop), table(one, "factor")
         if factor.nrows() != loop.n:
             raise Refusal("factor: a row for each state is needed")
+        # Z = F F' is semidefinite by construction, so that it needs no test.
         Z = factor * transposed(factor)
         size += sum((Z[k, k] for k in range(loop.n)), fmpq(0))
         GZ = G * Z
@@ -129,7 +136,7 @@ def no_common_decay(claim: Any, loop: VertexLoop) -> Obligations:
 
 
 def _blended(owner: Any, loop: VertexLoop) -> fmpq_mat:
-    """Return A(h) - B(h) K(h) for the weights that ``blend`` names: a rule, or shares."""
+    """Return A(h) - B(h) K(h); ``blend`` is the number of a rule, or the shares of h."""
     given, r = entry(owner, "blend"), loop.rules
     if not isinstance(given, list):
         k = whole(owner, "blend")
@@ -179,10 +186,10 @@ def region(claim: Any, loop: VertexLoop) -> Obligations:
 
 
 def transient(claim: Any, loop: VertexLoop) -> Obligations:
-    """|S^-1 x| at most k e^(-a t) times its start, and at most a share e after t_s.
+    """|S^-1 x(t)| <= k e^(-a t) |S^-1 x(0)|, and at most the share e of it from t_s on.
 
-    p S^-2 <= P <= k^2 p S^-2, S = diag(scales), with the decrease of ``decay`` and
-    k e^(-a t_s) <= e.
+    The conditions are p S^-2 <= P <= k^2 p S^-2 with S = diag(scales), the decrease of ``decay``,
+    and k e^(-a t_s) <= e.
     """
     n = loop.n
     P, scales = table(claim, "P", (n, n)), rationals(claim, "scales", n)
@@ -201,10 +208,11 @@ def transient(claim: Any, loop: VertexLoop) -> Obligations:
 
 
 def gain_rounding(claim: Any, loop: VertexLoop) -> Obligations:
-    """Decay with every entry of every gain K_j off by up to absolute + relative |K_j|.
+    """Decay while each entry of each gain K_j has an error d of at most absolute + relative |K_j|.
 
-    Young: 2 |b_k'y d_k'x| <= t_k (b_k'y)^2 + (d_k'x)^2 / t_k with b_k the columns of P B_i (y = x,
-    or y = x+ in discrete time), and (d_k'x)^2 <= (sum_l e_kl) sum_l e_kl x_l^2 for |d_kl| <= e_kl.
+    Young's inequality: 2 |b_k'y d_k'x| <= t_k (b_k'y)^2 + (d_k'x)^2 / t_k, where b_k are the
+    columns of P B_i and y = x (y = x+ in discrete time).  Cauchy and Schwarz give
+    (d_k'x)^2 <= (sum_l e_kl) sum_l e_kl x_l^2 for |d_kl| <= e_kl.
     """
     if not loop.K:
         raise Refusal("no gains that could be rounded")
@@ -232,6 +240,7 @@ def gain_rounding(claim: Any, loop: VertexLoop) -> Obligations:
 
 
 def _spread(absolute: fmpq_mat, relative: fmpq, K: fmpq_mat, tau: list[fmpq]) -> fmpq_mat:
+    """Return diag over l of sum_k (sum_i e_ki) e_kl / t_k, the bound of sum_k (d_k'x)^2 / t_k."""
     found = [fmpq(0)] * K.ncols()
     for k, t in enumerate(tau):
         e = [absolute[k, i] + relative * abs(K[k, i]) for i in range(K.ncols())]
@@ -241,11 +250,12 @@ def _spread(absolute: fmpq_mat, relative: fmpq, K: fmpq_mat, tau: list[fmpq]) ->
 
 
 def box_enlargement(claim: Any, loop: VertexLoop) -> Obligations:
-    """``decay`` with the premises' ranges theta times as wide about their middles.
+    """``decay`` when each premise's range is theta times as wide about its middle.
 
-    The model is affine in each premise, so its value at a moved corner is (1 + theta)/2 times that
-    of the corner and (1 - theta)/2 times that of the opposite one, premise by premise; without
-    corners the rules move from their mean by theta.  Gains keep any weights.
+    The model is affine in each premise.  So its value at a moved corner is (1 + theta)/2 times the
+    value at the corner plus (1 - theta)/2 times the value at the opposite corner, premise by
+    premise.  A model without corners moves its rules away from their mean by the factor theta.
+    The weights of the gains are assumed to be independent of those of the model.
     """
     theta = rational(claim, "enlargement")
     yield Fact("the enlargement is not negative", theta >= 0)
@@ -266,6 +276,7 @@ def _moved(matrices: Stack, loop: VertexLoop, theta: fmpq) -> Stack:
         middle = mean(matrices)
         return [middle + scaled(theta, one - middle) for one in matrices]
     place = {corner: i for i, corner in enumerate(loop.corners)}
+    # A constant premise has one corner only, and its range, of width 0, stays as it is.
     varying = [
         k for k, column in enumerate(zip(*loop.corners, strict=True)) if len(set(column)) > 1
     ]

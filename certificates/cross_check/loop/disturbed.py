@@ -7,7 +7,7 @@ For V = x'Px the change V' (or V(x+) - V) is z' N z with z = (x, w) and
     continuous   N = [[P A + A'P, P E], [E'P, 0]]
     discrete     N = [[A'P A - P, A'P E], [E'P A, E'P E]].
 
-All inequalities below are written as -N + ... >= 0.  Sources: Boyd, El Ghaoui, Feron, Balakrishnan
+All inequalities below have the form -N + ... >= 0.  Sources: Boyd, El Ghaoui, Feron, Balakrishnan
 (1994), chapters 5 to 7; Scherer, Gahinet, Chilali (1997); recalled.
 """
 
@@ -41,7 +41,7 @@ from takagi.certificates.cross_check.kernel.reading import (
 from takagi.certificates.cross_check.loop.loop import Mixture, Stack, VertexLoop
 from takagi.certificates.cross_check.loop.pieces import mixtures
 
-MOST_SIGNS = 1 << 10
+MOST_SIGNS = 1 << 10  # corners of a box of disturbances; w and -w count once
 
 
 def change(loop: VertexLoop, P: fmpq_mat, A: fmpq_mat, E: fmpq_mat) -> fmpq_mat:
@@ -57,7 +57,7 @@ def change(loop: VertexLoop, P: fmpq_mat, A: fmpq_mat, E: fmpq_mat) -> fmpq_mat:
 
 @dataclass(frozen=True)
 class DisturbanceChannel:
-    """One mixture from w to y."""
+    """The matrices of x' (or x+) = A x + E w, y = C x + D w at one mixture."""
 
     mixture: Mixture
     A: fmpq_mat
@@ -77,7 +77,7 @@ def _entering(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
 
 
 def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
-    """Yield the way from w to y along each mixture; y of the claim, or else of the model."""
+    """Yield the channel from w to y at each mixture; y is the claim's, else the model's."""
     way, E = _entering(claim, loop)
     F: Stack = ()
     if "output" in claim:
@@ -107,7 +107,10 @@ def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
 
 
 def l2_gain(claim: Any, loop: VertexLoop) -> Obligations:
-    """|y|_2 <= g |w|_2 from rest: -N + [[0, 0], [0, g I]] - [C D]'[C D] / g > 0."""
+    """|y|_2 <= g |w|_2 from rest: -N + [[0, 0], [0, g I]] - [C D]'[C D] / g > 0.
+
+    With ``energy_bound`` b also x'Px <= g b^2 for |w|_2 <= b, so that the state stays in the box.
+    """
     P, g = table(claim, "P", (loop.n, loop.n)), rational(claim, "gain")
     if g <= 0:
         raise Refusal("gain: a positive number is needed")
@@ -135,7 +138,8 @@ def _lower_block(n: int, corner: fmpq_mat) -> fmpq_mat:
 def h2_norm(claim: Any, loop: VertexLoop) -> Obligations:
     """The mean of E|y|^2 is at most norm^2: -N_11 - C'C > 0, tr(E'PE + D'D) <= norm^2.
 
-    Weights that depend on the noise of the same instant would be correlated with it.
+    No premise may depend on a noisy signal: the weights would then be correlated with the noise of
+    the same instant, and the formula for the variance would not hold.
     """
     P, norm = table(claim, "P", (loop.n, loop.n)), rational(claim, "norm")
     if norm <= 0:
@@ -157,7 +161,11 @@ def h2_norm(claim: Any, loop: VertexLoop) -> Obligations:
 
 @dataclass(frozen=True)
 class Kept:
-    """{x'Px <= c}, the rate s towards it, and the disturbance: |w_k| <= b_k, or |w|_2 <= b."""
+    """An invariant set {x'Px <= c} and the disturbance against which it is invariant.
+
+    ``s`` is the multiplier: V' <= s (c - V).  ``way`` is the disturbance's name in the claim, ``E``
+    its matrices.  With ``ball`` |w|_2 <= b[0], else |w_k| <= b[k].
+    """
 
     P: fmpq_mat
     c: fmpq
@@ -175,7 +183,7 @@ class Kept:
 
 
 def kept_set(claim: Any, loop: VertexLoop) -> Kept:
-    """Return the set that a claim says is never left.
+    """Return the set that the claim states to be invariant.
 
     Raises
     ------
@@ -199,9 +207,11 @@ def kept_set(claim: Any, loop: VertexLoop) -> Kept:
 
 
 def stays(kept: Kept, loop: VertexLoop) -> Obligations:
-    """V' <= s (c - V) while w keeps its bounds, along every mixture; and the set is in the box.
+    """V' <= s (c - V) at every mixture while w keeps its bounds, and the set lies in the box.
 
-    -N - s [[P, 0], [0, 0]] + s c (1 or w'w / b^2) >= 0, for w as large as it may be.
+    The condition is -N - s [[P, 0], [0, 0]] + s c (1 or w'w / b^2) >= 0, with w at its bounds: N is
+    convex in w, so that the corners of the bounds suffice.  E is multiplied by the bound, so that
+    the lower right block is s c times the identity.
     """
     yield Definite("P", kept.P)
     n = loop.n
@@ -230,6 +240,7 @@ def _loads(kept: Kept) -> Iterator[fmpq_mat]:
     elif not kept.b:
         yield zeros(1, 1)
     else:
+        # (x, w) and (-x, -w) give the same condition, so that the first sign can be fixed.
         first, *rest = kept.b
         for signs in product((1, -1), repeat=len(rest)):
             yield fmpq_mat([[first], *([s * b] for s, b in zip(signs, rest, strict=True))])
@@ -255,7 +266,10 @@ def largest_extent(P: fmpq_mat, level: fmpq, row: fmpq_mat, limit: fmpq, label: 
 def within_box(
     loop: VertexLoop, P: fmpq_mat, level: fmpq, added: list[fmpq] | None = None
 ) -> Obligations:
-    """{x'Px <= level} keeps states, and inputs by each gain, in the ranges of the box."""
+    """On {x'Px <= level} the states, and the inputs by each gain, are in the ranges of the box.
+
+    ``added`` is a bound of what a disturbance adds to each input.
+    """
     one = identity(loop.n)
     for k, side in enumerate(loop.sides):
         if side is not None:
@@ -275,7 +289,7 @@ def within_box(
 
 
 def invariant_ellipsoid(claim: Any, loop: VertexLoop) -> Obligations:
-    """The set is not left, and lies in the box."""
+    """The set is invariant, and lies in the box."""
     yield from stays(kept_set(claim, loop), loop)
 
 

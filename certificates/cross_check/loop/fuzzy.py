@@ -4,12 +4,14 @@ r"""``fuzzy-decay``: V = x'P(w)x decays, with P a polynomial in weights w of one
     continuous   -(P G + G'P + 2 a P + sum_kc v_kc dP/dw_kc)(w) > 0    at each corner v of the rates
     discrete     [[r P(w), G(w)'P_b], [P_b G(w), P_b]] > 0             for each coefficient P_b
 
-G(w) = A(w) - B(w) K(w).  A polynomial that is homogeneous in each simplex is positive on it when
-all its coefficients are, P_b for P(w) = sum_b multinomial_b w^b P_b included: the test here is of
-monomials after multiplying by (sum_c w_kc)^polya = 1.  With ``halvings`` it is made on each piece
-of the weights, w_kc = sum_j t_kj e_kjc with the weights e_kj at the corners of the piece.
+with G(w) = A(w) - B(w) K(w) and P(w) = sum_b multinomial_b w^b P_b.  A polynomial that is
+homogeneous in each simplex is positive on the simplexes if all its coefficients are positive
+definite.  The coefficients tested here are those after multiplication by (sum_c w_kc)^polya = 1,
+which makes more polynomials pass.  With ``halvings`` the test is made on each piece of the weights,
+w_kc = sum_j t_kj e_kjc, where e_kj are the weights at the corners of the piece.
 
-Polynomials are dictionaries {exponents: matrix}; an exponent is one flat tuple over all w_kc.
+A polynomial is a dictionary {exponents: matrix}; its key is one flat tuple of the powers of all
+w_kc.
 """
 
 from __future__ import annotations
@@ -42,7 +44,10 @@ MOST_TERMS, HIGHEST, MOST_CORNERS = 20_000, 8, 4096
 
 
 class Simplexes:
-    """Where the weights live: so many corners in each simplex."""
+    """The simplexes of the weights: one for each premise, or one for all rules.
+
+    ``sizes`` : corners of each simplex; ``of_rule`` : the exponent of the weight h_i of each rule.
+    """
 
     def __init__(self, loop: VertexLoop) -> None:
         if loop.corners is None:
@@ -107,7 +112,7 @@ class Simplexes:
             yield tuple(power for part in chosen for power in part)
 
     def over(self, terms: Terms, ends: Ends) -> Terms:
-        """Return the polynomial in the t of the module, by multiplying out linear forms."""
+        """Return the polynomial in the variables t of a piece, by multiplying out linear forms."""
         found: Terms = {}
         for a, X in terms.items():
             whole = {self.none: fmpq(1)}
@@ -121,7 +126,7 @@ class Simplexes:
         return found
 
     def positive(self, terms: Terms, label: str, size: int) -> Obligations:
-        """Every coefficient is there, and definite."""
+        """Yield that every coefficient is definite; one that is missing counts as 0 and fails."""
         degrees = self.degrees(terms)
         if prod((d + 1) ** n for n, d in zip(self.sizes, degrees, strict=True)) > 10**7:
             raise Refusal("degrees that are too high")
@@ -158,7 +163,7 @@ def _each(terms: Terms, factor: fmpq | int) -> Terms:
 
 
 def fuzzy_decay(claim: Any, loop: VertexLoop) -> Obligations:
-    """See the module."""
+    """Yield the conditions of the module's text."""
     where = Simplexes(loop)
     a, polya = rational(claim, "decay_rate"), whole(claim, "polya")
     if not 0 <= polya <= HIGHEST:
@@ -208,7 +213,7 @@ def _more(where: Simplexes, terms: Terms, polya: int) -> Terms:
 
 
 def _function(claim: Any, loop: VertexLoop, where: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
-    """Return P(w), and the P_b."""
+    """Return P(w), and the list of its P_b."""
     given = rationals(claim, "degrees", len(where.sizes))
     if any(d.q != 1 or not 0 <= d <= HIGHEST for d in given):
         raise Refusal(f"degrees: whole numbers from 0 to {HIGHEST}")
@@ -234,6 +239,7 @@ def _function(claim: Any, loop: VertexLoop, where: Simplexes) -> tuple[Terms, li
 
 
 def _jump(where: Simplexes, P: Terms, G: Terms, Pb: fmpq_mat, rate: fmpq) -> Terms:
+    """Return the discrete condition's matrix for one P_b, which stands for P at the next sample."""
     zero = scaled(0, Pb)
     moved = {a: Pb * X for a, X in G.items()}
     return where.total(
@@ -244,7 +250,7 @@ def _jump(where: Simplexes, P: Terms, G: Terms, Pb: fmpq_mat, rate: fmpq) -> Ter
 
 
 def _speeds(claim: Any, where: Simplexes, P: Terms) -> Iterator[list[fmpq]]:
-    """Yield the corners of all rates, flat; zero where P does not depend on a simplex."""
+    """Yield the corners of all rates as one flat list; 0 where P does not depend on a simplex."""
     listed = entry(claim, "rates")
     if not isinstance(listed, list) or len(listed) != len(where.sizes):
         raise Refusal("rates: a row for each simplex is needed")
@@ -266,6 +272,7 @@ def _speeds(claim: Any, where: Simplexes, P: Terms) -> Iterator[list[fmpq]]:
 
 
 def _corners(bounds: list[fmpq]) -> Iterator[list[fmpq]]:
+    """Yield the corners of {|v_c| <= bound_c, sum v_c = 0}, as the weights always sum to 1."""
     for free in range(len(bounds)):
         for signs in product((-1, 1), repeat=len(bounds) - 1):
             rest = iter(signs)

@@ -1,13 +1,14 @@
-r"""``input-limits``: bounds of u = -sum_j g_j K_j x on a set, and of its rate.
+r"""``input-limits``: bounds of u = -sum_j g_j K_j x on a set, and of the rate of u.
 
-Amplitude: every row of every K_j reaches at most its limit.  Rate, G_il = A_i - B_i K_l:
+Amplitude: |row of K_j times x| is at most the input's limit on the set, for each row of each K_j.
+Rate, with G_il = A_i - B_i K_l:
 
     continuous   u' = -sum h_j h_i h_l K_j G_il x - sum h_j' K_j x - sum h_j h_i K_j E_i w
     discrete     u(x+) - u(x) = -sum h+_l h_i h_j (K_l G_ij - K_j) x - sum h+_l h_i K_l E_i w
 
-The first sum is in the hull of the means over the orders of (j, i, l); the second of the corners of
-{|d_j| <= phi_j, sum d_j = 0}, its extreme points having all entries but one at a bound; the third
-is at most its largest row sum of sizes.
+The first sum is in the convex hull of the means over all orders of (j, i, l).  The second is in the
+hull of the corners of {|d_j| <= phi_j, sum d_j = 0}, at which all entries but one are at a bound.
+The third is at most the largest sum over a row of |K_j E_i| times the bounds of w.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ MOST_RULES, MOST_MOVING = 24, 10
 
 
 def input_limits(claim: Any, loop: VertexLoop) -> Obligations:
-    """The set is kept, the inputs are within ``input_limits``, their rates in ``rate_limits``."""
+    """The state stays in the set; there the inputs and their rates keep the stated limits."""
     if not loop.K:
         raise Refusal("limits of inputs need gains")
     m = loop.K[0].nrows()
@@ -72,7 +73,11 @@ def _rates(claim: Any, loop: VertexLoop, kept: Kept, limits: list[fmpq]) -> Obli
 
 
 def _motions(loop: VertexLoop, next_gains: Sequence[fmpq_mat]) -> Iterator[fmpq_mat]:
-    """Yield what u' or u(x+) - u(x) blends; weights at x+ may lie in any piece, not this one."""
+    """Yield the matrices of which u', or u(x+) - u(x), is a blend.
+
+    ``next_gains`` are those of all rules: the weights at x+ may lie in another piece than the
+    weights at x.
+    """
     if len(loop.K) == 1:
         still = identity(loop.n) if loop.step is not None else scaled(0, identity(loop.n))
         for mixture in loop.mixtures():
@@ -97,6 +102,7 @@ def _motions(loop: VertexLoop, next_gains: Sequence[fmpq_mat]) -> Iterator[fmpq_
 
 
 def _extremes(phi: list[fmpq]) -> Iterator[list[fmpq]]:
+    """Yield the corners of {|d_j| <= phi_j, sum d_j = 0}, some of them more than once."""
     if len(phi) > MOST_MOVING or min(phi) < 0:
         raise Refusal("membership_rates: not negative, and not too many")
     for free in range(len(phi)):

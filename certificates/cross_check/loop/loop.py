@@ -1,10 +1,11 @@
-r"""The closed loop of a model and a law, and what it is a convex combination of.
+r"""The closed loop of a model and a law, and the matrices of which it is a convex combination.
 
     x' (or x+) = sum_i sum_j h_i g_j (A_i - B_i K_j) x,     h, g >= 0, each with the sum one
 
-Terms whose products of weights always agree may be joined into their mean: (i, j) with (j, i) where
-g = h; with h_i = prod_k w_k,c(i,k) all pairs that have, premise by premise, the same two corners.
-``Mixture`` is such a set of pairs.  The loop is in the convex hull of its mixtures.
+Terms whose products of weights are always equal may be replaced by their mean.  These are (i, j)
+and (j, i) where g = h; and where h_i = prod_k w_k,c(i,k), all pairs that have the same two corners
+in each premise.  ``Mixture`` is such a set of pairs.  The loop is in the convex hull of its
+mixtures.
 """
 
 from __future__ import annotations
@@ -34,15 +35,17 @@ AXES = {"A": "nn", "B": "nm", "C": "pn", "D": "pm", "E": "nq"}
 
 @dataclass(frozen=True, slots=True)
 class VertexLoop:
-    """Matrices by rule; a stack of one stands for all rules, an empty one for none.
+    """The matrices of each rule; a stack of one matrix is the same for all rules, or empty.
 
-    ``sides`` : range of each state, None where it has none; ``other_sides`` : of everything else
-    the box names.  ``premises`` : what weights are made of, to compare two sets of them.
-    ``seen_by`` : names that premises depend on, empty where the model does not say.  ``stated`` :
-    the model's count of rules, also for a claim that puts some of its matrices aside.
-    ``averages`` : the weights are means over the segment from rest to the state, as those of
-    secants are: no law, observer or output has them.
-    ``beside`` : stacks of a claim, by rule.
+    ``sides`` : the range of each state, None where it has none.
+    ``other_sides`` : the ranges of the other variables that the box names.
+    ``premises`` : a text of what the weights depend on, to compare two sets of weights.
+    ``seen_by`` : the names on which premises depend; empty where the model does not state them.
+    ``together`` : the gains have the weights of the model, g = h.
+    ``stated`` : the model's count of rules, also where a claim leaves some matrices out.
+    ``averages`` : the weights are means over the segment from rest to the state, as for a secant
+    model; no law, observer or output can know them.
+    ``beside`` : further stacks that a claim needs, by rule.
     """
 
     A: Stack
@@ -75,15 +78,16 @@ class VertexLoop:
         return max(self.stated, *(len(one) for one in stacks))
 
     def mixtures(self) -> list[Mixture]:
-        """Return the mixtures whose hull holds the loop."""
+        """Return the mixtures whose convex hull contains the loop."""
         r, s = self.rules, len(self.K)
+        # With one gain, or one B and D for all rules, A - B K is affine in the weights: no product.
         straight = s <= 1 or (self.together and len(self.B) <= 1 and len(self.D) <= 1)
         if straight:
             return [Mixture(self, ((i, i),)) for i in range(r)]
         return [Mixture(self, pairs) for pairs in self.pairs(s)]
 
     def pairs(self, gains: int) -> list[tuple[tuple[int, int], ...]]:
-        """Return all (rule, gain) sorted into sets with the same product of weights."""
+        """Return all pairs (rule, gain), grouped by their product of weights."""
         if self.rules * gains > MOST_MIXTURES:
             raise Refusal(f"{self.rules} rules and {gains} gains: too many pairs")
         sets: dict[Any, list[tuple[int, int]]] = {}
@@ -104,7 +108,7 @@ class VertexLoop:
 
 @dataclass(frozen=True, slots=True)
 class Mixture:
-    """The mean of A_i - B_i K_j, and of what goes with it, over some pairs (i, j)."""
+    """The mean of A_i - B_i K_j, and of other matrices, over some pairs (i, j)."""
 
     loop: VertexLoop
     pairs: tuple[tuple[int, int], ...]
@@ -127,7 +131,7 @@ class Mixture:
         return mean(pick(self.loop.K, j) for _, j in self.pairs)
 
     def of(self, matrices: Stack) -> fmpq_mat:
-        """Return the mean of what belongs to the rules i."""
+        """Return the mean of the matrices of the rules i."""
         return mean(pick(matrices, i) for i, _ in self.pairs)
 
     def closed(self, X: Stack, Y: Stack) -> fmpq_mat:
@@ -139,14 +143,14 @@ class Mixture:
 
 
 def pick(matrices: Stack, i: int) -> fmpq_mat:
-    """Return matrix i of a stack, or the one that stands for all."""
+    """Return matrix i of a stack, or its only matrix, which is that of all rules."""
     if not matrices:
         raise Refusal("a matrix that the model does not have is needed")
     return matrices[0] if len(matrices) == 1 else matrices[i]
 
 
 def single(matrices: Stack) -> Stack:
-    """Return equal matrices as one."""
+    """Return a stack of one matrix where all matrices are equal, else all of them."""
     first = matrices[0]
     return [first] if all(one == first for one in matrices) else list(matrices)
 
@@ -237,7 +241,10 @@ def _corners(owner: Any, rules: int) -> tuple[tuple[int, ...], ...] | None:
 
 
 def same_weights(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> Any:
-    """Return what two sets of weights are compared by: premises as written, and corners."""
+    """Return a value that is equal for equal weights: premises as written, and corners.
+
+    Different texts of one function count as different weights, which is safe: g = h is not used.
+    """
     if not premises and not corners:
         return None
     if not isinstance(premises or [], list):
@@ -251,14 +258,14 @@ def same_weights(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> 
 
 
 def _said(value: Any) -> tuple[bool, str]:
-    """Return a part of a premise as written; a number differs from a text of the same letters."""
+    """Return a part of a premise as written; a number differs from a text with its characters."""
     return isinstance(value, Written), repr(value if value is None else str(value))
 
 
 def _sum_to_one(premises: list[Any] | None, corners: tuple[tuple[int, ...], ...]) -> None:
-    """Refuse products of weights of which a corner is left out: they sum to less.
+    """Refuse rules that leave out a corner: their products of weights sum to less than 1.
 
-    Of premises that are not stated one counts as constant whose end never changes.
+    Where premises are not stated, a premise counts as constant if all rules have one end of it.
     """
     if premises:
         fixed = [rational(p, "lower") == rational(p, "upper") for p in premises]
@@ -292,5 +299,5 @@ def close(loop: VertexLoop, gains: Any) -> VertexLoop:
         _sum_to_one(own, corners)
     same = same and not loop.averages and len(K) in (1, loop.rules)
     if len(K) > 1 and any(name in loop.inputs for name in loop.seen_by):
-        same = False  # Its weights would follow from the command that they are needed for.
+        same = False  # A premise is the command itself: the law cannot know it before it acts.
     return replace(loop, K=K, together=same)

@@ -4,9 +4,10 @@ r"""``observer`` and ``observed-feedback``: the error of an observer, and the lo
                      e' = sum h_i g_k (A_i + S_k - L C_i) e   (a part f(x) by its secants S_k)
     z = (x, e):      z' = sum h_i h_j [[A_i - B_i K_j, B_i K_j], [0, A_i - L_j C_i]] z
 
-decay as in ``decay``.  Every variable that premises depend on must be an input, or a state that is
-an output by itself.  Weights that are averages over a segment can be known to no observer: where a
-matrix of the plant depends on them there is no such loop.
+The decay conditions are those of ``decay``.  The observer must know the weights: every variable on
+which a premise depends must be an input, or a state that is an output by itself.  No observer can
+know weights that are averages over a segment: such a claim is refused where a matrix of the plant
+depends on them.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from takagi.certificates.cross_check.loop.pieces import pieces
 
 
 def observer(claim: Any, loop: VertexLoop) -> Obligations:
-    """The error decays along every combination."""
+    """The observer's error decays along every combination of rules."""
     L = _gains(claim, loop)
     if "secants" in claim:
         secants = stack(claim, "secants")
@@ -48,7 +49,7 @@ def observer(claim: Any, loop: VertexLoop) -> Obligations:
 
 
 def observed_feedback(claim: Any, loop: VertexLoop) -> Obligations:
-    """State and error decay together."""
+    """The state and the observer's error decay together."""
     L = _gains(claim, loop)
     if not loop.K or not loop.together:
         raise Refusal("gains with the weights of the model are needed")
@@ -97,6 +98,7 @@ def _falling(claim: Any, loop: VertexLoop, order: int, found: Iterator[fmpq_mat]
 
 
 def _is_seen(loop: VertexLoop, name: str) -> bool:
+    """Return whether the observer knows a variable: an input, or a state that is an output."""
     if name in loop.inputs:
         return True
     if name not in loop.states or len(loop.C) != 1:

@@ -1,12 +1,14 @@
-r"""A loop on pieces of its weights, by what the weights are at the corners of each.
+r"""The loop on pieces of the set of its weights; a piece is given by the weights at its corners.
 
     h = sum_k t_k v^k,    t >= 0, sum_k t_k = 1,    v^k the weights at corner k of a piece,
 
 so that sum_i h_i X_i = sum_k t_k X(v^k): the piece is a loop with rules X(v^k) and weights t.
-Where weights are products, v^k is the product of those at the ends of a range of each premise.
+Where weights are products, v^k is the product of the weights at the ends of a range of each
+premise.
 
-``halvings`` lists a tree, each node before its branches: [premise, i, j] for a cut at the middle
-between corners i and j, of which first the branch where that middle stands for j; [] for a leaf.
+``halvings`` lists the nodes of a tree, each node before its branches.  [premise, i, j] cuts at the
+middle between corners i and j: in the first branch the middle replaces corner j, in the second
+corner i.  [] is a leaf.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ def mixtures(claim: Any, loop: VertexLoop) -> Iterator[Mixture]:
 
 
 def pieces(claim: Any, loop: VertexLoop) -> Iterator[VertexLoop]:
-    """Yield the loop on every piece; as it is where the claim has none."""
+    """Yield the loop on every piece; the loop itself where the claim has no ``halvings``."""
     if "halvings" not in claim:
         yield loop
         return
@@ -68,7 +70,7 @@ def corner_weights(loop: VertexLoop, ends: Ends) -> list[list[fmpq]]:
 
 
 def combined(matrices: Stack, h: list[list[fmpq]]) -> Stack:
-    """Return X(v^k) for every corner; one matrix for all rules stays one."""
+    """Return X(v^k) for every corner; a stack of one matrix is returned as it is."""
     if len(matrices) <= 1:
         return matrices
     found = []
@@ -109,7 +111,7 @@ def leaves(claim: Any, sizes: list[int]) -> Iterator[Ends]:
 
 
 def _with_middle(ends: Ends, premise: int, other: int, place: int) -> Ends:
-    """Return the piece with the middle of two corners in the place of one of them."""
+    """Return the piece in which the middle of two corners replaces the corner ``place``."""
     rows = ends[premise]
     middle = tuple((a + b) / 2 for a, b in zip(rows[place], rows[other], strict=True))
     changed = tuple(middle if k == place else row for k, row in enumerate(rows))

@@ -1,17 +1,18 @@
 r"""A law that runs every T seconds and holds its command, on a plant in continuous time.
 
-With z = (x, u), z' = M z between samples, M = [[A, B], [0, 0]] of any rule, and z = (x, -K x) right
-after one.  The claim has Bernstein coefficients P_0 ... P_d of Q(s), s the share of the interval
-that is over.  Here Q is expanded in powers of s; then
+Let z = (x, u).  Between samples z' = M z, with M = [[A, B], [0, 0]] of any rule; right after a
+sample z = (x, -K x).  The claim has the Bernstein coefficients P_0 ... P_d of a function Q(s),
+where s in [0, 1] is the elapsed share of the interval.  Here Q is expanded in powers of s; then
 
     F_i(s) = -Q'(s) - T (Q(s) M_i + M_i'Q(s)) = sum_k s^k F_ik
 
-is formed power by power, and is semidefinite on [0, 1] where its own Bernstein coefficients
+is formed power by power.  F_i is semidefinite on [0, 1] if its own Bernstein coefficients
 
     f_l = sum_{k <= l} binom(l, k) / binom(d, k) F_ik
 
-are.  Then z'Qz falls within the interval, so that with Q(1) >= [[P, 0], [0, 0]] x'Px at its end is
-at most z'Q(0)z at its beginning, which is below e^(-2 alpha T) x'Px there.  Source: derived here.
+are semidefinite.  Then z'Qz does not grow within the interval.  With Q(1) >= [[P, 0], [0, 0]],
+x'Px at the end is at most z'Q(0)z at the beginning, which is below e^(-2 alpha T) x'Px there.
+Source: derived here.
 """
 
 from __future__ import annotations
@@ -36,11 +37,11 @@ from takagi.certificates.cross_check.loop.decay import exponential
 from takagi.certificates.cross_check.loop.disturbed import largest_extent, within_box
 from takagi.certificates.cross_check.loop.loop import VertexLoop, pick
 
-HIGHEST = 20
+HIGHEST = 20  # degree of Q
 
 
 def sampled_loop(claim: Any, loop: VertexLoop) -> Obligations:
-    """V falls from sample to sample, and between samples the state stays in the box."""
+    """V decays from sample to sample, and between samples the state stays in the box."""
     if loop.step is not None or not loop.K or not loop.B:
         raise Refusal("a sampled law is about inputs and gains in continuous time")
     n, m = loop.n, loop.K[0].nrows()
@@ -87,7 +88,7 @@ def _powers(nodes: Sequence[fmpq_mat]) -> list[fmpq_mat]:
 
 
 def _fall(powers: Sequence[fmpq_mat], M: fmpq_mat) -> list[fmpq_mat]:
-    """Return the powers of F_i; M is that of the whole interval as the unit of time."""
+    """Return the F_ik; M is T M_i, since s measures time in whole intervals."""
     found = []
     for k, one in enumerate(powers):
         moved = one * M
@@ -99,6 +100,7 @@ def _fall(powers: Sequence[fmpq_mat], M: fmpq_mat) -> list[fmpq_mat]:
 
 
 def _bernstein(powers: Sequence[fmpq_mat]) -> list[fmpq_mat]:
+    """Return the Bernstein coefficients f_l of a polynomial by its powers of s."""
     d = len(powers) - 1
     found = []
     for place in range(d + 1):

@@ -1,6 +1,7 @@
-r"""Whether two trees are the same function: quotients of FLINT's polynomials over atoms.
+r"""Decides whether two trees are the same function: each becomes a quotient of FLINT's polynomials.
 
-Atoms are variables, pi, and values of functions.  What is used of them:
+The variables of the polynomials are called atoms: variables of the plant, pi, and values of
+functions.  The relations used between atoms are:
 
     sin, cos of sum_k n_k a_k     De Moivre for whole multiples of one unit a_k, the addition
                                   theorem for sums; s^2 + c^2 = 1; right angles by their values
@@ -8,9 +9,10 @@ Atoms are variables, pi, and values of functions.  What is used of them:
     a^(p/q)                       powers of a root r with r^q = a
     |a|                           |a|^2 = a^2
 
-The units a_k are found in a first pass: the greatest common divisor of all coefficients that a
-monomial has in any argument.  Polynomials are reduced by dividing by the relations in turn; each
-new atom comes first in the lexicographic order, so that a remainder is in older atoms.
+A first pass over all trees finds the units a_k: for each monomial, the greatest common divisor of
+the coefficients that it has in any argument.  Polynomials are reduced by dividing by the relations
+in turn.  Each new atom comes first in the lexicographic order, so that a remainder has lower powers
+of it and is otherwise in older atoms.
 """
 
 from __future__ import annotations
@@ -24,15 +26,16 @@ from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 from takagi.certificates.cross_check.kernel.reading import NotReplayed
 from takagi.certificates.cross_check.plant.expression import Tree
 
+# Limits of time and memory: beyond one of them the claim is not replayed, never refuted.
 ATOMS, MOST_MULTIPLE, MOST_TERMS, MOST_PRODUCTS, MOST_BITS = 64, 32, 4_000, 200_000, 20_000
 
 
 def product_of(a: fmpq_mpoly, b: fmpq_mpoly) -> fmpq_mpoly:
-    """Return a product that does not take long.
+    """Return a b.
 
     Raises
     ------
-    NotReplayed : it would.
+    NotReplayed : the product has more terms than ``MOST_PRODUCTS``, and would take too long.
     """
     if len(a) * len(b) > MOST_PRODUCTS:
         raise NotReplayed("an identity of too many terms")
@@ -55,9 +58,11 @@ class Quotient(NamedTuple):
 
 
 class Algebra:
-    """Quotients of trees; ``trees`` are all whose functions will be met."""
+    """Quotients of trees; ``trees`` must contain every function that is asked about later."""
 
     def __init__(self, trees: Iterable[Tree]) -> None:
+        # Two passes: the first collects the coefficients of all angles and exponents, since their
+        # units must be known before sin or exp of one of them is expanded.
         self.units: dict[Any, fmpq] = {}
         self.context = fmpq_mpoly_ctx.get([f"t{k}" for k in range(ATOMS)], Ordering.lex)
         self.collected: dict[Any, list[fmpq]] | None = {}
@@ -76,11 +81,11 @@ class Algebra:
         self.done: dict[Tree, Quotient] = {}
 
     def vanishes(self, tree: Tree) -> bool:
-        """Return whether the tree is shown to be 0 wherever it is defined."""
+        """Return whether the algebra shows that the tree is 0 wherever it is defined."""
         return bool(self.reduced(self.of(tree).top).is_zero())
 
     def reduced(self, polynomial: fmpq_mpoly) -> fmpq_mpoly:
-        """Return the remainder by all relations, the newest first."""
+        """Return the remainder of the division by all relations, the newest first."""
         for relation in reversed(self.relations):
             _, polynomial = divmod(polynomial, relation)
         if len(polynomial) > MOST_TERMS:
@@ -88,7 +93,7 @@ class Algebra:
         return polynomial
 
     def of(self, tree: Tree) -> Quotient:
-        """Return the quotient that a tree is."""
+        """Return a tree as a quotient of polynomials."""
         if tree not in self.done:
             self.done[tree] = self._lowest(self._of(tree))
         return self.done[tree]
@@ -140,7 +145,10 @@ class Algebra:
         return Quotient(power_of(base.top, p), power_of(base.bottom, p))
 
     def _opaque(self, name: str, arguments: list[Quotient], relation: Any = None) -> fmpq_mpoly:
-        """Return the atom of a function of these arguments, the same for equal ones."""
+        """Return the atom of a function of these arguments; equal arguments have the same atom.
+
+        ``relation`` gives the polynomial of the atom that is 0, such as r^q - a for a root.
+        """
         said = tuple((str(a.top), str(a.bottom)) for a in map(_monic, arguments))
         key = (name, said)
         new = key not in self.places
@@ -174,7 +182,7 @@ class Algebra:
         return Quotient(self._opaque(name, arguments), one)
 
     def _parts(self, kind: str, a: Quotient) -> list[tuple[Any, int, fmpq]]:
-        """Return (key, whole multiple of its unit, coefficient) of each term of an argument."""
+        """Return (key, whole multiple of the key's unit, coefficient) of each term."""
         keys = {place: key for key, place in self.places.items()}
         found: list[tuple[Any, int, fmpq]] = []
         for powers, factor in a.top.terms():
@@ -200,6 +208,7 @@ class Algebra:
         """Return (cos a, sin a)."""
         cosine, sine = self.constant(1), self.constant(0)
         for key, n, c in self._parts("angle", a):
+            # A whole multiple of pi/2 has known values of cos and sin; it needs no atom.
             if key[1:] == (((("name", "pi"), 1),),) and (2 * c).q == 1:
                 turn = int((2 * c).p) % 4
                 c1, s1 = self.constant((1, 0, -1, 0)[turn]), self.constant((0, 1, 0, -1)[turn])
@@ -230,5 +239,6 @@ class Algebra:
 
 
 def _monic(a: Quotient) -> Quotient:
+    """Return the quotient with 1 as the denominator's leading coefficient, to compare texts."""
     lead = a.bottom.leading_coefficient()
     return Quotient(a.top * (1 / lead), a.bottom * (1 / lead))

@@ -1,13 +1,17 @@
-r"""``effort-blend``: two actuators that share one effort U make the equations of the plant.
+r"""``effort-blend``: two actuators that share one effort U give the equations of the plant.
 
-With the ramp psi, convex, psi(U) - psi(-U) = U, and its secant F from the rest U* of the effort
+The ramp psi is convex, with psi(U) - psi(-U) = U.  F is its secant slope from the effort U* of the
+rest:
 
-    high   v = idle + direction (psi(U*) + F dU) / b          F at the ends of U's range bound F
+    high   v = idle + direction (psi(U*) + F dU) / b
     low    v = idle - direction (psi(-U*) - (1 - F) dU) / b
 
-1. psi_max <= b times the room that an actuator has, and b > 0, on the box, by bisection.
-2. The equations with v, or v* + (1 + delta)(v - v*), are those of the model, by algebra.
-3. Gains of rules with the same corners of premises without delta are the same.
+As psi is convex, F lies between its values at the ends of U's range.  The conditions are:
+
+1. b > 0 and psi_max <= b times the room that an actuator has, on the box, by bisection.
+2. The equations with v, or with v* + (1 + delta)(v - v*) for an actuator with a relative error
+   delta, are those of the model, by algebra.
+3. The law does not know delta: rules that differ only in premises with delta have equal gains.
 """
 
 from __future__ import annotations
@@ -46,7 +50,7 @@ from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_secan
 
 
 class _Side(NamedTuple):
-    """One actuator; ``way`` is 1 for the high one, -1 for the low one."""
+    """One of both actuators; ``way`` is 1 for the high one, -1 for the low one."""
 
     name: str
     way: int
@@ -119,7 +123,7 @@ def _as_written(
 
 
 def _within_limits(search: Search, one: _Side, most: fmpq) -> Obligations:
-    """Yield that an actuator can deliver every effort up to ``most`` on its side."""
+    """Yield that an actuator can deliver every effort up to ``most`` within its limits."""
     if one.limits is None:
         yield Fact("the effectiveness is positive", search.holds(one.b, _above(fmpq(0))))
         return
@@ -177,7 +181,7 @@ def _side(given: Any, plant: TreePlant, meaning: dict[str, Tree], way: int) -> _
 def _law(
     one: _Side, plant: TreePlant, effort: Variable, share: Variable, rest: fmpq, e: fmpq
 ) -> Tree:
-    """Return where the actuator is, over deviations from rest."""
+    """Return the actuator's position, in the deviations from rest."""
     part = plus(share.rest, ("name", share.symbol))
     if one.way < 0:
         part = plus(part, number(-1))
@@ -207,6 +211,7 @@ def _above(least: fmpq) -> Any:
 
 
 def _alone(plant: TreePlant, own: int) -> bool:
+    """Return whether row and column ``own`` of the mass matrix are those of the identity."""
     return all(
         value_of(one) == int(i == j)
         for i, row in enumerate(plant.mass or [])
@@ -216,6 +221,7 @@ def _alone(plant: TreePlant, own: int) -> bool:
 
 
 def _known(plant: TreePlant, sides: list[_Side], gains: Any) -> bool:
+    """Return whether rules that differ only in premises with an error have equal gains."""
     K = stack(gains, "K")
     if len(K) == 1:
         return True

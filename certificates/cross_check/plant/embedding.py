@@ -1,11 +1,11 @@
 r"""``sector-embedding``: on its box the plant is the blend of its vertices.
 
-1. Equations, outputs and mass matrix are defined on the box, in every part; det M is not 0.
+1. Equations, outputs and mass matrix are defined everywhere on the box; det M is not 0.
 2. M(x) (A(z(x)) dx + B(z(x)) du + E(z(x)) dw) = f, and C dx + D du = y - y at rest, by algebra.
 3. Every premise keeps its bounds, by bisection of ranges with rational ends.
-4. Entries are of degree one at most in each premise (``plant``).
+4. Each entry has at most degree one in each premise (``plant``).
 
-Steps that are not decided here, such as ranges of tables or N / x^2 at x = 0, raise
+Steps that this checker cannot decide, such as ranges of tables or N / x^2 at x = 0, raise
 ``NotReplayed``.
 """
 
@@ -38,8 +38,11 @@ from takagi.certificates.cross_check.plant.plant import (
     require_decimals,
 )
 
+# Places of the points at which a supposed identity is tried out, as shares of each side of the box:
+# three inside, where it is unlikely that terms cancel by chance, and two corners.
 SHARES = (fmpq(2, 7), fmpq(5, 11), fmpq(11, 13), fmpq(1), fmpq(0))
 MOST_BOXES, MOST_ROWS = 6_000, 6
+# A law's trim is written in decimals, and may differ from an irrational rest by their rounding.
 TRIM = fmpq(1, 10**12)
 
 
@@ -82,7 +85,7 @@ def within(plant: TreePlant, search: Search) -> Obligations:
 
 
 def identical(algebra: Algebra, tree: Tree, box: Box, label: str) -> bool:
-    """Return whether a tree is 0: True by algebra, False at a point of the box where it is not.
+    """Return True if algebra shows that a tree is 0, False if it is not 0 at a point of the box.
 
     Raises
     ------
@@ -96,7 +99,11 @@ def identical(algebra: Algebra, tree: Tree, box: Box, label: str) -> bool:
 
 
 def _is_not_zero(tree: Tree, box: Box, share: fmpq) -> bool:
-    """Return whether a tree differs from 0 at a point: so far along each side, each its own."""
+    """Return whether a tree differs from 0 at one point of the box.
+
+    The point lies at another share of each side (the fractional part of a multiple of ``share``):
+    with equal shares a difference of two variables could vanish.
+    """
     place: dict[str, Interval] = {}
     for k, name in enumerate(sorted(set(names_in(tree)) & set(box))):
         low, high = box[name] or (fmpq(-1), fmpq(1))
@@ -130,7 +137,10 @@ def _parts(plant: TreePlant) -> list[tuple[str, Tree]]:
 
 
 def _numerators(trees: list[Tree], at_zero: dict[str, Tree]) -> list[Tree]:
-    """Return what may have to vanish with a denominator, for the algebra to know its angles."""
+    """Return the numerators of all quotients, also with a variable of the denominator set to 0.
+
+    ``Search`` may later ask whether they vanish there, and the algebra must know their angles then.
+    """
     found: list[Tree] = []
     for tree in trees:
         if tree[0] == "/":
@@ -148,7 +158,7 @@ def _is_tree(part: Any) -> bool:
 
 
 def _differences(plant: TreePlant) -> list[tuple[str, Tree]]:
-    """Return what must be 0: the rows of step 2."""
+    """Return (label, tree that must be 0) for each row of step 2."""
     z = {p.name: p.tree for p in plant.premises}
     variables: dict[str, list[Variable]] = dict.fromkeys("AC", plant.states)
     variables |= {"B": plant.inputs, "D": plant.inputs, "E": plant.pushes}
@@ -181,7 +191,7 @@ def _differences(plant: TreePlant) -> list[tuple[str, Tree]]:
 
 
 def _determinant(rows: list[list[Tree]]) -> Tree:
-    """Return the determinant along the first row."""
+    """Return the determinant, expanded along the first row."""
     if not rows:
         return number(1)
     total = number(0)
@@ -202,7 +212,10 @@ def _not_zero(a: Interval) -> bool:
 
 
 class Search:
-    """Bisection of the box until a range is what it should be on every part."""
+    """Bisection of the box until the range of a tree is good on every part.
+
+    ``limits`` : N / x is enclosed across x = 0 where N is shown to vanish there.
+    """
 
     def __init__(self, algebra: Algebra, box: dict[str, Interval], *, limits: bool = True) -> None:
         self.algebra, self.box, self.limits = algebra, box, limits
@@ -239,6 +252,7 @@ class Search:
             if not wide or sides[wide][0] == sides[wide][1]:
                 break
             low, high = sides[wide]
+            # A cut at 0 makes a denominator x of one sign in both halves, apart from the end 0.
             middle = fmpq(0) if low < 0 < high else (low + high) / 2
             waiting += [{**box, wide: (low, middle)}, {**box, wide: (middle, high)}]
         raise NotReplayed("a range that this search does not settle")
@@ -254,7 +268,7 @@ class Search:
             return False
 
     def _bad_point(self, tree: Tree, box: Box, good: Callable[[Interval], bool]) -> bool:
-        """Return whether the value at a corner or the middle has no part in what is good."""
+        """Return whether the value at a corner or at the middle is certainly not good."""
         if any(side is None for side in box.values()):
             return False
         ends = [[(side[0], side[0]), (side[1], side[1])] for side in box.values() if side]
@@ -266,8 +280,8 @@ class Search:
                 if reason.surely:
                     return True
                 continue
-            # Two points of the range decide: if both are outside and close together, none is
-            # inside.
+            # The value lies between two ends that are less than 1e-30 apart.  Where neither end is
+            # good the value counts as not good: the claim is UNDECIDED then, never DISPROVED.
             if a is not None and a[1] - a[0] < fmpq(1, 10**30):
                 if not good((a[0], a[0])) and not good((a[1], a[1])):
                     return True

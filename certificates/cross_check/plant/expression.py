@@ -1,4 +1,4 @@
-"""Expressions of plant files as trees; nothing in a text is ever executed.
+"""Expressions of plant files as trees; no text from a file is ever executed as code.
 
 Precedence climbing: ``+ -`` bind weakest, then ``* /``, then signs, then ``^`` (also written
 ``**``), which groups to the right and takes a constant exponent.  A tree is a tuple:
@@ -6,8 +6,8 @@ Precedence climbing: ``+ -`` bind weakest, then ``* /``, then signs, then ``^`` 
     ("number", q)  ("name", text)  ("+", a, b)  ("*", a, b)  ("/", a, b)  ("^", a, q)
     ("call", name, (a, ...))
 
-Sums with 0 and products with 0 or 1 are made simpler, but a product with 0 stays where the other
-factor may have no value: 0 log(x) is not 0.  a^0 is read as a/a.
+Sums with 0 and products with 0 or 1 are simplified.  A product with 0 stays where the other factor
+may be undefined: 0 log(x) is not 0 everywhere.  For the same reason a^0 is read as a/a.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ PIECE = re.compile(
     re.ASCII,
 )
 LONGEST, DEEPEST, LARGEST_POWER, MOST_BITS = 20_000, 60, 64, 100_000
+# Functions that are defined for every real argument.
 EVERYWHERE = frozenset("sin cos exp sinh cosh tanh atan asinh abs erf sign".split())
 BINDING = {"+": 1, "-": 1, "*": 2, "/": 2}
 
@@ -46,7 +47,7 @@ def times(a: Tree, b: Tree) -> Tree:
 
 
 def _may_fail(tree: Tree) -> bool:
-    """Return whether a tree has a part without a value somewhere; a table is such a part."""
+    """Return whether a part of a tree may be undefined somewhere; a table may be."""
     kind = tree[0]
     if kind in ("number", "name"):
         return False
@@ -68,7 +69,7 @@ def parsed(written: object, constants: Mapping[str, Tree] | None = None) -> Tree
 
     Raises
     ------
-    Refusal : it is neither, or too long or deep.
+    Refusal : ``written`` is neither, is no expression, or is too long or too deeply nested.
     """
     if isinstance(written, Written):
         return number(_decimal(written))
@@ -115,7 +116,7 @@ class _Pieces:
         return text
 
     def above(self, binding: int, depth: int) -> Tree:
-        """Return what binds stronger than ``binding``, from here on."""
+        """Return the longest tree from here whose operators bind more strongly than ``binding``."""
         if depth > DEEPEST:
             raise Refusal("too many brackets or signs inside one another")
         left = self.signed(depth)
@@ -172,7 +173,7 @@ def _over(a: Tree, b: Tree) -> Tree:
 
 
 def value_of(tree: Tree) -> fmpq | None:
-    """Return the rational value of a tree without names; None where it has none or it is unclear.
+    """Return the rational value of a tree without names; None where no rational value is found.
 
     Raises
     ------
@@ -218,7 +219,7 @@ def put(tree: Tree, meaning: Mapping[str, Tree]) -> Tree:
 
 
 def names_in(tree: Tree) -> Iterator[str]:
-    """Yield the names that stand in a tree, some of them more than once."""
+    """Yield the names in a tree; a name that occurs twice is yielded twice."""
     if tree[0] == "name":
         yield tree[1]
     elif tree[0] == "call":

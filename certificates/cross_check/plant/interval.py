@@ -1,8 +1,8 @@
-r"""Ranges of trees over boxes: rational ends, which arithmetic keeps exact, functions by balls.
+r"""Ranges of trees over boxes: intervals with rational ends; functions are enclosed by balls.
 
-An interval is a pair of rationals, or None where nothing is known.  With each range goes that
-of the slope along one variable.  Where x, which may be 0, stands in a denominator, and the
-numerator N vanishes with it (``removable`` says so),
+An interval is a pair of rationals, or None where nothing is known.  Each range is computed together
+with the range of the slope along one variable.  The slope serves where the denominator x may be 0
+and the numerator N vanishes at x = 0 (``removable`` says so):
 
     N / x = int_0^1 N_x(s x) ds     lies in the range of N_x over the hull of the box and x = 0.
 """
@@ -20,13 +20,13 @@ from takagi.certificates.cross_check.plant.expression import Tree
 Interval: TypeAlias = tuple[fmpq, fmpq] | None
 Box: TypeAlias = Mapping[str, Interval]
 Removable: TypeAlias = Callable[[Tree, str], bool]
-BITS, LONGEST, MOST_POWER = 160, 600, 20_000
+BITS, LONGEST, MOST_POWER = 160, 600, 20_000  # of balls, of a rational end, of a power of 2
 ZERO, ONE = fmpq(0), fmpq(1)
 POINT: Interval = (ZERO, ZERO)
 
 
 class Undefined(Exception):
-    """A part has no value somewhere on the box, as far as can be seen; ``surely`` nowhere on it."""
+    """A part may be undefined somewhere on the box; with ``surely`` it is undefined everywhere."""
 
     def __init__(self, what: str, *, surely: bool = False) -> None:
         super().__init__(what)
@@ -72,12 +72,15 @@ def _dual(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
         if a.slope == POINT:
             return Dual(value, POINT)
         return Dual(value, _times(SLOPES[tree[1]](a.value), a.slope))
+    # A product with 0 was kept only because its other factor may be undefined (``times``): no
+    # limit is taken there.
     if kind == "*" and ("number", ZERO) in tree[1:]:
         removable = _never
     a, b = (_dual(part, box, along, removable) for part in tree[1:])
     if kind == "+":
         return Dual(_plus(a.value, b.value), _plus(a.slope, b.slope))
     slope = _plus(_times(a.slope, b.value), _times(a.value, b.slope))
+    # x x is never negative; the product of two intervals would not know that.
     if tree[1] == tree[2]:
         return _power(a, fmpq(2))
     return Dual(_times(a.value, b.value), slope)
@@ -112,7 +115,7 @@ def _quotient(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:
 
 
 def _multiple(tree: Tree) -> tuple[fmpq, str]:
-    """Return (c, x) of a tree c x; an empty name for another one."""
+    """Return (c, x) of a tree c x; an empty name where the tree has another form."""
     if tree[0] == "name":
         return ONE, tree[1]
     if tree[0] == "*" and tree[1][0] == "number" and tree[2][0] == "name":
@@ -134,7 +137,7 @@ def _times(a: Interval, b: Interval) -> Interval:
 
 
 def _short(a: tuple[fmpq, fmpq]) -> Interval:
-    """Return the interval with shorter ends, rounded outward, where they have become long."""
+    """Return the interval; ends with long denominators are rounded outward, which saves time."""
     if max(int(end.q).bit_length() for end in a) < LONGEST:
         return a
     low, high = ((end.p << LONGEST // 2) // end.q for end in a)
@@ -188,7 +191,7 @@ def _ends(ball: arb) -> tuple[fmpq, fmpq]:
 
 
 def _ends_of(function: Callable[[arb], arb], a: tuple[fmpq, fmpq]) -> tuple[fmpq, fmpq]:
-    """Return the range of a function that grows."""
+    """Return the range of a function that increases."""
     low, high = (_ends(function(arb(end))) for end in a)
     return low[0], high[1]
 
@@ -196,7 +199,7 @@ def _ends_of(function: Callable[[arb], arb], a: tuple[fmpq, fmpq]) -> tuple[fmpq
 def _growing(
     function: Callable[[arb], arb], least: fmpq | None = None, most: fmpq | None = None
 ) -> Callable[[Interval], Interval]:
-    """Return the range of a function that grows from ``least`` to ``most``."""
+    """Return the interval extension of a function that increases from ``least`` to ``most``."""
 
     def found(a: Interval) -> Interval:
         if a is None:
@@ -209,6 +212,7 @@ def _growing(
 
 def _wave(a: Interval, quarter: int) -> Interval:
     """Return the range of cos (0 quarters) or sin (1), whose maxima lie at (quarter/2 + 2 k) pi."""
+    # 7 > 2 pi: the interval contains a whole period.
     if a is None or a[1] - a[0] > 7:
         return -ONE, ONE
     function = arb.sin if quarter else arb.cos

@@ -1,4 +1,4 @@
-"""The loop that a model and gains make, by the kind of model."""
+"""The loop of a model with gains, for both kinds of model."""
 
 from __future__ import annotations
 

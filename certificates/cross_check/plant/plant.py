@@ -1,9 +1,9 @@
-r"""A plant and its embedding, as trees; and the exact vertices that the embedding's entries make.
+r"""A plant and its embedding, as trees; and the exact vertices of the embedding.
 
     M(x) x' = f(x, u, w),    y = g(x, u),    x = x* + dx, u = u* + du, w = w* + dw
 
-Each entry of A, B, C, D, E is a polynomial of degree one at most in each premise, so that it is the
-blend of its values at the corners of the premises' bounds.
+Each entry of A, B, C, D, E is a polynomial that has at most degree one in each premise, so that it
+is the blend of its values at the corners of the premises' bounds.
 """
 
 from __future__ import annotations
@@ -43,7 +43,10 @@ FUNCTIONS = set(
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A state, input or disturbance; ``side`` is the range of what it deviates from its rest."""
+    """A state, input or disturbance.
+
+    ``symbol`` names its deviation from ``rest``; ``side`` is the range of the deviation.
+    """
 
     name: str
     symbol: str
@@ -58,7 +61,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True)
 class Premise:
-    """``tree`` is in the symbols of variables."""
+    """A premise with its bounds; the names in ``tree`` are symbols of variables."""
 
     name: str
     tree: Tree
@@ -68,7 +71,12 @@ class Premise:
 
 @dataclass(frozen=True, slots=True)
 class TreePlant:
-    """Trees in the symbols of variables, parameters put in; entries in premise names."""
+    """A plant and its embedding.
+
+    ``f``, ``mass``, ``outputs`` : trees in the symbols of variables, with values of parameters.
+    ``entries`` : trees in the names of premises, by the letter of the matrix.
+    ``balls`` : names of numbers that are no decimals, each known by a middle and a radius.
+    """
 
     states: list[Variable]
     inputs: list[Variable]
@@ -196,7 +204,7 @@ def _constant(value: Any) -> fmpq:
 
 
 def require_decimals(plant: TreePlant) -> None:
-    """Raise NotReplayed where a rest or a parameter is a ball: its proof has no reading here."""
+    """Raise NotReplayed where a rest or a parameter is a ball: this checker cannot prove a ball."""
     if plant.balls:
         raise NotReplayed("a plant with numbers that are no decimals")
 
@@ -217,7 +225,7 @@ def _calls(tree: Tree) -> list[str]:
 
 
 def _ball(written: dict[str, Any]) -> Side:
-    """Return where a number that is no decimal lies."""
+    """Return the ends of the interval in which a number that is no decimal lies."""
     middle, radius = _constant(entry(written, "value")), _constant(entry(written, "within"))
     if not 0 < radius < abs(middle):
         raise Refusal("a number that is no decimal needs a radius that leaves 0 outside")
@@ -256,12 +264,13 @@ def _variable(given: Any, taken: set[str], meaning: dict[str, Tree], balls: list
             raise Refusal("range: its rest must be a rational number")
         if not low <= lies[0] <= lies[1] <= high or low == high:
             raise Refusal("range: it must increase, and contain the rest")
+        # These deviations keep the variable in its range for every rest in the interval.
         side = (low - lies[0], high - lies[1])
     return Variable(name, symbol, line(given, "unit"), rest, side)
 
 
 def plant_loop(model: Any) -> VertexLoop:
-    """Return the vertices, at the corners of the premises' bounds, the last changing first.
+    """Return the vertices, at the corners of the premises' bounds; the last premise changes first.
 
     Raises
     ------

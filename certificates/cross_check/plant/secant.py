@@ -1,16 +1,16 @@
-r"""``secant-embedding``: differences of the plant from rest are blends of its vertices.
+r"""``secant-embedding``: the plant's deviation from rest is a blend of its vertices.
 
 f has continuous partial derivatives on the box, a convex set that contains the rest x*, so that
 
     f(x) - f(x*) = (int_0^1 f_x(x* + s (x - x*)) ds) (x - x*),
 
-likewise for inputs, disturbances and outputs.  Entries that are affine in premises have as their
-mean along the segment their value at the means of the premises, which keep the bounds that the
-premises keep on the box.  Decided are, in this order:
+likewise for inputs, disturbances and outputs.  An entry that is affine in the premises has a mean
+along the segment; it is the entry's value at the means of the premises.  These means keep the
+bounds that the premises keep on the box.  The checker decides in this order:
 
-1. No absolute value; equations, outputs and each slope of them are defined on the box.
+1. There is no absolute value; equations, outputs and all their slopes are defined on the box.
 2. At rest the equations are 0 (x* in discrete time).
-3. The slopes are the entries, by algebra; no output has a slope in a disturbance.
+3. The slopes are equal to the entries, by algebra; no output depends on a disturbance.
 4. Every premise keeps its bounds.
 
 Source: the mean value theorem in its integral form.
@@ -67,7 +67,7 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
 
 
 def _at_rest(plant: TreePlant) -> Iterator[tuple[str, Tree]]:
-    """Yield (label, what must be 0) for the point of rest."""
+    """Yield (label, tree that must be 0) for each equation at rest."""
     zero = {v.symbol: number(0) for v in plant.variables}
     for state, tree in zip(plant.states, plant.f, strict=True):
         target = number(0) if plant.step is None else state.rest
@@ -75,7 +75,7 @@ def _at_rest(plant: TreePlant) -> Iterator[tuple[str, Tree]]:
 
 
 def _slopes(plant: TreePlant) -> Iterator[tuple[str, Tree, Tree]]:
-    """Yield (label, slope, what the embedding says it is)."""
+    """Yield (label, slope of the plant, entry of the embedding) for every entry."""
     meaning = {p.name: p.tree for p in plant.premises}
     groups: list[tuple[str, list[Tree], list[Variable]]] = [
         ("A", plant.f, plant.states),

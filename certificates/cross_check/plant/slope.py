@@ -3,7 +3,7 @@ r"""Partial derivatives of trees, by the rules of differentiation.
     (a b)' = a' b + a b'      (a/b)' = a'/b - a b'/b^2      (a^q)' = q a^(q-1) a'
     F(a)'  = F'(a) a'         with F' from the table below
 
-An absolute value has no derivative at 0, and tables have no slope here.
+An absolute value has no derivative at 0, and this checker has no slopes of tables.
 """
 
 from __future__ import annotations
@@ -87,7 +87,8 @@ def slope_of(tree: Tree, name: str) -> Tree:
     a, b = tree[1], tree[2]
     da, db = slope_of(a, name), slope_of(b, name)
     if kind == "*":
-        # A factor that is a part of the tree itself has a value wherever the tree has one.
+        # Where da is 0 the factor b is left out, also where ``times`` would keep it because it may
+        # be undefined: b is a part of the tree, hence defined wherever the tree is.
         left = da if da == number(0) else times(da, b)
         return plus(left, db if db == number(0) else times(a, db))
     first = number(0) if da == number(0) else ("/", da, b)
@@ -97,7 +98,7 @@ def slope_of(tree: Tree, name: str) -> Tree:
 
 
 def has_kink(tree: Tree) -> bool:
-    """Return whether an absolute value stands in a tree."""
+    """Return whether a tree contains an absolute value or a sign."""
     if tree[0] == "call":
         return tree[1] in ("abs", "sign") or any(map(has_kink, tree[2]))
     return any(has_kink(part) for part in tree[1:] if isinstance(part, tuple))

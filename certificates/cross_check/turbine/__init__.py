@@ -2,8 +2,8 @@
 
 loop_claim                  the matrix inequalities, cell by cell
 numbers, surface            turbine, law and box; the coefficient surface
-ranges, moving_schedule     the stated ranges enclose the turbine; the schedule wind moves
+ranges, moving_schedule     the stated ranges enclose the turbine; the effects of a moving schedule
 effort_ramp                 the ramp that shares an effort between torque and pitch
 wind_rate, actuator_rates   claims that depend on the loop claim
-equilibrium                 the number of equilibria, from the torque_balance
+equilibrium                 the number of equilibria, by the signs in torque_balance
 """

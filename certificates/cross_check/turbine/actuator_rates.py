@@ -1,12 +1,13 @@
-r"""``actuator-rates``: how fast pitch and torque move while xi'P xi <= 1.
+r"""``actuator-rates``: bounds of the rates of pitch and torque while xi'P xi <= 1.
 
 b beta' = T zeta + theta mu v_s' N     so  |beta'| <= zeta_max / (b tau) + theta rho |N / b|
 U' = q*' v_s' + gamma' v_s' s + gamma s',   s = e - x,   s' = h xi + w_e,
      h = (a - G + nu, S, G),   |h xi| <= B  where  B^2 P - h'h > 0
 T_g = T_rated - E (psi(-U) + held(f v_s', g))
 
-|T_g'| <= E (F(-U) |U'| + |f| |v_s''|), and T_g steps where f or g does: at a node.
-Where a claim on the wind's rate is named, |v_s''| = |w' - v_s'| / tau_f is bounded by its rates.
+|T_g'| <= E (F(-U) |U'| + |f| |v_s''|) inside a cell.  At a node of the law's winds f and g step,
+and T_g steps with them.  If the claim names a claim on the wind's rate, that claim's rates bound
+|v_s''| = |w' - v_s'| / tau_f.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ ZERO = fmpq(0)
 
 
 def actuator_rates(claim: Any, document: Any) -> Obligations:
-    """Yield the inequalities of the module, cell by cell."""
+    """Yield the inequalities of the module's text, cell by cell."""
     loop, _ = loop_rested_on(claim, document)
     turbine = TurbineNumbers(loop, entry(document, "model"), entry(document, "gains"))
     P, peaks = table(loop, "P", (3, 3)), entry(loop, "peaks")
@@ -84,12 +85,14 @@ def _cell(rates: Any, cell: Any, at: WindCell, P: fmpq_mat, peaks: Any, label: s
 
 
 def _step(turbine: TurbineNumbers, cells: Any) -> fmpq:
-    """Return the largest difference of two neighbours' feed-forwards at one rate [rad/s^2]."""
+    """Return the largest step of the feed-forward at a node, over both cells' rates [rad/s^2]."""
     sides = [
         (f, g, rational(cell, "wind_rate"))
         for f, g, cell in zip(turbine.ahead, turbine.ahead_limit, cells, strict=True)
     ]
     found = [ZERO]
+    # The difference of two limited lines is piecewise linear and odd in the rate: it is largest at
+    # an end of the rates or where one of both reaches its limit.
     for one, two in pairwise(sides):
         reach = min(one[2], two[2])
         corners = [reach] + [g / abs(f) for f, g, _ in (one, two) if f != 0 and g < abs(f) * reach]
@@ -98,5 +101,6 @@ def _step(turbine: TurbineNumbers, cells: Any) -> fmpq:
 
 
 def _fed(side: tuple[fmpq, fmpq, fmpq], rate: fmpq) -> fmpq:
+    """Return f v_s' limited to [-g, g]."""
     f, g, _ = side
     return max(-g, min(g, f * rate))

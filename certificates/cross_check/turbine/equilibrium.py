@@ -1,7 +1,8 @@
-r"""``equilibrium``: at how many states a turbine's loop rests at each constant wind, v_s = v.
+r"""``equilibrium``: the number of equilibria of a turbine's loop at each constant wind, v_s = v.
 
-At rest pitch is where the law asks for it, x' = -nu e is 0 or x is held at -+X by an e that pushes
-it outward, and nothing is fed forward.  So each rest is a zero of
+At an equilibrium pitch is equal to the law's command, and nothing is fed forward.  Either
+x' = -nu e is 0, or x is held at its limit -+X while e pushes it outward.  So each equilibrium is a
+zero of
 
     f = c v^2 c_Q(lambda, beta) - (T_rated n_g / J - m psi(-U))_+,     U = q* + gamma (e - x),
     beta = min(beta_min + psi(U) / b, beta_max),      lambda = R (omega* + e) / v
@@ -10,14 +11,15 @@ it outward, and nothing is fed forward.  So each rest is a zero of
     upper    x = X,    e <= 0:  lambda from the table's lower end to lambda* = R omega* / v
     lower    x = -X,   e >= 0:  lambda from lambda* to the table's upper end
 
-Any wake.  It adds to the torque what is 0 at the trim's pitch (U = q*) and does not rise with
-pitch: not negative for U <= q*, not positive for U >= q*, and not falling with x.  So f > 0 at
-x >= 0, f < 0 at x <= 0 and df/dx > 0 stay true with it.  "one" is said where these alone show, at
-every wind of the cell, one zero inside and none at a limit; "several" where f changes its sign
-twice or oftener along curves that lie inside the table, without a wake.
+The answer holds for any wake.  A wake adds a torque that is 0 at the trim's pitch (U = q*) and does
+not increase with pitch: it is not negative for U <= q*, not positive for U >= q*, and does not
+decrease with x.  So f > 0 at x >= 0, f < 0 at x <= 0 and df/dx > 0 stay true with a wake.  The
+answer is "one" if these three alone show, at every wind of the cell, one zero inside and none at a
+limit.  It is "several" if, without a wake, f changes its sign at least twice along curves inside
+the table.
 
-Winds and curves are halved until that is decided.  This follows from the law and the balance of
-torques; docs/equilibria.md states what is counted.
+Winds and curves are halved until the answer is decided.  All of this follows from the law and the
+balance of torques; docs/equilibria.md states what is counted.
 """
 
 from __future__ import annotations
@@ -48,7 +50,7 @@ from takagi.certificates.cross_check.turbine.torque_balance import (
 OF_THE_PAPER = {"one at the trim", "one off the trim", "none", "continuum"}  # never of this law
 ANSWERS = {"one", "several"} | OF_THE_PAPER
 LAWS_OF_THE_PAPER = ("paper", "paper-two-integrators")
-# Results that do not contradict an answer.
+# Results that do not contradict an answer, and do not prove it: the claim is then not replayed.
 NOT_ONE = "not one"
 OPEN = {"one": (None,), "several": (None, NOT_ONE)}
 MOST_CELLS = 2000
@@ -57,11 +59,11 @@ ZERO = fmpq(0)
 
 
 def equilibrium(claim: Any, model: Any, gains: Any) -> Obligations:
-    """Yield, for every cell of winds, that the loop rests as it is stated.
+    """Yield, for every cell of winds, that the number of equilibria is the stated one.
 
     Raises
     ------
-    NotReplayed : a law of the paper, or a cell that is not decided by so many halvings.
+    NotReplayed : a published law, or a cell that the allowed halvings do not decide.
     """
     if line(gains, "name") in LAWS_OF_THE_PAPER:
         raise NotReplayed("rests of a law of the paper")
@@ -93,7 +95,7 @@ Parts: TypeAlias = list[tuple[NumberRange, BalanceSign]]
 def _found(
     rotor: Rotor, k: int, winds: NumberRange, looks: Looks, depth: int
 ) -> Iterator[str | None]:
-    """Yield how often the loop rests at parts of the winds; None where that is not decided."""
+    """Yield the answer for parts of the winds; None where it is not decided."""
     try:
         found = _rests(Balance(rotor, k, winds, looks))
     except Outside:
@@ -131,11 +133,12 @@ def _signed(look: BalanceSign) -> bool:
 
 
 def _kept_below(look: BalanceSign) -> bool:
-    """Whether a part with x <= 0 is decided for every wake."""
+    """Return whether a part with x <= 0 is decided for every wake."""
     return look.sign < 0 or look.rises or look.empty
 
 
 def _kept_above(look: BalanceSign) -> bool:
+    """Return whether a part with x >= 0 is decided for every wake."""
     return look.sign > 0 or look.rises or look.empty
 
 
@@ -149,7 +152,7 @@ def _parts(
     decided: Callable[[BalanceSign], bool],
     halved: int = HALVED_CURVE,
 ) -> Parts:
-    """Return the curve cut into parts, each halved until it is decided or short."""
+    """Return the curve in parts; each is halved until it is decided, ``halved`` times at most."""
     found: Parts = []
     waiting = [(span, halved)]
     while waiting:
@@ -167,10 +170,10 @@ def _parts(
 
 
 def _rising_zeros(curve: Curve, parts: Parts) -> tuple[int | None, bool]:
-    """Return how many zeros there are without a wake, and whether with every one.
+    """Return the number of zeros without a wake, and whether it is the same with every wake.
 
-    Each part has a sign that no wake changes, or rises; None where one has neither, or an end of
-    what rises has no sign.
+    Each part either has a sign that no wake changes, or f increases on it.  The number is None if
+    a part has neither property, or if the sign at an end of an increasing part is not decided.
     """
     zeros, k, kept = 0, 0, True
     while k < len(parts):
@@ -187,14 +190,15 @@ def _rising_zeros(curve: Curve, parts: Parts) -> tuple[int | None, bool]:
         left, right = curve(NumberRange(start, start)).sign, curve(NumberRange(end, end)).sign
         if left == 0 or right == 0:
             return None, False
-        # It rises, so that it has at most one; a wake may change a sign on the other side of 0.
+        # f increases on [start, end], so that it has at most one zero there.  A wake keeps f > 0
+        # only at x >= 0 and f < 0 only at x <= 0; at other ends it may change the sign.
         zeros += left < right
         kept &= start <= 0 <= end if left < right else end <= 0 if right < 0 else start >= 0
     return zeros, kept
 
 
 def _changes(curve: Curve, span: NumberRange, halved: int = HALVED_CURVE) -> int:
-    """Return how often the sign changes along a curve, where the table has all between."""
+    """Return a lower bound of the sign changes of f along the parts of a curve inside the table."""
     changes, last = 0, 0
     for part, look in _parts(curve, span, _signed, halved):
         if not look.whole:

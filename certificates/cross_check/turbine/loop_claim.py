@@ -4,15 +4,16 @@ r"""``coherent-loop``: the matrix inequalities of the turbine's claim, cell by c
         [ f (a - G + nu)  f S - T    f G   ]      w = kappa (r + g dv) + o v'
         [ -nu             0          0     ]
 
-over the corners of the stated ranges of a, G, S, f, T; while the schedule wind moves, with
-T -+ (b'/b) v' in the place of T:
+over the corners of the stated ranges of a, G, S, f, T.  For the invariance, where the schedule wind
+moves, T is replaced by T -+ (b'/b) v':
 
     [[-(A'P + PA + alpha P), -P d], [-d'P, alpha]] > 0       {x'Px <= 1} is invariant
     -(A'P + PA + 2 rho P) > 0,  -(A'R + RA + 2 r R) > 0      decay by cell, and for all winds
 
-with {x'Px <= 1} inside the stated peaks, those inside the box, and the equilibrium inside the set.
+{x'Px <= 1} lies inside the stated peaks, the peaks lie inside the box, and the equilibrium lies
+inside the set.
 
-That the stated ranges enclose the turbine follows in ``ranges``, after the matrices.
+``ranges`` shows after the matrices that the stated ranges enclose the turbine.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from takagi.certificates.cross_check.turbine.ranges import enclosed
 
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 SIZES = ("residual", "wind_gain", "inertia_gain", "effectiveness_slope", "reference_slope")
-DECIMALS = 10**7  # what the format gives the numbers of a cell
+DECIMALS = 10**7  # the format allows seven decimals for the numbers of a cell
 WIDTHS = {
     "speed_error": (1, 0, 0),
     "effort_lag": (0, 1, 0),
@@ -46,7 +47,7 @@ WIDTHS = {
 
 
 def effort_sharing_loop(claim: Any, model: Any, gains: Any) -> Obligations:
-    """Yield the inequalities of the module, then what encloses the turbine."""
+    """Yield the inequalities of the module's text, then the enclosures of the turbine."""
     turbine = TurbineNumbers(claim, model, gains)
     P = table(claim, "P", (3, 3))
     settling = entry(claim, "settling")

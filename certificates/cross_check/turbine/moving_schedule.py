@@ -1,12 +1,13 @@
 r"""The effect of a schedule wind with rate up to rho in one cell, after the feed-forward.
 
-With N = F(U) (q*' + gamma' s) - psi(U) b'/b, |s| <= box, and theta the lead over the drive's tau:
+Let N = F(U) (q*' + gamma' s) - psi(U) b'/b, |s| <= box, and theta the lead divided by the pitch
+drive's tau.  The stated numbers of a cell must enclose:
 
     T    in [h, 1] / tau,  h = min(1, (limit - theta rho |N / b|) b tau / zeta)
     |b'/b|,  |omega*' - kappa m mu f|  with mu from min(1, g / |f| rho, psi(-U_high) / |f| rho)
     |w_zeta| <= max(|1 - theta| rho |N|, sup(rho |N| - psi(U) / tau))
 
-and the limits that are not to be met: torque 0 and the largest pitch.  Derived in
+Torque must stay above 0, and the pitch command below the largest pitch.  Derived in
 docs/coherent-loop.md, sections Speed, Effort lag and Invariance.
 """
 
@@ -26,7 +27,7 @@ ZERO, FULL = fmpq(0), fmpq(1)
 
 
 def schedule(at: WindCell, cell: Any, label: str) -> Obligations:
-    """Yield that the stated numbers hold what a moving schedule wind does."""
+    """Yield that the stated numbers of a cell enclose the effects of a moving schedule wind."""
     turbine, rho = at.turbine, rational(cell, "wind_rate")
     yield Fact(f"{label}: wind rate", rho >= 0)
     tau, theta = turbine.drive, turbine.lead / turbine.drive
@@ -77,9 +78,10 @@ def _left_of_reference(at: WindCell, rho: fmpq) -> fmpq:
 
 
 def _cut(at: WindCell, rho: fmpq, turning: fmpq) -> fmpq:
-    """Return sup over U of A F - c psi, c = 1/tau - rho |b'/b|: what the lower pitch limit cuts.
+    """Return the supremum over U of A F - c psi, with c = 1/tau - rho |b'/b|, or 0.
 
-    psi = eps F^2 on the ramp; beyond it F = 1 and psi = U.
+    c = 1/tau - rho |b'/b|; it bounds w_zeta where the lower pitch limit cuts off the lead.  On the
+    ramp psi = eps F^2; beyond it F = 1 and psi = U.
     """
     turbine, eps = at.turbine, at.turbine.overlap
     moved = abs(at.slope(turbine.effort))
@@ -90,6 +92,6 @@ def _cut(at: WindCell, rho: fmpq, turning: fmpq) -> fmpq:
         return max(ZERO, A * F.high - c * at.shed.high)
     if at.efforts.low >= eps:
         return max(ZERO, A - c * at.shed.low)
-    # A parabola in F that opens downward: its top, or the end next to it.
+    # A parabola in F that opens downward is largest at its top, or at the end next to the top.
     top = max(F.low, min(F.high, A / (2 * c * eps)))
     return max(ZERO, A * top - c * eps * top**2)

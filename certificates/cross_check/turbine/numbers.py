@@ -1,4 +1,4 @@
-"""What the coherent loop's claim is about: turbine, law, box and uncertainty, as exact numbers."""
+"""Turbine, law, box and uncertainty of the claim about a turbine's loop, as exact numbers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Rotor:
     """The plant and the law's tables.
 
     ``c``, ``rated``, ``m`` : torque constant, rated torque on the low-speed side, and n_g E, each
-    over the nominal inertia J.
+    divided by the nominal inertia J.  The equation of motion then gives an acceleration [rad/s^2].
     """
 
     def __init__(self, model: Any, gains: Any) -> None:
@@ -106,12 +106,16 @@ class TurbineNumbers(Rotor):
         self.power = NumberRange(worst, best)
 
     def cell(self, k: int) -> WindCell:
-        """Return what holds between winds k and k + 1."""
+        """Return the cell between winds k and k + 1."""
         return WindCell(self, k)
 
 
 class WindCell:
-    """Schedule winds from node k to node k + 1, and what the law's tables are over them."""
+    """Schedule winds from node k to node k + 1, and the ranges of the law's tables over them.
+
+    ``shed`` is psi(U) and ``share`` F(U) over the efforts U; ``owed`` is b times pitch above its
+    minimum, within the effort lag; ``band`` is the range of pitch.
+    """
 
     def __init__(self, turbine: TurbineNumbers, k: int) -> None:
         self.turbine, self.k = turbine, k
@@ -139,7 +143,8 @@ class WindCell:
     def ratio(self, error: fmpq, away: fmpq) -> NumberRange:
         """Return R (omega* + e) / (v_s + d), |e| <= error, |d| <= away.
 
-        It is a quotient of lines in v_s, hence monotone in each of v_s, e, d: ends at the corners.
+        Numerator and denominator are affine in v_s, hence the quotient is monotone in each of v_s,
+        e and d: its ends are at the corners.
         """
         ends = []
         for i in (self.k, self.k + 1):

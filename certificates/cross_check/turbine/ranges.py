@@ -1,4 +1,4 @@
-r"""Proves that the stated ranges of the coherent loop's coefficients enclose the turbine.
+r"""Proves that the stated ranges of the loop's coefficients enclose the turbine.
 
 With c = torque_constant / J, J the inertia on the low-speed side, m = n_g E / J, the efforts U
 between the least and the largest q* + gamma s, |s| <= box, and pitch
@@ -14,10 +14,9 @@ each cell of the law's winds has, with lambda = R omega / v (``coherent_loop`` h
     residual   max |r(v_k)| + w^2 / 8 sup |r''|,  r = c v^2 c_Q + m psi(-q*) - n_g T_rated / J,
                and |p - 1| of the trim's torque
 
-p is the true over the tabulated power coefficient.
-
-over products of intervals, U in pieces; what moves with v_s' is in ``moving_schedule``.
-Derived in docs/coherent-loop.md, sections Speed, Effort lag, Family and Residual.
+p is the true power coefficient divided by the tabulated one.  All ranges are products of intervals,
+for G with the range of U in parts.  The effects of v_s' are in ``moving_schedule``.  Derived in
+docs/coherent-loop.md, sections Speed, Effort lag, Family and Residual.
 """
 
 from __future__ import annotations
@@ -33,12 +32,14 @@ from takagi.certificates.cross_check.turbine.moving_schedule import schedule
 from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers, WindCell
 from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 
-PARTS = 8  # of the ramp, along which share and slope go together
+# The ramp is cut into so many parts: F and s both depend on U, and their ranges over the whole
+# ramp, taken independently, would enclose too much.
+PARTS = 8
 ZERO = fmpq(0)
 
 
 def enclosed(turbine: TurbineNumbers, cell: Any, k: int) -> Obligations:
-    """Yield that every stated range and size of one cell holds what the plant can show."""
+    """Yield that every stated range and size of one cell encloses that of the plant."""
     label = f"cell {k + 1}"
     at = turbine.cell(k)
     try:
@@ -77,7 +78,7 @@ def _pitch_gain(at: WindCell, pitch: NumberRange) -> NumberRange:
 
 
 def _held(at: WindCell) -> NumberRange:
-    """Return the range of m - F (m - s): in each part F and s belong to one and the same U."""
+    """Return the range of m - F (m - s) over the efforts, part by part of the ramp."""
     turbine, eps = at.turbine, at.turbine.overlap
     m = NumberRange(turbine.m, turbine.m)
     start, stop = max(at.efforts.low, -eps), min(at.efforts.high, eps)
@@ -115,6 +116,10 @@ def _sizes(at: WindCell) -> list[tuple[str, fmpq]]:
 
 
 def _residual(at: WindCell) -> fmpq:
+    """Return a bound of the torque balance's error at the trim, over J [rad/s^2].
+
+    A function with |r''| <= M on a cell of width w deviates from its chord by at most M w^2 / 8.
+    """
     turbine, width = at.turbine, at.wind.high - at.wind.low
     r = max(_at_node(at, 0), _at_node(at, 1)) + width**2 / 8 * _bend(at).size
     # (s - 1) c v^2 c_Q at the trim, where c v^2 c_Q = r + rated - m psi(-q*), psi monotone.

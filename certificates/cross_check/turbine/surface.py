@@ -1,4 +1,4 @@
-r"""Ranges of the turbine's coefficient surface over rectangles, and arithmetic with ranges.
+r"""Ranges of the turbine's torque coefficient over rectangles, and arithmetic with ranges.
 
     s(x, y) = sum_ij c_ij N_i(x) N_j(y)      N_i cubic B-splines on clamped knots
 
@@ -8,8 +8,8 @@ de Boor gives in powers of the distance u from the patch's left end,
     N_{i,p}(x) = (x - t_i) / (t_{i+p} - t_i) N_{i,p-1} + (t_{i+p+1} - x) / (...) N_{i+1,p-1} .
 
 With u = u_0 + h t, t in [0, 1], a polynomial sum_k a_k t^k of degree n lies between the least and
-the greatest of b_i = sum_{k <= i} C(i, k) / C(n, k) a_k, its Bernstein coefficients.  All of it is
-exact; only the ends of a range are rounded, outward.
+the greatest of b_i = sum_{k <= i} C(i, k) / C(n, k) a_k, its Bernstein coefficients.  All steps are
+exact; only the ends of a range are rounded, and outward.
 
 Source: de Boor (2001), A Practical Guide to Splines, ch. IX and X; Farin (2002), Curves and
 Surfaces for CAGD, ch. 5; recalled.
@@ -28,8 +28,9 @@ from flint import fmpq, fmpq_mat, fmpq_poly
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, rationals, table
 
 DEGREE, BITS, MOST_PATCHES = 3, 80, 400
-MOST_FUNCTIONS = 128  # of one direction
-# What the format allows: a coefficient of torque is a fraction of 1.
+MOST_FUNCTIONS = 128  # basis functions in one direction
+# What the format allows: knots at least a thousandth apart, and coefficients up to 1024, far more
+# than a torque coefficient, which is below 1.
 NARROWEST, LARGEST = fmpq(1, 1000), 1024
 
 
@@ -39,7 +40,7 @@ class Outside(Exception):
 
 @dataclass(frozen=True, slots=True)
 class NumberRange:
-    """The numbers from ``low`` to ``high``; sums, products and quotients of these hold all."""
+    """The numbers from ``low`` to ``high``; sums, products, quotients contain all exact results."""
 
     low: fmpq
     high: fmpq
@@ -94,7 +95,7 @@ class NumberRange:
 
 
 class _Side:
-    """Knots of one direction; per patch the basis functions in powers of u."""
+    """The knots of one direction, and for each patch the basis functions in powers of u."""
 
     def __init__(self, owner: Any, key: str) -> None:
         knots = rationals(owner, key)
@@ -112,11 +113,11 @@ class _Side:
         self._bases: dict[int, fmpq_mat] = {}
 
     def patches(self, over: NumberRange) -> list[tuple[int, fmpq, fmpq]]:
-        """Return (patch, u_0, h) of every patch that a span meets, u = u_0 + h t."""
+        """Return (patch, u_0, h) of every patch that a span touches, with u = u_0 + h t."""
         if over.low < self.breaks[0] or over.high > self.breaks[-1]:
             raise Outside("a range that leaves the coefficient table")
         found, wider = [], over.rounded()
-        # A patch that only ends, or begins, where the span begins, or ends, is met in a point.
+        # A patch that shares only an end with the span counts: the span contains that point.
         first = max(0, bisect_left(self.breaks, wider.low) - 1)
         last = min(len(self.breaks) - 1, bisect_right(self.breaks, wider.high))
         for k in range(first, last):
@@ -150,7 +151,7 @@ class _Side:
 
 @cache
 def _shares(order: int) -> list[list[list[tuple[int, int, fmpq]]]]:
-    """Return for row i and column j of the map below the terms (power of start, of width, share).
+    """Return the terms (power of start, power of width, share) of each entry of the map below.
 
     (d/du)^order u^j = j!/(j - order)! u^m with m = j - order, and
     u^m = sum_k C(m, k) start^(m-k) (h t)^k.

@@ -1,4 +1,4 @@
-r"""The torque balance of a turbine at equilibrium with the coherent law, over rectangles.
+r"""The torque balance of a turbine at equilibrium with the effort-sharing law, over rectangles.
 
     f = c v^2 c_Q(lambda, beta) - (T_rated n_g / J - m psi(-U))_+,     U = q* + gamma (e - x),
     beta = min(beta_min + psi(U) / b, beta_max),      lambda = R (omega* + e) / v
@@ -7,11 +7,12 @@ r"""The torque balance of a turbine at equilibrium with the coherent law, over r
     upper    x = X,    e <= 0:  lambda from the table's lower end to lambda* = R omega* / v
     lower    x = -X,   e >= 0:  lambda from lambda* to the table's upper end
 
-With F = psi'(U), s = -c v^2 c_Q,beta / b (0 where beta is held) and m (0 where torque is), let
+Let F = psi'(U) and s = -c v^2 c_Q,beta / b.  Where beta is held at its limit s is 0, and where
+torque is held at 0 m is 0.  Let
 
     D = m (1 - F) + F s,            linear in each of F, m and s: its range is that of its corners.
 
-Then, a dash being a slope of the law's tables over v and U_v = q*' + gamma' (e - x) + gamma e_v,
+A dash is a slope of the law's tables over v, and U_v = q*' + gamma' (e - x) + gamma e_v.  Then
 
     inside      df/dx = gamma D:  where that is positive, a part of [-X, X] has at most one zero
     at a limit  df/dlambda = c v^2 c_Q,lambda - gamma (v / R) D,      e_v = lambda / R - omega*',
@@ -36,7 +37,7 @@ ZERO, FULL = fmpq(0), fmpq(1)
 
 
 class Looks:
-    """The number of enclosures of a balance that are still allowed."""
+    """A counter of the enclosures that are still allowed, for all cells of a claim together."""
 
     def __init__(self) -> None:
         self.left = MOST_LOOKS
@@ -49,9 +50,11 @@ class Looks:
 
 @dataclass(frozen=True, slots=True)
 class BalanceSign:
-    """f over a rectangle of winds and curve: its sign, or 0; whether it rises along the curve.
+    """What is known of f over a rectangle of winds and a part of a curve.
 
-    ``whole`` where all of the rectangle lies in the coefficient table, ``empty`` where none does.
+    ``sign`` : 1 or -1 where f has this sign everywhere inside the table, else 0.
+    ``rises`` : f increases along the curve.
+    ``whole`` : all of the rectangle lies in the coefficient table; ``empty`` : no part of it does.
     """
 
     sign: int = 0
@@ -61,7 +64,7 @@ class BalanceSign:
 
 
 def settled(x: NumberRange, sign: int) -> bool:
-    """Whether the sign of f on a part of [-X, X] is one that no wake changes."""
+    """Return whether no wake changes the sign of f on a part of [-X, X]."""
     return (sign < 0 and x.high <= 0) or (sign > 0 and x.low >= 0)
 
 
@@ -70,7 +73,7 @@ class Balance:
 
     def __init__(self, rotor: Rotor, k: int, winds: NumberRange, looks: Looks) -> None:
         self.rotor, self.k, self.winds, self.looks = rotor, k, winds, looks
-        # A quotient of lines in v, hence monotone.
+        # Numerator and denominator are affine in v, hence the quotient is monotone.
         ends = [rotor.radius * self._at(rotor.speed, v) / v for v in (winds.low, winds.high)]
         self.trim_ratio = NumberRange.of(*ends)
 
@@ -124,7 +127,7 @@ class Balance:
     def _limited(
         self, winds: NumberRange, ratio: NumberRange, x: fmpq
     ) -> tuple[NumberRange, NumberRange]:
-        """Return e - x and U; e = lambda v / R - omega* is a line in v and in lambda."""
+        """Return e - x and U; e = lambda v / R - omega* is affine in v and in lambda."""
         errors = [
             tip * v / self.rotor.radius - self._at(self.rotor.speed, v)
             for v in (winds.low, winds.high)
@@ -135,7 +138,7 @@ class Balance:
         return signal, self._over(self.rotor.effort, winds) + gamma * signal
 
     def _state(self, winds: NumberRange, ratio: NumberRange, efforts: NumberRange) -> _State | None:
-        """Return what the rotor does; None where its pitch leaves the table all over."""
+        """Return the rotor's state; None where every pitch of it lies outside the table."""
         self.looks.count()
         b = self._over(self.rotor.effectiveness, winds)
         return _State.of(self.rotor, winds, ratio, efforts, b)
@@ -154,10 +157,10 @@ class Balance:
 
 @dataclass(frozen=True, slots=True)
 class _State:
-    """The rotor over a rectangle of winds and tip-speed ratios, with the efforts asked for.
+    """The rotor over a rectangle of winds and tip-speed ratios, with the efforts of the law.
 
-    ``f`` is the balance, ``push`` c v^2, ``quotient`` c_Q, ``shed`` psi(U); ``whole`` where no
-    pitch of it leaves the table, else ``f`` is about those that do not.
+    ``f`` is the balance, ``push`` c v^2, ``quotient`` c_Q, ``shed`` psi(U).  ``whole`` : no pitch
+    lies outside the table; otherwise ``f`` holds for the pitch angles inside the table.
     """
 
     rotor: Rotor

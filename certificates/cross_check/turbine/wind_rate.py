@@ -1,13 +1,16 @@
-r"""``wind-rate``: the law's filter keeps a coherent loop's wind class while the wind moves at r.
+r"""``wind-rate``: the schedule wind keeps the rate and error of a loop claim while the wind moves.
 
-With v_s' = (w - v_s) / T, w the estimate, and phi, r lines between the nodes of a range:
+The law's filter is v_s' = (w - v_s) / T, with w the wind estimate and |w'| <= r(w).  phi and r are
+piecewise linear between the nodes of a range.  y = w - v_s never crosses the curves
+y = +- T phi(v_s) if y moves inward on them.  There v_s' = +- phi, so that y' = w' -+ phi, while the
+curve moves at T phi' phi on both sides.  The conditions, with s = v_s, are
 
-    y = w - v_s never passes the curves  y = +- T phi(v_s)  if, on them, it is turned back:
-    there v_s' = +- phi, so y' = w' -+ phi, while the curve moves at  T phi' phi  either way.
+    at +    r(s + T phi) - phi <= T phi' phi
+    at -    phi - r(s - T phi) >= T phi' phi
 
-Turned back at +: r(s + T phi) - phi <= T phi' phi; at -: phi - r(s - T phi) >= T phi' phi, wherever
-the estimate s +- T phi is one of the range.  All are lines in s between the winds that are gathered
-below.  Derived in docs/coherent-loop.md, Wind rate.
+wherever the estimate s +- T phi lies in the range.  Both sides are affine in s between the winds
+collected in ``_turned_back``, so that these winds suffice.  Derived in docs/coherent-loop.md, Wind
+rate.
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ ZERO = fmpq(0)
 
 @dataclass(frozen=True)
 class Lines:
-    """A function that is a line between its nodes, and flat outside."""
+    """A function that is piecewise linear between its nodes, and constant outside them."""
 
     x: list[fmpq]
     y: list[fmpq]
@@ -47,12 +50,12 @@ class Lines:
 
 
 def loop_rested_on(claim: Any, document: Any) -> tuple[Any, int]:
-    """Return the coherent loop's claim that a claim names, and its place among all claims."""
+    """Return the loop claim on which a claim depends, and its place among all claims."""
     return rested_on(claim, document, "loop", "coherent-loop")
 
 
 def rested_on(claim: Any, document: Any, name: str, kind: str) -> tuple[Any, int]:
-    """Return the earlier claim of a kind whose place a member of a claim names, and the place."""
+    """Return the earlier claim of this kind whose place is ``claim[name]``, and the place."""
     place, claims = whole(claim, name), entry(document, "claims")
     if place < 0 or place >= len(claims) or entry(claims[place], "kind") != kind:
         raise Refusal(f"{name}: the place of a claim of kind {kind} is needed")
@@ -62,7 +65,7 @@ def rested_on(claim: Any, document: Any, name: str, kind: str) -> tuple[Any, int
 
 
 def turns(claim: Any, lag: fmpq, low: fmpq, high: fmpq) -> fmpq:
-    """Return a bound of |v_s''| while v_s is from low to high: |w' - v_s'| / lag, each at most."""
+    """Return a bound of |v_s''| <= (|w'| + |v_s'|) / lag for v_s from low to high."""
     found = [ZERO]
     for stated in entry(claim, "ranges"):
         x = rationals(stated, "wind")
@@ -82,7 +85,7 @@ def _top(lines: Lines, a: fmpq, b: fmpq) -> fmpq:
 
 
 def wind_rate(claim: Any, document: Any) -> Obligations:
-    """Yield the inequalities of the module, range by range."""
+    """Yield the inequalities of the module's text, range by range."""
     loop, _ = loop_rested_on(claim, document)
     gains = entry(document, "gains")
     lag, law = rational(gains, "wind_filter"), rationals(gains, "wind")
@@ -106,6 +109,7 @@ def wind_rate(claim: Any, document: Any) -> Obligations:
 
 
 def _in_class(phi: Lines, off: fmpq, lag: fmpq, cells: Any, label: str) -> Obligations:
+    """Yield that rate and error of the schedule wind are at most those of each cell of the loop."""
     for k, cell in enumerate(cells):
         low, high = rationals(cell, "wind", 2)
         first, last = max(low, phi.x[0]), min(high, phi.x[-1])
