@@ -1,4 +1,4 @@
-"""The regions of a turbine: their Takagi-Sugeno models, and gains for each by itself."""
+"""The two regions of a turbine: a Takagi-Sugeno model and gains for each of them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def regional_design(
     Parameters
     ----------
     speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
-    clock : told of each step, and times it.
+    clock : reports each step and measures its time; None for neither.
 
     Raises
     ------
-    ModelError : a set-point that the turbine does not have.
+    ModelError : a set-point outside the turbine's range.
     """
     step = clock or StepClock(None)
     with step("partial-load model"):

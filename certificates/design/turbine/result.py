@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObserverDesign:
-    """The wind observer: its error model, gains, and the runtime value.
+    """The wind observer: its error model, its gains, and the value that runs in a simulation.
 
     Attributes
     ----------
     model : Takagi-Sugeno error system in the unmeasured premise dT_r/dv / J.
     gains : (l_1 [1/s], l_2 [m/s per rad]).
-    decay_rate : at which the error decays for constant wind [1/s].
-    observer : to run in a simulation.
+    decay_rate : the rate at which the error decays in constant wind [1/s].
+    observer : the observer that a simulation runs.
     """
 
     model: TSModel
@@ -45,16 +45,16 @@ class TurbineDesign:
 
     Attributes
     ----------
-    law : as it is emitted and simulated.
+    law : the law that is written to the gain file and simulated.
     partial_load, full_load : the regional Takagi-Sugeno models (4 and 8 rules).
-    regional : the regions' PDC gains of the paper's structure.
+    regional : PDC gains of both regions, in the structure of the published law.
     effort : the coherent gains; None for the paper's laws.
     observer : wind observer.
     candidate : enclosures and P of the coherent loop; None for the paper's laws.
-    document : the certificate as it is written.
-    checked : what the independent checker says about it.
-    seconds : step -> time it took.
-    synthesis : what finding gains and functions together gained; None for the paper's laws.
+    document : the certificate as plain data, as it is written to the file.
+    checked : the verdicts of the independent checker on it.
+    seconds : step -> time that it took [s].
+    synthesis : the result of the effort-sharing synthesis; None for the paper's laws.
     """
 
     turbine: Turbine
@@ -77,7 +77,7 @@ class TurbineDesign:
 
     @property
     def name(self) -> str:
-        """Of the turbine."""
+        """The name of the turbine."""
         return self.turbine.name
 
     @property
@@ -87,13 +87,13 @@ class TurbineDesign:
 
     @property
     def proved(self) -> bool:
-        """Whether everything is proved."""
+        """Whether every claim of the certificate is proved."""
         return self.verdict_words == "PROVED"
 
     @property
     def speed_filter(self) -> SpeedFilter | None:
-        """What is done to the measured speed before the law reads it; None for nothing."""
-        # Imported here: a design that is only read needs no plant.
+        """The filter of the measured speed before the law; None where there is none."""
+        # Imported here: reading a design needs no simulation.
         from takagi.models.simulation.speed_filter import SpeedFilter
 
         asked = self.settings
@@ -103,7 +103,7 @@ class TurbineDesign:
 
     @property
     def coherent(self) -> EffortSharingLaw | None:
-        """The law where it is the coherent one, else None."""
+        """The law where it is the effort-sharing law, else None."""
         from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
         return self.law if isinstance(self.law, EffortSharingLaw) else None

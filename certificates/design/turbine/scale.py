@@ -1,25 +1,30 @@
-r"""Settings of a design in a turbine's own scale, from those that serve the NREL 5-MW turbine.
+r"""Default settings of a design, scaled from the NREL 5-MW turbine to a turbine's own size.
 
-A band of 0.04 rad/s is 3 % of one rotor's speed and 5 % of another's.  Three measures carry the
-settings from one turbine to the next; on the 5-MW turbine each ratio is 1:
+One number does not suit all rotors: a speed band of 0.04 rad/s is 3 % of one rotor's rated speed
+and 5 % of another's.  The settings are multiplied by the ratio of these measures to those of the
+5-MW turbine:
 
-    speed            omega_rated                              speed bands, the filter's overlap
-    effort           n_g T_rated / J      [rad/s^2]           overlap of the effort ramp
-    pitch            b rate limit         [rad/s^3]           effort lag, by which the drive is late
+    measure   formula                          settings
+    speed     omega_rated  [rad/s]             speed bands, overlap of the coupling filter
+    effort    n_g T_rated / J  [rad/s^2]       overlap of the effort ramp
+    pitch     b times rate limit  [rad/s^3]    effort lag, the part of the effort that the drive
+                                               has not delivered yet
+    drive     rate limit times tau  [rad]      pitch errors of a region's gains
 
-    drive            rate limit times time constant  [rad]    pitch errors of a region's gains
+b is the frozen-wake effectiveness at the first wind of its column, tau the pitch drive's time
+constant.  The speed band must also stay inside the coefficient table at cut-in, where the trim is
+at ``TABLE_SHARE`` of the largest tip-speed ratio.
 
-with b the frozen-wake effectiveness at the first wind of its column.  The speed band is also kept
-inside the coefficient table at cut-in, where the trim is ``TABLE_SHARE`` of the largest tip-speed
-ratio.  Bandwidths lie between two rates: that at which rated torque stops the rotor,
-n_g T_rated / (J omega_rated), which is 0.075 1/s for 5 MW and 0.080 1/s for 15 MW, and the pitch
-drive's 1 / tau, which is 5 and 2.2 1/s.  They go with the square root of the latter, and no drive
-raises them.  Wake, blades and tower of a larger rotor are slower as its radius is larger: the
-bandwidth of pitch goes down with it and the wind filter's time up.  At 0.4 1/s and 5 s the 15-MW
-loop swings at and above rated wind with a wake that needs its time.  Every figure is rounded to two
-digits.
+Bandwidths lie between two rates.  The lower one is n_g T_rated / (J omega_rated), at which rated
+torque stops the rotor: 0.075 1/s for 5 MW, 0.080 1/s for 15 MW.  The upper one is the pitch drive's
+1 / tau: 5 and 2.2 1/s.  The lower one hardly changes, so that the bandwidths are multiplied by the
+square root of the ratio of 1 / tau, but never increased.  Wake, blades and tower respond more
+slowly on a larger rotor: the bandwidth of pitch is divided by the ratio of the radii, and the wind
+filter's time multiplied by it.  With a bandwidth of 0.4 1/s and a filter time of 5 s the loop of
+the 15-MW turbine oscillates at and above rated wind when the wake reacts with a delay.
 
-These are starting values without guarantee: each design made with them must still be proved.
+All figures are rounded to two digits.  They are starting values without guarantee: each design made
+with them must still be proved.
 """
 
 from __future__ import annotations
@@ -45,7 +50,9 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
     from takagi.lmi.turbine.region_request import Requirement
 
-# The NREL 5-MW turbine, as models/data/nrel5mw.toml has it.
+# Measures of the NREL 5-MW turbine, from the figures in models/data/nrel5mw.toml: SPEED in rad/s,
+# EFFORT in rad/s^2, TORQUE in N m, RADIUS in m, LAG (pitch time constant) in s, DRIVE in rad,
+# PITCH in rad/s^3.
 SPEED = 12.1 * pi / 30
 EFFORT = 97 * 43093.55 / (38759228.0 + 97**2 * 534.116)
 TORQUE, RADIUS = 43093.55, 63.0
@@ -55,7 +62,7 @@ PITCH = 8 * pi / 180 * 28.24e6 / (SPEED * (38759228.0 + 97**2 * 534.116))
 
 
 def default_settings(turbine: Turbine) -> DesignSettings:
-    """Return the settings of a design that suit the turbine's size; those of 5 MW for 5 MW."""
+    """Return the settings scaled to the turbine; for the NREL 5-MW turbine ``DesignSettings()``."""
     asked = DesignSettings()
     speed = turbine.rated_rotor_speed / SPEED
     corner, stop = speed_filters(turbine, stopped=turbine.torsion is not None)
@@ -98,7 +105,7 @@ def _effort_settings(turbine: Turbine, speed_error: float) -> EffortSettings:
 
 
 def region_requirements(turbine: Turbine) -> tuple[Requirement, Requirement]:
-    """Return what is asked of the regions' gains, partial load and full load."""
+    """Return the requirements on the gains of partial load and of full load."""
     from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD
 
     speed = float(scaled_box(turbine).speed_error / DEFAULT_BOX.speed_error)
@@ -114,13 +121,18 @@ def region_requirements(turbine: Turbine) -> tuple[Requirement, Requirement]:
 
 
 def scaled_box(turbine: Turbine) -> LoopBox:
-    """Return the region around the trim that a certificate of the coherent loop encloses."""
+    """Return the box around the trim on which the effort-sharing loop is proved.
+
+    Its sides are rounded down, since a smaller box stays inside the coefficient table.
+    """
     from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 
     box = DEFAULT_BOX
     first = turbine.frozen_wake.wind[0]
     pitch = turbine.pitch_rate_limit * frozen_wake_effectiveness(turbine, first) / PITCH
     wanted = float(box.speed_error) * turbine.rated_rotor_speed / SPEED
+    # At cut-in the tip-speed ratio may rise from TABLE_SHARE of the table to its end; the wind
+    # error takes its share of that room, the speed error gets the rest.
     room = 1 - float(box.wind_share) - TABLE_SHARE
     largest = room * turbine.torque.x_range[1] * turbine.cut_in / turbine.rotor_radius
     error = Fraction(_text(min(wanted, largest), ROUND_DOWN))
@@ -134,12 +146,12 @@ def scaled_box(turbine: Turbine) -> LoopBox:
 
 
 def _pace(turbine: Turbine) -> float:
-    """Return how fast wake and structure answer, over those of 5 MW [-]; no small rotor counts."""
+    """Return how fast wake and structure respond relative to 5 MW [-]; at most 1."""
     return min(1.0, RADIUS / turbine.rotor_radius)
 
 
 def _effort(turbine: Turbine) -> float:
-    """Return n_g T_rated / J, the deceleration that rated torque makes [rad/s^2]."""
+    """Return n_g T_rated / J, the deceleration of the rotor by rated torque [rad/s^2]."""
     return turbine.gear_ratio * turbine.rated_torque / turbine.inertia
 
 
@@ -148,6 +160,9 @@ def _rounded(value: float) -> float:
 
 
 def _text(value: float, rounding: str) -> str:
-    """Return the value in two digits; a hair of rounding error is taken off first."""
+    """Return the value in two digits.
+
+    It is first written in twelve digits: the error of a float must not move 0.04 down to 0.039.
+    """
     short = Decimal(f"{value:.12g}")
     return str(short.quantize(Decimal((0, (1,), short.adjusted() - 1)), rounding=rounding))

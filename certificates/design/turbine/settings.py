@@ -1,4 +1,4 @@
-"""What a turbine's design is asked for."""
+"""The settings of a turbine's design: the law, its numbers, and what its certificate covers."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
     from takagi.models.ramps.membership_ramp import Shape
 
-# 0.9 of the drivetrain's torsion, 10.3 rad/s for 5 MW: a band-stop that lies below a mode turns the
-# phase forward there, one that lies above it turns it back (docs/laws.md).
+# The band-stop's frequency relative to the drivetrain's torsion mode, which is at 10.3 rad/s for
+# 5 MW. At the mode a band-stop below it adds phase lead, a band-stop above it adds phase lag
+# (docs/laws.md); hence a little below.
 TORSION_SHARE = 0.9
 DEFAULT_TORSION_FILTER = 9.3
-# With the band-stop, noise alone is left to the low-pass. Without one (a turbine that has no
-# torsion mode), a corner of 8 rad/s for 5 MW saves pitch travel.
+# Corners in rad/s. With the band-stop the low-pass only has to remove noise. Without the band-stop
+# (a turbine without a torsion mode) a corner of 8 rad/s for 5 MW saves pitch travel.
 DEFAULT_SPEED_FILTER = 30.0
 SPEED_FILTER_ALONE = 8.0
 LAWS = ("coherent", "paper", "paper-two-integrators")
@@ -31,9 +32,9 @@ LAWS = ("coherent", "paper", "paper-two-integrators")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignSettings:
-    """What is asked for; the defaults are those of the NREL 5-MW turbine.
+    """The settings of a design; the defaults suit the NREL 5-MW turbine.
 
-    ``takagi.certificates.design.turbine.scale.default_settings`` carries them to another size.
+    ``takagi.certificates.design.turbine.scale.default_settings`` scales them to another turbine.
 
     Attributes
     ----------
@@ -43,17 +44,19 @@ class DesignSettings:
     torque_overlap : eps_T of the coupling filter [N m] (paper laws).
     speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
     torque_setpoint : de-rated torque [N m, high-speed shaft]; None takes the rated torque.
-    wind_filter : tau_f, of the coherent law's low-pass on the wind estimate [s].
-    effectiveness_share : b of the coherent law over the frozen wake's pitch effectiveness [-].
-    speed_filter : corner of the low-pass on the measured speed that goes out with the coherent
-        law [rad/s]; 0 for none.
+    wind_filter : tau_f, time constant of the coherent law's low-pass on the wind estimate [s].
+    effectiveness_share : b of the coherent law divided by the frozen wake's pitch
+        effectiveness [-].
+    speed_filter : corner of the low-pass on the measured speed, which the gain file of the
+        coherent law contains [rad/s]; 0 for none.
     torsion_filter : frequency of the band-stop before that low-pass [rad/s]; 0 for none.
-    ramp_shape, ramp_placement : of the coupling filter in speed, see ``coupling_filter`` (paper).
-    tracking_time : of the anti-windup [s] (paper-two-integrators).
-    effort : what is asked of the coherent gains; None takes the defaults.
+    ramp_shape, ramp_placement : shape and place of the coupling filter's ramp in speed, see
+        ``coupling_filter`` (paper laws).
+    tracking_time : time constant of the anti-windup [s] (paper-two-integrators).
+    effort : requirements on the coherent gains; None takes the defaults.
     synthesis : "two-step" finds the coherent gains wind by wind, and the loop's quadratic functions
-        afterwards; "one-step" moves the gains together with the functions, to a larger claim.
-    objective : what the one-step synthesis makes better.
+        afterwards; "one-step" changes the gains together with the functions, for a larger claim.
+    objective : the quantity that the one-step synthesis improves.
     box, uncertainty : what the coherent certificate covers.
     """
 
