@@ -1,4 +1,4 @@
-r"""Sums of h_i m_j Theta_ij, as they arise from a law with memberships, as terms of an LMI.
+r"""The sum of h_i m_j Theta_ij that a law with memberships leads to, as terms of an LMI.
 
 Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
 that of the gain.  A relaxation (``relaxations``) only needs weighted sums of the Theta_ij, not
@@ -34,17 +34,17 @@ class DoubleSum:
 
     Attributes
     ----------
-    rules : r, of the vertices.
+    rules : r, the number of rules of the vertices.
     blocks : sizes of Theta's diagonal blocks.
-    parts, fixed : what Theta_ij is the sum of.
-    weight : margin of Theta for a margin 1 of the other LMIs.
+    parts, fixed : Theta_ij is the sum of these parts with unknowns and of these known blocks.
+    weight : the margin that Theta must have when the other LMIs have margin 1.
     name : prefix of the LMIs' names, where a condition has more than one double sum.
     corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
         where the memberships are not known to be products.
     gain_rules : g; None where the gains have the rules and the memberships of the vertices, m = h.
     gain_corners : as ``corners``, for the gains' own rules.  Premises of one name are the same.
-    active : (r, r), False where h_i h_j = 0 always; None where nothing is known.
-    active_rules : at most so many h_i differ from zero at a time; None where nothing is known.
+    active : (r, r), False where h_i h_j = 0 at every state; None where nothing is known.
+    active_rules : at most so many h_i differ from zero at one state; None where nothing is known.
     """
 
     rules: int
@@ -92,7 +92,7 @@ class DoubleSum:
 
     @property
     def most_active(self) -> int:
-        """Return how many rules can act at a time."""
+        """Return the largest number of rules that act at one state."""
         most = self.rules if self.active_rules is None else self.active_rules
         if self.active is None:
             return most
@@ -129,14 +129,15 @@ class DoubleSum:
         scale: float = 1.0,
         printed: float = 1.0,
     ) -> LMI:
-        """Return: scale (sum of the summands) + slack < 0, for each of ``count`` items.
+        """Return the LMI scale (sum of the summands) + slack < 0, for each of ``count`` items.
 
         Parameters
         ----------
-        label : the name of item k.
-        scale : positive; not printed.
-        printed : what is solved is so many times what the formula of the summands says.
+        label : a function from k to the name of item k.
+        scale : a positive factor, not printed.
+        printed : the ratio of the solved sum to the formula that is printed.
         """
+        # A part that is the same for all (i, j) enters once, times the sum of the weights.
         total = sum((summand.totals(count) for summand in summands), np.zeros(count))
         varying = [part for part in self.parts if not part.same]
         terms = [

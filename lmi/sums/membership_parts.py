@@ -1,11 +1,11 @@
-r"""A matrix for each rule, P(h) = sum_i h_i P_i, in a double sum: P itself and its rate.
+r"""P(h) = sum_i h_i P_i and its derivative dP/dt as parts of a double sum.
 
 Where the memberships are products of those of premises, h_i = prod_k w^k_(c_ik), the rate of P is
 
     dP/dt = sum_i h_i sum_k sum_c (dw^k_c/dt) P_(i with corner c of premise k),
 
-because the corners of premise k other than i's sum to the same; without premises it is the sum of
-dh_k/dt P_k in every rule.
+because P_(i with corner c of premise k) does not depend on rule i's own corner of premise k, and
+the weights of the corners of one premise sum to 1.  Without premises dP/dt is sum_k dh_k/dt P_k.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from takagi.models.arrays import Floats, Indices
 
 
 def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:
-    """Return the table (r, r) of members for a part that takes that of rule i, or of rule j.
+    """Return the table (r, r) of members for a part that has the member of rule i, or of rule j.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def rule_table(rules: int, by: str, members: Indices | None = None) -> Indices:
 
 
 def swapped_rules(corners: Indices, premise: int, corner: int) -> Indices:
-    """Return (r,): the rule that has this corner of the premise, and is else like rule i."""
+    """Return (r,): the rule with this corner of the premise, and else the corners of rule i."""
     sizes = tuple(int(size) for size in corners.max(axis=0) + 1)
     place = Basis(sizes, (1,) * len(sizes)).corners
     rule = np.argsort(place(corners))
@@ -53,7 +53,7 @@ def rate_parts(
     Parameters
     ----------
     corners : (r, K), the corner of each simplex that rule i takes.
-    velocity : dw^k/dt, one array a simplex.
+    velocity : dw^k/dt, one array for each simplex.
     members : (r,), the member of P for each rule; None for the rules' own order.
     """
     one = np.eye(P.rows)[None]
@@ -83,7 +83,7 @@ def rate_parts(
 def double_sums(
     plain: DoubleSum, parts: Sequence[Sequence[SumPart]], name: str = "rates"
 ) -> tuple[DoubleSum, ...]:
-    """Return the double sum with each of the given parts added, each with a name of its own."""
+    """Return one double sum for each entry of ``parts``, with these parts added and a new name."""
     count = len(parts)
     return tuple(
         replace(

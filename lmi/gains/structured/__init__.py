@@ -1,7 +1,9 @@
 """Gains with a structure: zeros, shared gains, outputs in the place of states.
 
-structure, disturbed_plant    what the law may look at, and what the objective is about
-sums, slack_matrix      the convex steps
-joint_steps, local_search, coordinates    the search over several starts
-design, answer          what is called, and what it hands back
+structure                  which measurements each input may use
+disturbed_plant            the plant with the disturbance and the output of the objective
+sums, slack_matrix         the conditions of the convex steps
+coordinates, joint_steps   one step: P for given gains, then P and gains together
+local_search               many steps from several starts
+design, answer             ``structured_pdc`` and its result
 """

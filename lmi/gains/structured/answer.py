@@ -30,7 +30,7 @@ class StructuredDesign:
         a decay rate, value / unstructured - 1 of a cost or gamma.
     relaxation : name of the double-sum relaxation.
     steps : the accepted steps from all starts, in order.
-    answer : the check of the gains as they are, K fixed and P unknown.
+    answer : the answer of the last LMI, in which the returned gains are fixed and P is unknown.
     """
 
     gains: Floats | None = None
@@ -78,6 +78,8 @@ def found_at(
     ratio = value / unstructured
     P = spot.P
     if search.objective == "decay_rate":
+        # A decay rate does not depend on the size of P: the least eigenvalue is brought to 1 ... 2,
+        # by a power of two, which rounds no entry.
         P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
     answer = replace(
         spot.outcome.as_answer(spot.condition, None),

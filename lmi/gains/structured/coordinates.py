@@ -17,7 +17,7 @@ from takagi.models.arrays import Floats
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class LocalUnits:
-    """x = states xhat, u = inputs uhat, w = disturbance what, z = output zhat, time in 1 / time.
+    """Units of x = states xhat, u = inputs uhat, w = disturbance what, z = output zhat, and time.
 
     In these units x' P x is |xhat|^2. With the value gamma, the supply rate gamma |w|^2 - |z|^2 /
     gamma is |what|^2 - |zhat|^2 times the rate. The solver then finds P near I and gamma near 1, or
@@ -27,7 +27,7 @@ class LocalUnits:
     ----------
     states, inputs : (n, n), (m,).
     time : in 1/s; 1 in discrete time, which counts samples.
-    speed : size of the motion in these units; 1 in continuous time.
+    speed : size of x' (or of x+ - x) in these units; 1 in continuous time.
     sample_time : T in s; None for continuous time.
     """
 
@@ -49,7 +49,10 @@ class LocalUnits:
         *,
         value: float | None = None,
     ) -> LocalUnits:
-        """Return them for the function x' P x and gains (r, m, n)."""
+        """Return the units for the function x' P x and gains (r, m, n).
+
+        ``value`` is an expected gamma for "hinf"; it sets the units of w and z.
+        """
         T = np.linalg.inv(np.linalg.cholesky(P)).T
         step = plant.sample_time
         loop = motion(np.linalg.solve(T, (plant.A - plant.B @ K) @ T), step)
@@ -57,6 +60,7 @@ class LocalUnits:
         size = float(max(np.linalg.norm(part, 2, axis=(1, 2)).max() for part in (loop, free)))
         size = size or 1.0
         time, speed = (size, 1.0) if step is None else (1.0, min(size, 1.0))
+        # An input of size one then moves the state about as fast as the loop moves.
         reach = np.linalg.norm(np.linalg.solve(T, plant.B), axis=1).max(axis=0)
         disturbance = output = 1.0
         if objective == "hinf":
@@ -92,7 +96,7 @@ class LocalUnits:
         return np.asarray(K @ self.states / self.inputs[:, None])
 
     def posed_structure(self, structure: Structure) -> tuple[Structure, Floats]:
-        """Return the structure with its outputs of size one, and their sizes (p,)."""
+        """Return the structure with rows of C of length one, and their lengths before, (p,)."""
         C = structure.C @ self.states
         sizes = np.linalg.norm(C, axis=1)
         return replace(structure, C=C / sizes[:, None]), sizes

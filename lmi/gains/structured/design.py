@@ -52,45 +52,46 @@ def structured_pdc(
 ) -> StructuredDesign:
     """Return gains F_i for u = -sum_i h_i F_i C x, F_i zero off the pattern, of the best value.
 
-    The best that was reached from several starts: the unstructured design projected, a
-    slack-matrix form, and u = 0.  Each step moves gains and V = x' P x at once inside a convex
-    inner approximation, then finds the best P for the new gains; so the value never gets worse.
-    For static output feedback, decentralised laws, and gains that some rules share.
+    The result is the best point that a local search reaches from several starts: the projected
+    unstructured design, a slack-matrix form, and u = 0.  Each step changes gains and V = x' P x
+    together inside a convex inner approximation, then finds the best P for the new gains; so the
+    value never gets worse.  Use it for static output feedback, decentralised laws, and gains that
+    some rules share.
 
     Parameters
     ----------
     model : A (r, n, n), B (r, n, m); for "hinf" also E (r, n, q), and C, or ``performance``.
-    pattern : (m, p), True where input k may look at state (output) l; None for all.
+    pattern : (m, p), True where input k may depend on state (output) l; None for all.
     objective : "decay_rate", the largest alpha in 1/s with V' <= -2 alpha V (V(x+) <=
         e^(-2 alpha T) V in discrete time); "cost", the least bound on the mean quadratic cost;
         "hinf", the least gamma in |z|_2 <= gamma |w|_2.
-    output : C (p, n) of what the law sees, y = C x, the same in all vertices; None for the states.
+    output : C (p, n) of the measurement y = C x, the same in all vertices; None for the states.
     shared : (r,) labels; rules of one label share a gain.
     relaxation : as for ``pdc``; with "common-gain" all rules share one.
     gain_bound : bound on the spectral norm of every K_i = F_i C.  Needed for "decay_rate", which
-        has no largest value without.
+        has no largest value without a bound.
     Q, R, deviations : for "cost", as for ``lqr_pdc``.
     performance : for "hinf", as for ``hinf_pdc``.
     tolerance : relative gain of a step at which the search ends.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
-    time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
+    time_limit : seconds for all solver calls together, in their order; an answer stopped by it is
         "unknown", and its diagnosis reports it.  None for no limit.
 
     Returns
     -------
-    A ``StructuredDesign``.  The value is that of LMIs which were checked by eigenvalues with the
-    gains as they are returned.  Where the unstructured design is infeasible so is this one, by the
-    same relaxation.
+    A ``StructuredDesign``.  Its value comes from LMIs that were checked by eigenvalues with exactly
+    the returned gains.  If the unstructured design is infeasible with a relaxation, so is the
+    structured one with the same relaxation.
 
-    Not promised: the best structured gains; the problem is not convex, and "unknown" without gains
-    does not say that there are none.  With a gain bound ``unstructured`` is the result of the same
-    search without the structure, a local optimum too.
+    The gains need not be the best structured gains, as the problem is not convex; and "unknown"
+    without gains does not mean that there are none.  With a gain bound ``unstructured`` is the
+    result of the same search without the structure, which is also a local optimum.
 
     Raises
     ------
-    ModelError : shapes, a pattern without True, dependent outputs, an unknown relaxation or
-        objective, what an objective needs left out, a vertex with an undamped mode that no input
-        moves, or none by the pattern.
+    ModelError : wrong shapes, a pattern without True, dependent outputs, an unknown relaxation or
+        objective, a missing argument of an objective, or a vertex with an undamped mode that no
+        input moves, or that no gain of the pattern moves.
 
     Source: derived in ``structured.sums`` and ``structured.slack_matrix``, with the literature.
     """
@@ -150,6 +151,7 @@ def _check_modes(search: StepSearch, names: tuple[str, ...]) -> None:
     step = plant.sample_time
     s = state_units(plant.A, None, step=step)
     A, B = plant.A * s / s[:, None], plant.B / s[:, None]
+    # Inputs of order one, as ``check_movable`` assumes; 1e-300 leaves an input without effect at 0.
     B = B / np.maximum(np.abs(B).max(axis=(0, 1)), 1e-300)
     check_stabilisable(A, B, units=s, names=names, step=step)
     check_movable(A, B, search.structure, units=s, names=names, step=step)
@@ -164,7 +166,7 @@ def _unstructured(
     performance: Performance | None,
     sample_time: float | None,
 ) -> list[Design]:
-    """Return designs without structure, the best first; if none exists, only the answer "no"."""
+    """Return designs without structure, the best first; if none exists, one infeasible answer."""
     name, bound = search.relaxation, search.gain_bound
     if search.objective == "cost":
         assert Q is not None and R is not None  # plant_for has checked this
@@ -212,7 +214,7 @@ def _starts(search: StepSearch, plain: list[Design]) -> Iterator[LocalStart]:
 def _best_without(
     search: StepSearch, plain: list[Design], spot: StructuredPoint, tolerance: float
 ) -> float:
-    """Return the best value known without the structure; structured gains count as such too."""
+    """Return the best value known without the structure; the structured gains count as well."""
     sense = search.sense
     free = replace(search, structure=search.structure.free)
     values = [spot.value]

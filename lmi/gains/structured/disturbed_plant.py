@@ -28,12 +28,13 @@ def plant_for(
 ) -> tuple[DisturbedPlant, Floats]:
     """Return the plant, and L of the covariance L L' of x(0).
 
-    For the cost z = [F x; G u] with Q = F' F, R = G' G.
+    For "cost" the output is z = [F x; G u] with Q = F' F, R = G' G, so that |z|^2 is the cost's
+    integrand.
 
     Raises
     ------
-    ModelError : what the objective needs is left out, or what it does not need is given; else as
-        ``lqr_pdc`` and ``hinf_pdc``.
+    ModelError : an argument that the objective needs is missing, or one that it does not use is
+        given; otherwise as ``lqr_pdc`` and ``hinf_pdc``.
     """
     _check_given(objective, {"Q": Q, "R": R}, performance)
     A = vertex_stack(model).astype(np.float64)
@@ -74,7 +75,7 @@ def _check_given(objective: Objective, weights: Mapping[str, object], performanc
 
 
 def _root(weight: Floats) -> Floats:
-    """Return F with F' F = weight."""
+    """Return F with F' F = weight; directions of eigenvalue 0 have no row."""
     values, vectors = np.linalg.eigh(weight)
     keep = values > 1e-14 * max(values[-1], 1e-300)
     if not keep.any():

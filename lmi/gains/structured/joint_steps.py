@@ -22,7 +22,8 @@ from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 
-# Largest P of a step, in states where it began as I; it only keeps the unknowns bounded.
+# Largest eigenvalue of P in a step, in states where P is I at its start; it only keeps the unknowns
+# bounded.
 LARGEST = 16.0
 # Steps of ``extreme_parameter`` that suffice while the gains still move.
 FEW = 3
@@ -37,7 +38,7 @@ class StructuredPoint:
     F : (groups, m, p).
     P : (n, n).
     value : decay rate in 1/s, cost, or gamma, that P shows for F.
-    outcome, condition, units : where it was checked.
+    outcome, condition, units : the solver call that found P, its condition, and its coordinates.
     """
 
     F: Floats
@@ -86,11 +87,14 @@ class StepSearch:
     def assessed(
         self, F: Floats, P: Floats, *, value: float | None = None, settle: bool = False
     ) -> StructuredPoint | None:
-        """Return the best P for the gains, posed in states where the given one is I; None if none.
+        """Return the best P for the gains; None if none is found.
+
+        The problem is posed in states in which the given P is I, so that the solver's numbers are
+        near 1.
 
         Parameters
         ----------
-        value : about what is to be expected of gamma; it only sets units.
+        value : an expected gamma, which only sets units.
         settle : True for the final answer: no margin is kept, and more solvers are tried.
         """
         K = self.structure.gains(F)
@@ -133,7 +137,7 @@ class StepSearch:
         return decaying.P * (shown / entering), shown * entering / alpha
 
     def moved(self, spot: StructuredPoint, spread: float) -> Floats | None:
-        """Return better gains by the inner convex step from a spot; None where it finds none."""
+        """Return the gains of the inner convex step from a point; None where it finds none."""
         K = self.structure.gains(spot.F)
         units = LocalUnits.of(self.plant, self.objective, spot.P, K, value=spot.value)
         inside, sizes = units.posed_structure(self.structure)
@@ -146,6 +150,8 @@ class StepSearch:
         )
         condition = self._condition(units, unknown, gamma, near)
         if self.objective == "decay_rate":
+            # The search starts a little below the rate that is known, where (P, L) is feasible
+            # with a margin.
             at = units.parameter(spot.value)
             hair = self._hair(units, self.fine / 10)(at)
             origin = at - (hair if self.rate == "alpha" else -hair)
@@ -167,7 +173,7 @@ class StepSearch:
         return self.bounded(F * units.inputs[:, None] / sizes)
 
     def bounded(self, F: Floats) -> Floats:
-        """Return the gains shrunk to the bound where they exceed it."""
+        """Return the gains; those beyond the bound are scaled down to it."""
         if self.gain_bound is None:
             return F
         size = np.linalg.norm(F @ self.structure.C, 2, axis=(1, 2))
@@ -229,6 +235,7 @@ class StepSearch:
             good = outcome.status == "candidate"
             return outcome, self._value(outcome, units) if good else None
         plant = units.posed(self.plant)
+        # P = I is feasible at this rate, however unstable the loop is: |x'| <= size |x|.
         size = float(np.linalg.norm(plant.A[:, None] - plant.B[:, None] @ K, 2, axis=(2, 3)).max())
         origin = -1.01 * size - units.speed if self.rate == "alpha" else 1.01 * size**2 + 1.0
         found = extreme_parameter(
@@ -248,7 +255,7 @@ class StepSearch:
         return Outcome("candidate" if held > 0 else "unknown", values, held, np.inf, {}, ())
 
     def _hair(self, units: LocalUnits, fine: float) -> Callable[[float], float]:
-        """Return the tolerance of the rate's parameter."""
+        """Return the tolerance of the rate's parameter: ``fine`` relative, never quite 0."""
         rest = 0.0 if self.rate == "alpha" else 1.0
         return lambda at: fine * max(abs(at - rest), 1e-3 * units.speed)
 

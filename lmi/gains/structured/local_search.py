@@ -31,6 +31,7 @@ ABOUT = (1.0, 3.0, 1.0 / 3.0)
 GOOD = 1e-2
 # How often a step is doubled.
 DOUBLED = 3
+# The values of mu that ``slack_start`` tries, in units of 1 / size of the vertices.
 MUS = (0.1, 0.3, 1.0, 3.0)
 
 
@@ -60,7 +61,7 @@ class LocalSearch:
     steps: list[LocalStep] = field(default_factory=list)
 
     def best(self, starts: Sequence[LocalStart], tolerance: float) -> StructuredPoint | None:
-        """Return the best point that the starts lead to; None if none of them is stable."""
+        """Return the best point that the starts lead to; None if none leads to a stable loop."""
         found: list[tuple[StructuredPoint, str]] = []
         for start in starts:
             spot = self._begun(start)
@@ -110,6 +111,7 @@ class LocalSearch:
     def _risen(
         self, search: StepSearch, spot: StructuredPoint, name: str, most: int, enough: float
     ) -> StructuredPoint:
+        """Return the point after ``most`` steps, or where a step gains at most ``enough``."""
         spread = 1.0
         for _ in range(most):
             better, spread = self._stepped(search, spot, spread)
@@ -125,7 +127,7 @@ class LocalSearch:
     def _stepped(
         self, search: StepSearch, spot: StructuredPoint, spread: float
     ) -> tuple[StructuredPoint | None, float]:
-        """Return the best point of a few spreads, if it is better, and its spread."""
+        """Return the best point of a few spreads, None if no spread is better, and its spread."""
         best, at = None, spread
         for factor in ABOUT:
             F = search.moved(spot, spread * factor)

@@ -1,6 +1,6 @@
 r"""Structured gains in one convex step: M = K G with a slack matrix G that keeps the structure.
 
-With G_j, one for each gain, M_j = K_j G_j, F_ij = A_i G_j - B_i M_j, and a number mu > 0,
+Let G_j be a matrix for each gain, M_j = K_j G_j, F_ij = A_i G_j - B_i M_j, and mu > 0 a number:
 
     continuous   [ 2 alpha Q + He(F_ij)   Q + mu F_ij - G_j'  ]
                  [ .                      -mu (G_j + G_j')    ]  < 0
@@ -8,14 +8,15 @@ With G_j, one for each gain, M_j = K_j G_j, F_ij = A_i G_j - B_i M_j, and a numb
     discrete     [ -rho^2 Q   F_ij               ]
                  [ .          Q - G_j - G_j'     ]  < 0,     rho = e^(-alpha T)
 
-Q has no structure.  The first is [2 alpha Q, Q; Q, 0] + He([N; -I] G_j [I, mu I]) with
-N = A_i - B_i K_j; multiplied by [I, N] and its transpose, He(N Q) + 2 alpha Q < 0 is left.  In the
-second G Q^-1 G' >= G + G' - Q, and a congruence with diag(I, G_j^-1) and a Schur complement leave
-N Q N' < rho^2 Q.  So both show the rate for V = x' Q^-1 x. They are sufficient, but not necessary
+Q has no structure.  The first matrix is [2 alpha Q, Q; Q, 0] + He([N; -I] G_j [I, mu I]) with
+N = A_i - B_i K_j; multiplication by [I, N] and its transpose gives He(N Q) + 2 alpha Q < 0.  In the
+second, G Q^-1 G' >= G + G' - Q; a congruence with diag(I, G_j^-1) and a Schur complement give
+N Q N' < rho^2 Q.  So both show the rate for V = x' Q^-1 x.  They are sufficient, but not necessary
 for structured gains with a common Q: G_j must keep the pattern, and only a few values of mu are
 tried.
 
-G_j has no entry (a, b) where some input sees a but not b; then M_j G_j^-1 has the pattern of M_j.
+Entry (a, b) of G_j is 0 if some input depends on a but not on b; then M_j G_j^-1 has the pattern of
+M_j.
 
 Source: de Oliveira, Bernussou, Geromel (1999), Systems & Control Letters 37, for discrete time;
 Mozelli, Palhares, Avellar (2009), Information Sciences 179, for such G with a number mu.
@@ -71,13 +72,13 @@ def structured_pdc_condition(
 
     Returns
     -------
-    The condition, in the states [C; N] x with N orthonormal and C N' = 0 where there is an output,
-    else in the model's.  Unknowns ``Q``, a row ``Ga`` for each state, a row ``Fk`` for each input
-    that sees something (of M), and those of the relaxation.  Nothing is solved.
+    The condition.  With an output its states are [C; N] x, where N is orthonormal and C N' = 0;
+    otherwise they are the model's.  The unknowns are ``Q``, a row ``Ga`` of G for each state, a row
+    ``Fk`` of M for each input with a free entry, and those of the relaxation.  Nothing is solved.
 
     Raises
     ------
-    ModelError : shapes, entries that are not finite, an unknown relaxation, mu not positive.
+    ModelError : wrong shapes, entries that are not finite, an unknown relaxation, mu not positive.
     """
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
@@ -105,7 +106,7 @@ def slack_condition(
     step: float | None = None,
     corners: Corners | None = None,
 ) -> Condition:
-    """Return the condition of ``structured_pdc_condition``, of what has been checked."""
+    """Return the condition of ``structured_pdc_condition`` for arguments that are checked."""
     n = A.shape[1]
     if not np.array_equal(structure.C, np.eye(n)):
         T = np.linalg.inv(_with_complement(structure.C))
@@ -177,7 +178,7 @@ def _moved(
     mu: float,
     step: float | None,
 ) -> list[SumPart]:
-    """Return F_ij: He(F_ij) and mu F_ij in continuous time, F_ij beside Q in discrete time."""
+    """Return the parts with F_ij: He(F_ij) and mu F_ij in continuous time, F_ij in discrete."""
     n = A.shape[1]
     places = np.eye(n)
     rows = [(row, A[:, :, [a]], place, f"A_{{i}} e_{{{a + 1}}}") for row, a, place in G]
@@ -204,7 +205,7 @@ def _moved(
 
 
 def _own(G: list[_Row], structure: Structure, mu: float, step: float | None) -> list[SumPart]:
-    """Return -G_j' above the diagonal, and -mu (G_j + G_j'); in discrete time -G_j - G_j'."""
+    """Return the parts with G_j alone: -G_j' and -mu (G_j + G_j'); in discrete time -G_j - G_j'."""
     n = len(G)
     where: list[tuple[Position, float, str]] = [((1, 1), -1.0, "")]
     if step is None:
@@ -226,12 +227,12 @@ def _own(G: list[_Row], structure: Structure, mu: float, step: float | None) -> 
 
 
 def _times(letter: str, text: str) -> str:
-    """Return letter times text, the sign in front."""
+    """Return the product of two formulas, with a minus sign moved to the front."""
     return f"-{letter}{text[1:]}" if text.startswith("-") else f"{letter}{text}"
 
 
 def _placed(place: Array, row: Unknown) -> str:
-    """Return the text behind a row: S, which puts its entries in their columns, or nothing."""
+    """Return the factor S after a row, which puts its entries in their columns; else nothing."""
     return "" if place.shape[0] == place.shape[1] else f"S_{{{row.name}}}"
 
 

@@ -14,7 +14,8 @@ from takagi.lmi.sums.summands import Member
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
-# If so many random gains leave an eigenvalue unchanged up to rounding, it counts as a fixed mode.
+# An eigenvalue counts as a fixed mode if DRAWS random gains leave it unchanged, up to UNMOVED times
+# the size of the vertex.
 DRAWS, UNMOVED = 3, 1e-9
 
 
@@ -35,7 +36,7 @@ class Structure:
 
     @property
     def groups(self) -> int:
-        """Return how many different F there are."""
+        """Return the number of different F."""
         return int(self.group.max()) + 1
 
     @property
@@ -62,7 +63,7 @@ class Structure:
         return np.broadcast_to(self.group, (r, r)).copy()
 
     def unknowns(self) -> tuple[Unknown, ...]:
-        """Return the free entries of F, one unknown for each input that sees something."""
+        """Return the free entries of F, one unknown for each input with a free entry."""
         return tuple(
             Unknown(
                 f"F{k + 1}",
@@ -88,14 +89,15 @@ class Structure:
     def gains(self, F: Floats) -> Floats:
         """Return K_j = F_j C, (r, m, n).
 
-        A column of C that is zero, or a row of F, leaves an exact zero.
+        Where a column of C or a row of F is zero, the entry of K_j is exactly zero.
         """
         return np.asarray((F @ self.C)[self.group])
 
     def projected(self, K: Floats, weight: Floats) -> Floats:
         """Return the F whose F C is nearest to the mean gain of each group, (groups, m, p).
 
-        Nearest in |(F C - K) W^1/2|; of Q = P^-1 that is how far u differs on x' P x <= 1.
+        Nearest in |(F C - K) W^1/2|, row by row.  With the weight W = P^-1 the norm of a row is the
+        largest difference of that input on x' P x <= 1.
         """
         F = np.zeros((self.groups, *self.pattern.shape))
         root = np.linalg.cholesky(weight)
@@ -109,10 +111,10 @@ class Structure:
         return F
 
     def slack_pattern(self) -> NDArray[np.bool_]:
-        """Return (n, n), True where G may differ from zero in states whose first p are C x.
+        """Return (n, n), True where G may differ from zero; the first p of the states are C x.
 
-        Then F [I 0] G has the pattern of F and no entry beyond the p-th, and so has M G^-1 if M
-        has: G_ab = 0 where some input sees a but not b.
+        G_ab = 0 where some input depends on a but not on b.  Then F [I 0] G has the pattern of F,
+        and zeros in all columns beyond the p-th; and M G^-1 has this pattern if M has it.
         """
         p, n = self.C.shape
         seen = np.zeros((len(self.pattern), n), dtype=bool)
@@ -216,8 +218,8 @@ def check_movable(
 ) -> None:
     """Raise ModelError for a vertex with an undamped mode that no gain of the structure moves.
 
-    An eigenvalue of A_i - B_i F C for every F of the pattern is one for a few arbitrary F, and
-    the other way round with probability 1 (Wang and Davison, 1973, fixed modes).
+    A fixed mode is an eigenvalue of A_i - B_i F C for every F of the pattern.  With probability 1
+    an eigenvalue that a few random F share is a fixed mode (Wang and Davison, 1973).
 
     Parameters
     ----------

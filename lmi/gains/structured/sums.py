@@ -9,17 +9,18 @@ With G_ij = A_i - B_i K_j and Z_ij = C_i - D12_i K_j, P in the place of Q = P^-1
 and in discrete time, by a Schur complement of V(x+), with - P in the place of He(P G_ij) (- rho^2 P
 for the decay rate), and one more block row [P G_ij, P E_i, -P].
 
-They are affine in P for a given K, and in K for a given P.  For both at once, near P = I and K = L
-(any P is I in suitable states),
+They are affine in P for a given K, and affine in K for a given P.  For both unknown at once, near
+P = I and K = L (any P is I in suitable states),
 
-    P B K = P B L + B (K - L) + (P - I) B (K - L),
+    P B K = P B L + B (K - L) + (P - I) B (K - L).
 
-and with U = B' (P - I), W = K - L the last term, wherever it appears in Theta, is
+With U = B' (P - I) and W = K - L the last term, wherever it appears in Theta, is
 
-    -He(U' W) = |s U - W / s|^2 / 2 - |s U + W / s|^2 / 2 <= |s U - W / s|^2 / 2,    s > 0,
+    -He(U' W) = |s U - W / s|^2 / 2 - |s U + W / s|^2 / 2 <= |s U - W / s|^2 / 2,    s > 0.
 
-a block row [s U - W / s] with -2 I on the diagonal.  What satisfies these LMIs satisfies the
-bilinear ones, and (I, L) does if it satisfies those: so no step is worse than where it began.
+The bound becomes a block row [s U - W / s] with -2 I on the diagonal.  A solution of these LMIs
+satisfies the bilinear inequalities.  If (I, L) satisfies the bilinear ones it also satisfies the
+LMIs, as U = W = 0 there; so no step is worse than its start.
 
 Source: derived here; Dinh, Gumussoy, Michiels, Diehl (2012), IEEE Trans. Automatic Control 57(6),
 for the convex-concave decomposition of bilinear matrix inequalities.
@@ -51,8 +52,9 @@ class StructuredGains:
     Attributes
     ----------
     known : L_j, (r, m, n).
-    structure : of the unknown ones, its C in the plant's states; None where K_j = L_j.
-    unknowns : its free entries, each divided by ``sizes``.
+    structure : the structure of the unknown gains, its C in the plant's states; None where
+        K_j = L_j.
+    unknowns : the free entries of the structure, in the coordinates of ``LocalUnits``.
     spread : s of the overbound; with a larger s K may move further, and P less.
     """
 
@@ -62,7 +64,7 @@ class StructuredGains:
     spread: float = 1.0
 
     def parts(self, through: Array, at: Position, *, whole: bool, factor: float) -> list[SumPart]:
-        """Return factor * through_i K_j in a block, by its unknowns."""
+        """Return factor * through_i K_j in a block, as a part for each row of unknowns."""
         assert self.structure is not None
         return [
             SumPart(
@@ -88,8 +90,8 @@ def loop_sum(
 
     Parameters
     ----------
-    gamma : of the energy gain; None for the others.
-    gains : known ones for a sum in P alone, else that of the inner convex step, about P = I.
+    gamma : the unknown of the energy gain; None for the other objectives.
+    gains : known gains give a sum in P alone; unknown ones that of the inner convex step at P = I.
     """
     n, m = plant.B.shape[1:]
     step = plant.sample_time is not None
@@ -157,7 +159,7 @@ def _motion(
 def _shown(
     plant: DisturbedPlant, gains: StructuredGains, at: Position
 ) -> tuple[list[SumPart], list[KnownBlock]]:
-    """Return Z_ij."""
+    """Return the output Z_ij, as parts and known blocks."""
     if gains.structure is None:
         known = plant.C[:, None] - plant.D12[:, None] @ gains.known
         return [], [KnownBlock(value=_table(known), at=at)]
