@@ -1,12 +1,13 @@
 """The options of the command line, and their translation into settings.
 
-given                  which options were given, and as they would be typed
-design_options         what may be asked of a turbine's design
-law_options            of its law: set-points, schedule, ramps
-synthesis_options      of the search for its gains
-uncertainty_options    of its certificate: inertia, power coefficient, wake
-plant_options          what may be asked for a plant, over its file's ``[design]``
-time_budget            how long a search for a plant's gains may take
+given                  which options were given, and their text on a command line
+design_options         all options of a turbine's design
+law_options            options of its law: set-points, schedule, ramps
+filter_options         options of its filters on the measured rotor speed
+synthesis_options      options of the search for its gains
+uncertainty_options    options of its certificate: inertia, power coefficient, wake
+plant_options          options of a plant's design, which replace its file's ``[design]``
+time_budget            the time that a search for a plant's gains may take
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What may be asked of a design on the command line, and its translation into settings.
+"""The options of a turbine's design on the command line, and their translation into settings.
 
-The options are declared once, as annotated types, and shared by the verbs that design.
+The options are declared once, as annotated types, and used by all verbs that make designs.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def turbine_options(
     one_step: OneStep = False,
     objective: ObjectiveName = None,
 ) -> None:
-    """Declare what a design for a wind turbine may be asked for."""
+    """Declare the options of a design for a wind turbine: only the signature is read."""
 
 
 _OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY, *OF_COHERENT, *OF_FILTERS, *OF_SYNTHESIS)
@@ -136,11 +136,11 @@ _OVERLAPS = ("overlap", "speed_overlap", "torque_overlap")
 
 
 def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
-    """Return what is asked for; an option that is not given keeps the library's default.
+    """Return the settings; an option that is not given keeps the turbine's default.
 
     Parameters
     ----------
-    options : those that ``turbine_options`` declares.
+    options : values of the options that ``turbine_options`` declares.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
 
 
 def _check_law(law: str, given: Mapping[str, object]) -> None:
-    """Refuse options that the law does not have: silently ignored, they would mislead."""
+    """Refuse options that the law does not have; ignoring them would mislead the user."""
     for name in _OF_PAPER if law == COHERENT else _OF_COHERENT:
         if given[name] is not None and given[name] is not False:
             owner = "the laws of the paper" if law == COHERENT else "the law coherent"
@@ -192,7 +192,7 @@ def _check_positive(name: str, value: float | None) -> None:
 
 
 def _setpoint(written: str, turbine: Turbine) -> float:
-    """Return the rotor speed [rad/s] that a number with its unit stands for."""
+    """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
     from takagi.models.files.turbine_units import to_si
     from takagi.models.turbine.trim import reference_speed
 

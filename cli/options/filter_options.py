@@ -1,4 +1,4 @@
-"""Options of the filters on the measured rotor speed that go out with a turbine's law."""
+"""Options of the filters on the measured rotor speed, which the gain file of a law contains."""
 
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ TorsionFilter = Annotated[
 ]
 
 OF_FILTERS = ("speed_filter", "torsion_filter")
-SLOWEST_CORNER = 0.5  # rad/s
-SLOWEST_STOP = 2.0  # rad/s
+# Lower limits in rad/s.  A slower filter would delay the speed at frequencies where the law acts.
+SLOWEST_CORNER = 0.5
+SLOWEST_STOP = 2.0
 
 
 def filter_settings(
@@ -65,7 +66,7 @@ def _torsion_filter(
     from takagi.certificates.design.turbine.scale import speed_filters
 
     if frequency is None:
-        # Without a low-pass there is nothing behind which a band-stop could stand.
+        # The band-stop is only built in series with a low-pass.
         return {"torsion_filter": 0.0} if corner == 0 else {}
     _require(
         frequency == 0 or SLOWEST_STOP <= frequency < math.inf,

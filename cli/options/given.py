@@ -1,4 +1,4 @@
-"""Which options of a verb were given: by their declarations, and as they would be typed."""
+"""Which options of a verb were given, found from their declarations, and their text as typed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from takagi.models.errors import ModelError
 
 # Functions whose parameters declare options.
 Groups = tuple[Callable[..., None], ...]
-# What may be asked of a certificate for gains that exist; the rest is about making gains.
+# Options of a certificate for given gains; all other options of a design concern making gains.
 _OF_GIVEN_GAINS = (
     "inertia",
     "power_coefficient",
@@ -22,7 +22,7 @@ _OF_GIVEN_GAINS = (
 
 
 def option_of(name: str) -> str:
-    """Return the option of a parameter, as it is typed."""
+    """Return the option of a parameter as it is typed: --decay-rate of ``decay_rate``."""
     return "--" + name.replace("_", "-")
 
 
@@ -32,7 +32,7 @@ def defaults_of(groups: Groups) -> dict[str, Any]:
 
 
 def as_typed(options: Mapping[str, object]) -> str:
-    """Return the options that are not left at their default, as they would be typed."""
+    """Return the options that are not at their default, as a user would type them."""
     shown = []
     for name, value in options.items():
         if value is None or value is False or value == [] or (name, value) == ("law", "coherent"):
@@ -47,7 +47,7 @@ def as_typed(options: Mapping[str, object]) -> str:
 
 
 def refuse_designing(options: Mapping[str, object]) -> None:
-    """Refuse options about designing gains beside --gains: ignored, they would mislead."""
+    """Refuse options about designing gains next to --gains; ignoring them would mislead."""
     for name, value in options.items():
         left = value is None or value is False or value in ("coherent", [])
         if name not in _OF_GIVEN_GAINS and not left:

@@ -1,4 +1,4 @@
-"""What may be asked of a turbine's law beyond its gains: set-points, schedule, ramps."""
+"""Options of a turbine's law other than its gains: set-points, schedule, ramps."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ TrackingTime = Annotated[
     float | None,
     typer.Option(
         metavar="SECONDS",
-        help="Turbines: of the anti-windup [s]; 5 unless given. Law paper-two-integrators.",
+        help="Turbines: time constant of the anti-windup [s]; 5 unless given. Law "
+        "paper-two-integrators.",
     ),
 ]
 WindFilter = Annotated[
@@ -61,7 +62,7 @@ WindFilter = Annotated[
         "but an estimate from rotor speed makes the loop swing. Law coherent.",
     ),
 ]
-# Which of these options a law has.
+# The options that only one kind of law has.
 OF_COHERENT = ("pitch_effectiveness_share", "wind_filter")
 OF_PAPER = ("ramp_shape", "ramp_placement", "tracking_time")
 # A slower filter suits no turbine, and the design would search for minutes before failing.
@@ -112,9 +113,9 @@ def law_settings(
     if (time := wind_filter) is not None:
         _require(
             0 < time <= LONGEST_FILTER,
-            f"--wind-filter: {time:g} was given; it must be positive, for the law feeds the "
-            f"filtered wind's own rate forward, and at most {LONGEST_FILTER:g} s, for a schedule "
-            "that hardly moves knows no wind",
+            f"--wind-filter: {time:g} was given; it must be positive, because the law feeds the "
+            f"filtered wind's rate forward, and at most {LONGEST_FILTER:g} s, because a slower "
+            "filter does not follow the wind",
         )
         found["wind_filter"] = time
     return found
@@ -126,7 +127,7 @@ def _require(holds: bool, words: str) -> None:
 
 
 def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
-    """Return the torque [N m] that a number with its unit, or a share in %, stands for."""
+    """Return the torque [N m] of a text such as 34.5kNm, or of a share of rated torque, 80%."""
     from takagi.models.files.turbine_units import to_si
     from takagi.models.turbine.derating import derated
 

@@ -1,4 +1,4 @@
-"""What may be asked of a design for a plant on the command line, over its file's ``[design]``."""
+"""The options of a plant's design; they replace entries of ``[design]`` in the plant's file."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def plant_options(
         ),
     ] = False,
 ) -> None:
-    """Declare what a design for a plant may be asked for."""
+    """Declare the options of a design for a plant: only the signature is read."""
 
 
 def sampled_options(
@@ -106,11 +106,11 @@ def sampled_options(
         ),
     ] = None,
 ) -> None:
-    """Declare what a certificate of a plant may be asked for beside; a simulation asks its own."""
+    """Declare a further option of a plant's certificate; a simulation has its own --sample-time."""
 
 
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
-    """Return what the plant's file asks for, with what the command line gives in its place.
+    """Return the settings of the plant's file, replaced where the command line has an option.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def _rate(written: str) -> float | str:
 
 
 def _settling_rate(written: str) -> float:
-    """Return the rate in 1/s that a settling time means."""
+    """Return the decay rate [1/s] of a settling time."""
     from takagi.models.plant.design_settings import settling_rate
 
     time = _time("--settle", written)
@@ -221,7 +221,12 @@ def _time(option: str, written: str) -> float:
 
 
 def seconds_of(number: str, unit: str, option: str) -> float:
-    """Return a time in s; ``option`` opens the message where the unit is none of time."""
+    """Return a time in s.
+
+    Raises
+    ------
+    ModelError : the unit is none of time; the message begins with ``option``.
+    """
     from takagi.models.files.units import parse_unit
 
     try:

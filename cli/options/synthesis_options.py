@@ -1,4 +1,4 @@
-"""What may be asked of the search for a turbine's gains: in two steps or one, and what for."""
+"""Options of the search for a turbine's gains: in two steps or in one, and its objective."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import typer
 
 from takagi.models.errors import ModelError
 
-# Options that the law coherent alone has.
+# Options that only the law coherent has.
 OF_SYNTHESIS = ("two_step", "one_step", "objective")
 
 TwoStep = Annotated[

@@ -1,4 +1,4 @@
-"""The time that a search for a plant's gains may take: an option, and its reading."""
+"""The option for the time that a search for a plant's gains may take."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def time_options(
         ),
     ] = None,
 ) -> None:
-    """Declare how long a design for a plant may take."""
+    """Declare the option for the time that a plant's design may take."""
 
 
 def budget_asked(written: str | None, default: float) -> float:

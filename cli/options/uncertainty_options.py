@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
     from takagi.models.loops.effort_sharing.loop_cell import LoopUncertainty
 
-# Options that the law coherent alone has.
+# Options that only the law coherent has.
 OF_UNCERTAINTY = ("inertia", "power_coefficient", "equilibrium_wake")
 
 Inertia = Annotated[
@@ -46,7 +46,7 @@ def uncertainty_asked(
     power_coefficient: tuple[str, str] | None,
     equilibrium_wake: bool,
 ) -> LoopUncertainty:
-    """Return what the certificate shall cover.
+    """Return the uncertainty that the certificate must cover.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def uncertainty_asked(
 
 
 def _around_one(option: str, written: tuple[str, str]) -> Interval:
-    """Return the interval; its ends are exactly the decimals as typed."""
+    """Return the interval; its ends are exactly the typed decimals, without a float."""
     from takagi.models.intervals.interval import Interval
 
     try:

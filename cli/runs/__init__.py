@@ -1,6 +1,6 @@
-"""What several verbs run or read.
+"""Work that several verbs share: making designs, and reading earlier certificates.
 
-makers                 one maker of designs for each kind of model, and which one it is
+makers                 a maker of designs for each kind of model, and the choice between them
 turbine                makes a turbine's design, or says why there is none
 plant                  makes a plant's design, or the proof of given gains
 earlier_certificate    an earlier certificate to compare with, and a tolerance

@@ -1,4 +1,4 @@
-"""What `takagi certify --baseline` and `takagi compare` share: an old certificate, a tolerance."""
+"""An earlier certificate and a tolerance, for `takagi certify --baseline` and `takagi compare`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LONGEST = 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EarlierCertificate:
-    """A certificate as its file says, and what the checker says about it."""
+    """A certificate as plain data, and the checker's verdicts on it."""
 
     source: Path
     document: Mapping[str, Any]
@@ -27,7 +27,7 @@ class EarlierCertificate:
 
 
 def read_baseline(path: Path) -> EarlierCertificate:
-    """Return a certificate after replaying it: an old file is not trusted without a check.
+    """Return a certificate with its verdicts; an old file is checked again before it is used.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def compared(
 
 
 def tolerance_of(text: str) -> Fraction:
-    """Return a share: ``5%`` and ``0.05`` are the same.
+    """Return a share exactly; ``5%`` and ``0.05`` have the same value.
 
     Raises
     ------

@@ -1,4 +1,7 @@
-"""What verbs ask of a model: a maker for turbines, one for plants, chosen here and nowhere else."""
+"""The makers of designs, one for turbines and one for plants; only this module chooses between.
+
+A verb about a model calls a ``Maker`` and does not ask which kind of model it has.
+"""
 
 from __future__ import annotations
 
@@ -18,16 +21,16 @@ if TYPE_CHECKING:
 
 
 class Maker(Protocol):
-    """Makes what verbs ask of one model.  Misuse is a ``ModelError``.
+    """Makes designs and certificates for one model.  Wrong options raise ``ModelError``.
 
     Attributes
     ----------
-    words : what such a model is.
-    groups : declare what its design may be asked for.
-    summary : the module that says on the terminal what a design is: ``as_text``, ``as_data``,
+    words : the kind of model in words, for messages.
+    groups : functions that declare the options of a design.
+    summary : name of the module that prints a design, with ``as_text``, ``as_data`` and
         ``next_commands``.
-    simulation : the module that simulates: ``GROUPS`` of options, ``simulate``.
-    has_maps : whether `takagi sweep` maps its laws.
+    simulation : name of the module that simulates, with ``GROUPS`` of options and ``simulate``.
+    has_maps : whether `takagi sweep` draws maps for such a model.
     """
 
     words: ClassVar[str]
@@ -37,7 +40,7 @@ class Maker(Protocol):
     has_maps: ClassVar[bool]
 
     def __init__(self, source: Any, asked: Mapping[str, Any]) -> None:
-        """Take the model's file, and the options of the command line that are about it."""
+        """Take the model's file, and those options of the command line that concern it."""
 
     @property
     def asked(self) -> Mapping[str, Any]:
@@ -47,7 +50,7 @@ class Maker(Protocol):
         """Return the finished design."""
 
     def certify(self, gains: Path, tell: Tell) -> CertifiedLaw | NoDesign:
-        """Return the certificate of a gain file's law, as it stands.
+        """Return the certificate of the law in a gain file; the gains are not changed.
 
         Raises
         ------
@@ -58,14 +61,14 @@ class Maker(Protocol):
 MAKERS: Mapping[str, type[Maker]] = {"turbine": TurbineMaker, "plant": PlantMaker}
 # The groups of options of every verb that designs.
 DESIGN_OPTIONS: Groups = tuple(one for maker in MAKERS.values() for one in maker.groups)
-# What to use in the place of an option, where that is not plain.
+# Option -> what to use instead for the other kind of model, where this is not obvious.
 _INSTEAD = {
     "law": "a plant's law is by rules: --relaxation and [design] of its file say how it is designed"
 }
 
 
 def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
-    """Return the maker of a built-in name or TOML file, which is read here.
+    """Return the maker for a built-in name or TOML file; the file is read here, once.
 
     Parameters
     ----------
@@ -73,7 +76,7 @@ def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
 
     Raises
     ------
-    ModelError : no such model, a file that is not TOML, or an option about the other kind of model.
+    ModelError : no such model, a file that is not TOML, or an option of the other kind of model.
     """
     from takagi.models.loading import read_model
 
@@ -85,15 +88,16 @@ def maker_of(model: str, options: Mapping[str, Any]) -> Maker:
 def own_options(
     source: ModelFile, options: Mapping[str, Any], groups: Mapping[str, Groups]
 ) -> dict[str, Any]:
-    """Return those of the parsed options that are about the model.
+    """Return those of the parsed options that concern the model.
 
     Parameters
     ----------
-    groups : kind of model -> the options that are about it.
+    groups : kind of model -> the functions that declare its options.
 
     Raises
     ------
-    ModelError : an option about another kind of model was given: ignored, it would mislead.
+    ModelError : an option of another kind of model was given.  Ignoring it would let the user
+        believe that it had an effect.
     """
     others = [kind for kind in groups if kind != source.kind]
     for kind in others:

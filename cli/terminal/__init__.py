@@ -1,10 +1,10 @@
-"""What verbs print on the terminal.
+"""The texts that verbs print on the terminal.
 
-turbine_summary, plant_summary    what a finished design says of itself
-plant_set                         of the proved set, in the units of the plant's file
-lines                             a word and its text, broken where lines end
-files                             what it leaves in its folder; that there is none
-claim_lines                       what a check found, claim by claim
-trusted_lines                     the files and lines that a verdict ran through
+turbine_summary, plant_summary    the summary of a finished design
+plant_set                         the proved set of a plant, in the units of its file
+lines                             a heading with its text, broken into lines
+files                             the files of a design; the reason where there is no design
+claim_lines                       the result of a check, claim by claim
+trusted_lines                     files and lines of code that a verdict depends on
 simulation_table                  the numbers of a simulation
 """

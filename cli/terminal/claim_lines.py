@@ -1,4 +1,4 @@
-"""What a check found, claim by claim, as lines to read."""
+"""The result of a check as lines of text, claim by claim."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ if TYPE_CHECKING:
 
 
 def claim_lines(checked: CheckedFile) -> list[str]:
-    """Return a line for each claim: the verdict, the name in quotes, what was found.
+    """Return a line for each claim: its verdict, its name in quotes, and the checker's sentence.
 
-    The name is free text of the file: without quotes it would look like a text of the checker.
+    The name is a free text of the file.  Without quotes it could be taken for a sentence of the
+    checker.
     """
     width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
     return [

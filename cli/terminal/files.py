@@ -1,4 +1,4 @@
-"""What a design leaves in its folder, and that there is none."""
+"""The list of files that a design wrote, and the message where there is no design."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from takagi.cli.errors import UNPROVED
 if TYPE_CHECKING:
     from takagi.certificates.design.design import NoDesign
 
-# What lands in the folder, and what each is for; `figures` holds several.
+# File or folder -> its purpose; `figures` is a folder with several files.
 PURPOSES = {
     "gains.json": "the law to load into a controller: schedule, gains, limits, units",
     "certificate.json": "the claims with every number that proves them",
@@ -24,7 +24,7 @@ FOLDERS = ("figures",)
 
 
 def print_files(out: Path, files: Mapping[str, bytes | str]) -> None:
-    """Print what was written, one line a file or folder, and what each is for."""
+    """Print what was written, one line for each file or folder with its purpose."""
     print(f"\n{out}")
     width = max(map(len, PURPOSES)) + 2
     for name, purpose in PURPOSES.items():

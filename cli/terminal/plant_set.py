@@ -1,4 +1,4 @@
-"""What the summary of a plant says of the proved set, in the units of the plant's file."""
+"""The proved set in the summary of a plant, in the units of the plant's file."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ SMALL = 0.1  # share of the box below which the proved set is called small
 
 
 def starts_alone(design: PlantDesign) -> dict[str, float]:
-    """Return state -> sqrt(c / P_kk), SI: how far it alone may start off rest in {x'Px <= c}.
+    """Return state -> sqrt(c / P_kk) in SI; {} where no set {x'Px <= c} is proved invariant.
 
-    {} where no set is proved to be invariant.
+    It is the largest deviation of this state in the set while all other states are at rest.
     """
     return _starts(plant_loop(design))
 
 
 def box_line(design: PlantDesign) -> list[str]:
-    """Return the box, side by side."""
+    """Return the box, one range for each variable that has one."""
     plant, model = design.plant, design.model
     labels = (*model.states, *model.inputs, *model.disturbances)
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
@@ -45,13 +45,13 @@ def box_line(design: PlantDesign) -> list[str]:
 
 
 def set_lines(design: PlantDesign) -> list[str]:
-    """Return the proved set: starts, how far states get, how fast, and beyond their start."""
+    """Return the lines on the proved set: starts, largest states, decay and overshoot."""
     loop = plant_loop(design)
     return [*_set(loop), *_motion(loop), *_decay(loop), *_overshoot(design, loop)]
 
 
 def regulator_line(design: PlantDesign) -> list[str]:
-    """Return the gains of LQR at rest, its settling and its set, beside this law's."""
+    """Return gains, settling and proved set of an LQR at rest, compared with this law."""
     found = regulator(design)
     if found is None:
         return []
@@ -91,7 +91,7 @@ def _starts(loop: PlantLoop) -> dict[str, float]:
 
 
 def _set(loop: PlantLoop) -> list[str]:
-    """Return the starts in the proved set, and a word where they are a small part of the box."""
+    """Return the starts in the proved set, with a hint where they are a small part of the box."""
     box = loop.model.box
     parts, shares = [], []
     for variable, (label, reach) in zip(loop.plant.states, _starts(loop).items(), strict=False):
@@ -113,7 +113,7 @@ def _set(loop: PlantLoop) -> list[str]:
 
 
 def _motion(loop: PlantLoop) -> list[str]:
-    """Return how far states get from anywhere in the proved set, and when they are at rest."""
+    """Return the largest states from any start in the proved set, and the settling time."""
     reach, time = half_widths(loop), settling_time(loop)
     if reach is None:
         return []
@@ -129,7 +129,7 @@ def _motion(loop: PlantLoop) -> list[str]:
 
 
 def _decay(loop: PlantLoop) -> list[str]:
-    """Return the one rate that counts; each claim below has the rate of a function of its own."""
+    """Return the proved decay rate; claims that are listed below it may have rates of another V."""
     if not loop.decay_rate:
         return []
     rate, unit = shown_rate(loop.plant, loop.decay_rate)

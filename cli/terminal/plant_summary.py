@@ -1,4 +1,4 @@
-"""What a finished design for a plant says of itself on the terminal."""
+"""The summary of a plant's design on the terminal."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def as_text(design: PlantDesign) -> str:
 
 
 def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
-    """Return what may be typed after a design, whose ``files`` lie in ``out``."""
+    """Return commands that a user may type next; ``files`` of the design lie in ``out``."""
     companion = f" --gains {out / 'gains.json'}" if "gains.json" in files else ""
     own = f" --model {model}" if Path(model).suffix == ".toml" else ""
     found = [f"takagi check {out / 'certificate.json'}{companion}{own}"]
@@ -84,13 +84,13 @@ def _rules(design: PlantDesign) -> str:
 
 
 def _premise(premise: Premise) -> str:
-    """Return e.g. ``z1 = sin(theta)/theta``, the name alone where that takes long."""
+    """Return e.g. ``z1 = sin(theta)/theta``; the name alone where the expression is long."""
     text = "" if premise.proof is None else str(premise.proof.expression)
     return f"{premise.name} = {text}" if 0 < len(text) <= _LONGEST else premise.name
 
 
 def _gains(design: PlantDesign) -> list[str]:
-    """Return the least and largest of each gain over the rules."""
+    """Return the least and the largest value of each gain over the rules."""
     assert design.gains is not None
     lines = []
     low, high = design.gains.min(axis=0), design.gains.max(axis=0)

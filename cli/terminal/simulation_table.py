@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
     from takagi.reports.simulation.runs import Simulation
 
-# In a pipe or a file there is no terminal to fit into.
+# Width of the output in a pipe or a file, where there is no terminal with a width.
 _WIDTH = 100
-# Two short lines a column, so that the table fits into 80 characters; the full titles and units
-# stand in the files.
+# Short headings in two or three lines, so that the table fits into 80 characters; the files have
+# the full titles.
 _HEADS = {
     "energy": "energy\n[kWh]",
     "mean_power": "power\n[kW]",
@@ -30,7 +30,7 @@ _HEADS = {
 
 
 def print_simulation(found: Simulation, written: Sequence[str]) -> None:
-    """Print one table per wind, what must be known to read them, and what was written."""
+    """Print one table of all winds, notes that explain it, and what was written."""
     from rich.console import Console
 
     from takagi.reports.simulation.tables import notes, table_rows
@@ -60,7 +60,7 @@ def print_simulation(found: Simulation, written: Sequence[str]) -> None:
 
 
 def _without(found: Simulation) -> str:
-    """Return words on what is asked of the plant beside the usual."""
+    """Return words on the plant's options that are not at their default."""
     asked, words = found.parts, ""
     if asked.without:
         words += f", without {' and '.join(asked.without)}"
@@ -71,7 +71,7 @@ def _without(found: Simulation) -> str:
 
 
 def _sampling(found: Simulation) -> str:
-    """Return words on the laws' sampling where it is not the usual one."""
+    """Return words on the laws' sampling where it differs from the default, 20 ms."""
     sample, late = 1e3 * found.sample_time, 1e3 * found.computation_time
     if sample == 20 and not late:
         return ""

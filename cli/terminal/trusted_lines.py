@@ -1,4 +1,4 @@
-"""What `takagi check --trusted` adds: the files and lines of code that a verdict ran through."""
+"""The output of `takagi check --trusted`: the files and lines of code that a verdict executed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _HEAD = ("file of certificates/checker", "lines of code", "executed")
 
 
 def as_text(trusted: Trusted) -> str:
-    """Return a table of the files, their sum, and what made the sentences."""
+    """Return a table of the files with their sum, and a note on the code of the sentences."""
     total = (f"{len(trusted.files)} files", str(trusted.lines), str(trusted.executed))
     rows = [_HEAD, *((f.place, str(f.lines), str(f.executed)) for f in trusted.files), total]
     width = max(len(row[0]) for row in rows)

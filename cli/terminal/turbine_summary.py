@@ -1,4 +1,4 @@
-"""What a finished design says of itself on the terminal: verdict, winds, class, consequences."""
+"""The summary of a turbine's design on the terminal: verdict, winds, wind class, bounds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
-    """Return the summary as plain data: verdict, claims, and for the coherent law its numbers."""
+    """Return the summary as plain data: verdict, claims, and the numbers of the coherent law."""
     from takagi.certificates.design.claim_summary import claim_summary
 
     found = claim_summary(design)
@@ -35,7 +35,7 @@ def as_text(design: TurbineDesign) -> str:
     """Return the summary in a few lines.
 
     A claim about the coherent law that is not proved is quoted in full.  Of the claims about a
-    law of the paper, the one for the law's own overlaps is told, and the others in a line each.
+    published law, the one for the law's own overlaps is shown, and each other one in one line.
     """
     from takagi.certificates.design.claim_summary import claim_summary
     from takagi.reports.loops.overlap_claims import overlap_claims
@@ -65,7 +65,7 @@ def as_text(design: TurbineDesign) -> str:
 
 
 def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
-    """Return what may be typed after a design, whose ``files`` lie in ``out``."""
+    """Return commands that a user may type next; ``files`` of the design lie in ``out``."""
     gains = out / "gains.json"
     return [
         f"takagi check {out / 'certificate.json'} --gains {gains}",
@@ -123,7 +123,7 @@ def claims_as_text(checked: Checked) -> str:
 
 
 def assumed_line(checked: Checked) -> list[str]:
-    """Return the line on what the verdict rests on beside the proof, where there is any."""
+    """Return the line on the assumptions of the verdict; no line where there are none."""
     return [f"  assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
 
 

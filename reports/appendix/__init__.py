@@ -1,16 +1,16 @@
 r"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certificate, margins.
 
-    assembly                          one appendix from its templates and figures; what all say
+    assembly                          the files of one appendix from its templates and figures
     turbine_files, turbine_figures    a turbine's appendix: ``appendix_files``
     turbine, regional, schedule       plant, regional models, the effort-sharing law's tables
     blending                          the published coupling filter
     conditions, certificate           inequalities that were solved, claims that were proved
     robustness                        margins and responses at the trims
-    plant_files, plant_context        a plant's appendix, ``plant_appendix``; what fills it
+    plant_files, plant_context        a plant's appendix, ``plant_appendix``, and its content
     environment, tex                  jinja2 for LaTeX; numbers, units and words as LaTeX
 
-Both return ``appendix.tex``, which compiles alone, its body for ``\input`` into a
-paper, and the figures.  Everything is typeset from the values that were solved and proved.
+Both functions return ``appendix.tex``, which compiles alone, its body for ``\input`` into a paper,
+and the figures.  Everything is typeset from the values that were solved and proved.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ def assembled(
     Parameters
     ----------
     body : the template of the body.
-    context : what all templates show, the main one too: subject, title, subtitle, and whether
-        there is a table of contents.
+    context : the names that the templates use; the main template needs subject, title, subtitle,
+        and whether there is a table of contents.
     drawn : name -> figure.
     """
     from takagi.reports.figures import figure_to_pdf
@@ -37,7 +37,7 @@ def assembled(
 
 
 def checked_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
-    """Return the checker's verdict and words, and where the certificate comes from."""
+    """Return the checker's verdict and sentences, and the certificate's hashes and versions."""
     provenance = document.get("provenance", {})
     return {
         "proved": checked.verdict is Verdict.PROVED,

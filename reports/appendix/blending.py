@@ -9,7 +9,7 @@ from takagi.reports.sections.turbine.blending import filter_of
 
 
 def blending_context(design: TurbineDesign) -> dict[str, object]:
-    """Return filter, corners and rule numbering."""
+    """Return the numbers of the filter, its corners, and the count of rules."""
     coupling = filter_of(design)
     low, high = coupling.torque_corners
     ramp = coupling.speed_ramp

@@ -1,4 +1,4 @@
-"""The certificate as it was written: claims, P, cells, and the checker's words."""
+"""The certificate as it was written: claims, P, cells, and the checker's sentences."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _PEAKS = {
 
 
 def certificate_context(design: TurbineDesign) -> dict[str, Any]:
-    """Return verdict, claims and, for the coherent loop, the tables of its cells."""
+    """Return verdict, claims and, for the effort-sharing law, the tables of its cells."""
     claims = list(design.document.get("claims", ()))
     context = checked_context(design.document, design.checked) | {
         "assumes": "; ".join(design.checked.assumes).replace("<=", "at most"),
@@ -42,7 +42,7 @@ def certificate_context(design: TurbineDesign) -> dict[str, Any]:
 
 
 def _power(uncertainty: Mapping[str, Any]) -> Tex | None:
-    """Return the interval of true over tabulated c_P; None where it is the table's alone."""
+    """Return the interval of the true c_P relative to the table; None if it is only 1."""
     low, high = uncertainty.get("power_coefficient", (1, 1))
     return interval([low, high]) if low < high else None
 
@@ -105,7 +105,7 @@ def _claimed_row(k: int, cell: Mapping[str, Any]) -> list[Tex]:
 
 
 def _other(claim: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what can be said of a claim of any kind: its name, plain facts, and matrices."""
+    """Return name, single values and P of a claim of any kind."""
     facts = [
         [escape(name.replace("_", " ")), _value(value)]
         for name, value in claim.items()
@@ -126,7 +126,7 @@ def _value(value: Any) -> Tex:
 
 
 def _is_matrix(value: Any) -> bool:
-    """Whether this is a matrix of numbers; a claim may nest P deeper, or write it in words."""
+    """Return whether this is a matrix of numbers; some claims have P as a list or as a text."""
     if not isinstance(value, (list, tuple)) or not value:
         return False
     return all(

@@ -14,15 +14,15 @@ from takagi.reports.appendix.tex import Tex, escape
 
 
 def conditions_context(design: TurbineDesign) -> dict[str, object]:
-    """Return every condition as a list of labelled formulas, with remarks for the reader."""
+    """Return every condition as a list of labelled formulas, with a remark on its symbols."""
     return {"conditions": list(_conditions(design))}
 
 
 def laid_out(condition: Condition) -> list[tuple[Tex, Tex]]:
     r"""Return (label, formula) per line of ``lmi.condition.typeset.latex``.
 
-    The labels of a condition may be as long as a sentence; beside a block matrix they would leave
-    the page, so each goes above its formula.
+    A label may be as long as a sentence.  To the left of a block matrix it would push the matrix
+    off the page, so each label is set above its formula.
     """
     body = latex(condition)
     body = body.removeprefix("\\begin{align*}\n").removesuffix("\n\\end{align*}")
@@ -107,7 +107,7 @@ def _effort(design: TurbineDesign) -> Condition:
 
 
 def _invariance(candidate: EffortSharingCandidate) -> Condition:
-    """Return the invariance condition over all corners, at the stated class and multipliers."""
+    """Return the invariance condition over all corners, at the claim's winds and multipliers."""
     from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid_condition
     from takagi.models.loops.effort_sharing.vertices import loop_vertices
 

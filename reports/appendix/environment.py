@@ -1,4 +1,6 @@
-r"""The jinja2 environment: LaTeX delimiters, everything escaped that is not marked as LaTeX.
+r"""The jinja2 environment for LaTeX; it escapes everything that is not marked as LaTeX.
+
+The usual delimiters of jinja2 have a meaning in LaTeX, so that these are used:
 
 \VAR{expression}    \BLOCK{statement}    \#{comment}
 """
@@ -27,7 +29,7 @@ _TEMPLATES = "takagi.reports.appendix.templates"
 
 
 def render(template: str, context: Mapping[str, object]) -> str:
-    """Return a template filled; a name that the context lacks is an error, never a gap."""
+    """Return a template filled; a name that the context does not have is an error."""
     return _environment().get_template(template).render(context)
 
 

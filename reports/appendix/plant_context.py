@@ -1,4 +1,4 @@
-"""What the templates of a plant's appendix are filled with."""
+"""The values for the templates of a plant's appendix."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_loop import PlantLoop
 
-# Gains of more columns than this are set as a matrix per rule.
+# A table of gains with more columns does not fit the page: each rule then gets a matrix.
 MOST_COLUMNS = 9
-# A table of more rows than this is broken over pages.
+# A table with more rows is broken over pages; more margins than this are left out.
 MOST_ROWS = MOST_MARGINS = 40
 
 
 def latex_context(
     design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
 ) -> dict[str, Any]:
-    """Return what all templates show."""
+    """Return the values of all names in the templates."""
     name = design.plant.name or "Plant"
     shown = "certificate and poles" if loop.gains is None else "law, certificate and margins"
     return {
@@ -151,7 +151,7 @@ def _margin_row(one: PlantLocalLoop) -> list[Tex]:
 
 
 def decimal_or_rounded(value: Any) -> Tex:
-    """Return a rational as its decimal where that ends within 15 digits, else rounded to 12."""
+    """Return a value in up to 12 significant digits."""
     text = f"{float(value):.12g}"
     return decimal(text) if "e" not in text else scientific(float(value), 12)
 

@@ -19,14 +19,14 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 
-# How the evidence of a premise names a derivative, and what a reader of formulas expects.
+# Names of derivatives in the evidence of a premise (escaped for LaTeX) -> their formulas.
 _DERIVATIVES = {
     r"dT\_r/domega / J": r"$\partial_\omega T_r / J$",
     r"dT\_r/dbeta / J": r"$\partial_\beta T_r / J$",
     r"dT\_r/dv / J": r"$\partial_v T_r / J$",
 }
 _NAMED = re.compile(r"^(.*) \[(.*)\]$")
-# sympy writes the dot of a symbol with an index over the index too.
+# sympy puts the dot over symbol and index together; it belongs over the symbol.
 _DOTTED = re.compile(r"\\dot\{([^{}]+)_\{([^{}]+)\}\}")
 
 
@@ -74,7 +74,7 @@ def rule_rows(model: TSModel) -> list[list[Tex]]:
 
 
 def vertex_lines(model: TSModel) -> Iterator[Tex]:
-    """Yield A_i and E_i as display lines, as many rules in a line as fit a page."""
+    """Yield A_i and E_i as display lines; a line has as many rules as fit on the page."""
     per_line = 2 if len(model.states) <= 3 else 1
     for first in range(0, len(model.rules), per_line):
         parts = [
@@ -85,7 +85,7 @@ def vertex_lines(model: TSModel) -> Iterator[Tex]:
 
 
 def _steps(model: TSModel) -> list[dict[str, Tex]]:
-    """Return the steps of ``derivation_latex``, each title in words and its display."""
+    """Return title and displayed formula of each step of the derivation."""
     if model.derivation is None:
         return []
     return [
@@ -95,7 +95,7 @@ def _steps(model: TSModel) -> list[dict[str, Tex]]:
 
 
 def _display(formula: str) -> Tex:
-    """Return a display with fractions at full size, also inside vectors, and dots on letters."""
+    """Return a formula with fractions at full size, also inside vectors, and dots on symbols."""
     dotted = _DOTTED.sub(r"\\dot{\1}_{\2}", formula)
     return Tex(dotted.replace(r"\frac", r"\dfrac").replace(r"\\", r"\\[8pt] "))
 

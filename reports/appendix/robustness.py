@@ -16,13 +16,13 @@ from takagi.reports.margins import Loops, Margins, disk_margin, loop_margins, lo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrimLoops:
-    """The loops at one rest point of the law.
+    """The linear loops at one equilibrium of the law.
 
     Attributes
     ----------
-    at : rest point, local controller, and which actuators act.
-    loops : on the quasi-steady surface.
-    frozen : with the frozen-wake pitch effectiveness; None where pitch does not act.
+    at : equilibrium, local controller, and which actuators act.
+    loops : the loops with the wake in equilibrium.
+    frozen : the loops with the frozen wake's pitch effectiveness; None where pitch does not act.
     """
 
     at: LoopPoint
@@ -36,7 +36,7 @@ class TrimLoops:
 
 
 def trim_loops(design: TurbineDesign) -> tuple[list[TrimLoops], tuple[float, ...]]:
-    """Return the loops at the winds of the trim table, and the winds where the law has no rest."""
+    """Return the loops at the winds of the trim table, and the winds without an equilibrium."""
     points, none = loop_points(design, table_winds(design.turbine))
     return [_loops(design, point) for point in points], none
 
@@ -50,7 +50,7 @@ def _loops(design: TurbineDesign, at: LoopPoint) -> TrimLoops:
 
 
 def margins_context(loops: Sequence[TrimLoops], none: Sequence[float]) -> dict[str, Any]:
-    """Return the margins table, and at which winds the law does not rest at all."""
+    """Return the margins table, the unstable winds, and the winds without an equilibrium."""
     return {
         "margin_rows": [_row(item) for item in loops],
         "unstable": ", ".join(f"{item.wind:g}" for item in loops if item.loops.decay_rate <= 0),

@@ -11,7 +11,7 @@ from takagi.reports.appendix.turbine import DEGREES
 
 
 def law_context(design: TurbineDesign) -> dict[str, Any]:
-    """Return the constants and the gain table of the coherent law; only a flag for another law."""
+    """Return constants and gain table of the effort-sharing law; for another law a flag alone."""
     law = design.coherent
     if law is None:
         return {"coherent": False}

@@ -59,8 +59,8 @@ _POWER = re.compile(r"\^(-?\d+)")
 def escape(words: object) -> Tex:
     """Return plain words with every character that LaTeX reads as a command written out.
 
-    Characters beyond ASCII without an entry here lose their accents, or become a question mark:
-    the document then compiles with any engine.
+    A character outside ASCII and the tables above loses its accent, or becomes a question mark, so
+    that the document compiles with any engine.
     """
     if isinstance(words, Tex):
         return words
@@ -83,7 +83,7 @@ def unit(name: str) -> Tex:
 
 
 def decimal(value: float | int | str | Fraction) -> Tex:
-    """Return a number exactly as it is emitted: its shortest decimal, without an exponent.
+    """Return a number exactly as it is written to the files: its shortest decimal, no exponent.
 
     Raises
     ------
@@ -117,13 +117,13 @@ def scientific(value: float, digits: int = 4) -> Tex:
 
 
 def interval(ends: Sequence[float | Fraction]) -> Tex:
-    """Return [low, high] with both ends as they are emitted."""
+    """Return [low, high], both ends as ``decimal`` writes them."""
     low, high = (decimal(end) for end in ends)
     return _in_maths(rf"[{low},\ {high}]")
 
 
 def range_text(ends: Iterable[float], places: int) -> Tex:
-    """Return ``low -- high`` of some numbers, or one number where they agree."""
+    """Return ``low to high`` of some numbers, or one number where both are equal as written."""
     values = [float(v) for v in ends]
     low, high = with_decimals(min(values), places), with_decimals(max(values), places)
     return low if low == high else Tex(f"{low} to {high}")
@@ -139,7 +139,7 @@ def matrix(values: ArrayLike, *, exactly: bool = False, digits: int = 6) -> Tex:
 
     Parameters
     ----------
-    exactly : every entry as it is emitted; otherwise with ``digits`` significant digits.
+    exactly : every entry as ``decimal`` writes it; otherwise with ``digits`` significant digits.
     """
     import numpy as np
 
@@ -150,5 +150,5 @@ def matrix(values: ArrayLike, *, exactly: bool = False, digits: int = 6) -> Tex:
 
 
 def _in_maths(text: str) -> Tex:
-    """Return a number that is set as mathematics, in text and in formulas alike."""
+    """Return a number that is set as mathematics in text as well as in formulas."""
     return Tex(rf"\ensuremath{{{text}}}")

@@ -27,13 +27,14 @@ _SYMBOLS = {
     "operation.cut_in": r"v_\mathrm{in}",
     "operation.cut_out": r"v_\mathrm{out}",
 }
-# Figures to compare with, and of another controller: nothing in the appendix uses them.
+# Sections of a turbine's file with published results and with another controller's numbers: nothing
+# in the appendix depends on them.
 _LEFT_OUT = ("reference", "baseline")
 _WINDS = (*range(3, 12), 11.4, 11.5, 12, 13, 14, 16, 18, 20, 22, 24, 25)
 
 
 def plant_context(design: TurbineDesign) -> dict[str, object]:
-    """Return what the sections on plant, surface and trim show."""
+    """Return the values for the sections on plant, surface, trim and observer."""
     turbine, setpoint = design.turbine, design.settings.speed_setpoint
     surface = turbine.torque
     low, high = (end * DEGREES for end in surface.y_range)
@@ -57,7 +58,7 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
 
 
 def table_winds(turbine: Turbine) -> tuple[float, ...]:
-    """Return the winds of the trim table that the turbine works in [m/s]."""
+    """Return the winds of the trim table from cut-in to cut-out [m/s]."""
     inside = [float(v) for v in _WINDS if turbine.cut_in <= v <= turbine.cut_out]
     return tuple(sorted({turbine.cut_in, *inside, turbine.cut_out}))
 

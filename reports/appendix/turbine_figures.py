@@ -71,7 +71,7 @@ def _memberships(design: TurbineDesign) -> Figure:
 
 
 def _cells(design: TurbineDesign) -> Figure | None:
-    """Return the proved rates over wind; nothing for a claim that is not proved."""
+    """Return the figure of the proved rates over wind; None if the claim is not proved."""
     from takagi.reports.figures import cells_figure
 
     law, found = design.coherent, design.candidate
@@ -109,7 +109,7 @@ def _bode(loops: list[TrimLoops], channel: str) -> Figure | None:
             continue
         loop = item.loops.torque if channel == "torque" else item.loops.pitch
         margins = loop_margins(loop)
-        # A phase at the crossover of an unstable loop is no margin.
+        # The phase at the crossover of an unstable loop is not a margin, and is not marked.
         shown = margins.stable is not False and np.isfinite(margins.phase_frequency)
         lines.append(
             BodeLine(

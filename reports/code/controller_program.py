@@ -1,8 +1,8 @@
 """The programs of a gain file as one value: constants, signals, kept values, steps in order.
 
-Targets read this value alone, so that they cannot differ in what the file means.  Every name in it
-is used once: a name that two programs of the file use for two things gets the program's word in
-front, such as ``observer_v_rate``.
+All targets (C, MATLAB, structured text) read this value and not the file, so that they cannot
+interpret the file differently.  Every name in it has one meaning: where two programs of the file
+use a name for two things, the program's name is put in front, such as ``observer_v_rate``.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ class Spline:
 
     Attributes
     ----------
-    knots : a full row of knots for each argument.
-    coefficients : one row for one argument; for two, one row for each spline of the first.
+    knots : for each argument all knots, those at the ends repeated.
+    coefficients : one row for a spline of one argument; for two arguments, one row for each basis
+        function of the first.
     """
 
     knots: tuple[Row, ...]
@@ -37,7 +38,7 @@ class Spline:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A number, row, matrix or spline of the file; ``place`` is its path there."""
+    """A number, row, matrix or spline of the file; ``place`` is its path in the file."""
 
     name: str
     unit: str
@@ -47,12 +48,12 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """What is read or sent at every sample.
+    """A value that is read or sent at every sample.
 
     Attributes
     ----------
-    rest : a value that makes sense, SI: what stands in before the first finite measurement.
-    range : where the model holds, SI; None where the file has none.
+    rest : value in SI that is used before the first finite measurement.
+    range : interval in SI in which the model holds; None where the file states none.
     """
 
     name: str
@@ -64,7 +65,10 @@ class Signal:
 
 @dataclass(frozen=True, slots=True)
 class Near:
-    """Where |of| <= within, ``formula`` stands in the place of the step's own."""
+    """Where |of| <= within, ``formula`` replaces the step's own formula.
+
+    It serves a quotient near a point where numerator and denominator vanish.
+    """
 
     of: Formula
     within: Decimal
@@ -73,7 +77,7 @@ class Near:
 
 @dataclass(frozen=True, slots=True)
 class Assignment:
-    """One step, or what is sent: ``name = formula``."""
+    """One step of a program, or a value that it sends: ``name = formula``."""
 
     name: str
     unit: str
@@ -84,7 +88,7 @@ class Assignment:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A value that is kept from sample to sample: ``start`` before the first, then ``next``."""
+    """A value that is kept from sample to sample: ``start`` at the first one, then ``next``."""
 
     name: str
     unit: str
@@ -95,7 +99,7 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """One program of the file: first its kept values exist, then its steps run, then it sends."""
+    """One program of the file: its kept values, its steps in order, and what it then sends."""
 
     name: str
     kept: tuple[Kept, ...]
@@ -112,17 +116,19 @@ class Stage:
 class ControllerProgram:
     """One sample of a controller.
 
-    In the order of ``stages``: where it is the first sample the stage's kept values take their
-    ``start``; its steps are computed, then what it sends.  After the last stage every kept value
-    takes its ``next`` at once.  ``sample_time`` [s] is a name in formulas.
+    The stages run in order.  At the first sample the kept values of a stage take their ``start``;
+    then its steps are computed, then the values that it sends.  After the last stage all kept
+    values take their ``next`` at once.  ``sample_time`` [s] is a name in formulas.
 
     Attributes
     ----------
-    name : the file's title; ``plant`` is the plant's or turbine's name.
+    name : the file's title.
+    plant : the name of the plant or turbine.
     kind : "turbine" or "plant".
     sample_time : T [s] of a law in discrete time; None where the user chooses it.
-    constants, inputs, outputs : every name once; outputs are all that the stages send.
-    verdict : the certificate's, and ``hashes`` of its members.
+    constants, inputs, outputs : each name once; outputs are all values that the stages send.
+    verdict : the verdict of the certificate, as the gain file states it.
+    hashes : SHA-256 of the certificate's members, as the gain file states them.
     document : the gain file as plain data, numbers as Decimals.
     """
 
@@ -145,7 +151,7 @@ class ControllerProgram:
 
     @property
     def assignments(self) -> tuple[Assignment, ...]:
-        """All that is computed in a sample, in order."""
+        """The steps and sent values of all stages, in the order in which they are computed."""
         return tuple(one for stage in self.stages for one in stage.assignments)
 
     def names(self) -> Iterator[str]:
@@ -159,7 +165,7 @@ def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerP
 
     Raises
     ------
-    ModelError : no gain file of version 3, or a program that cannot be read.
+    ModelError : the file is no gain file, has no programs, or one that cannot be read.
     """
     try:
         document = json.loads(
@@ -204,7 +210,7 @@ class _Reading:
         self.sent = {one["name"] for part in self.programs for one in part["send"]}
         self.read = {one["name"]: one for part in reversed(self.programs) for one in part["read"]}
         self.constants: dict[str, Constant] = {}
-        # Premises call a plant's tables by their names, as plant files do.
+        # In formulas of premises a table is called by its name, as in plant files.
         places = (entry for part in self.programs for entry in part["names"].items())
         self.tables = {name for name, entry in places if entry["value"].startswith("tables.")}
 
@@ -246,7 +252,7 @@ class _Reading:
         return {one["name"]: one for part in self.programs for one in part["read"]}
 
     def _taken(self) -> dict[str, dict[str, str]]:
-        """Return, program by program, the name in the whole for each name of its own."""
+        """Return, program by program, the name in the whole program for each name of its own."""
         signals = {*self.read, *self.sent, "sample_time"}
         meanings: dict[str, set[str]] = {}
         for part in self.programs:
@@ -263,7 +269,7 @@ class _Reading:
 
     @staticmethod
     def _own(part: Any) -> dict[str, str]:
-        """Return names that a program sets, with what they are: a place, or the program's own."""
+        """Return the names that a program sets, with a text that is equal for equal meanings."""
         own = {name: str(entry["value"]) for name, entry in part["names"].items()}
         own |= {one["name"]: f"{part['name']}: kept" for one in part["keep"]}
         return own | {one["set"]: f"{part['name']}: step" for one in part["steps"]}
@@ -315,7 +321,7 @@ class _Reading:
 
 
 def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
-    """Return a turbine's input with the range of its table, and the lowest trim to start from."""
+    """Return a turbine's input with the range of the trim table; its rest is the lowest trim."""
     trim, limits = document["trim"], document["limits"]
     speed, wind = trim["rotor_speed"], trim["wind"]
     known = {
@@ -352,7 +358,7 @@ def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:
 
 
 def _value(part: Any, path: list[str]) -> Value:
-    """Return what stands at a path of the file; * stands for all rows."""
+    """Return the value at a path of the file; ``*`` in a path means all rows."""
     for k, key in enumerate(path):
         if key == "*":
             return tuple(_value(row, path[k + 1 :]) for row in part)  # type: ignore[return-value]

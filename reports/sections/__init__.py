@@ -2,8 +2,8 @@
 
 turbine/           the report of a turbine's design
 plant/             the report of a plant's design
-verdict            what both say first
+verdict            the verdict box, with which both begin
 premise_table      premises with their bounds
 margin_table       margins of linear loops
-reproducibility    how to check a certificate, and where everything comes from
+reproducibility    how to check a certificate; versions, hashes and settings
 """

@@ -20,14 +20,14 @@ def margin_table(
     down: bool = False,
     folded_from: int | None = None,
 ) -> Table:
-    """Return one row a loop.
+    """Return a table with one row for each loop.
 
     Parameters
     ----------
-    heads : (heading, unit) of what says which loop it is.
-    rows : (those cells, margins).
-    down : whether the factor below 1 to instability is shown too.
-    folded_from : a table of more rows than this is folded.
+    heads : (heading, unit) of the columns that identify the loop.
+    rows : (cells of these columns, margins) of each loop.
+    down : also show the factor below 1 at which the loop becomes unstable.
+    folded_from : a table with more rows is folded; None for never.
     """
     gain = (("gain up", "dB"), ("gain down", "dB")) if down else (("gain", "dB"),)
     factors = "factors up and down" if down else "upward factor"

@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
-    """Return the premises of a model with their rigorous ranges; ``evidence`` heads the last."""
+    """Return the premises of a model with their proved ranges.
+
+    ``evidence`` is the heading of the last column, which says how a range was bounded.
+    """
     return Table(
         caption,
         (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), (evidence, "")),

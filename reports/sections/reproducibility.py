@@ -1,4 +1,4 @@
-"""How to check it, and where everything comes from."""
+"""The sections on checking the certificate, and on versions, hashes and settings."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ def check_section(*, compared: str, law: bool = True, needs: str = "") -> Sectio
 
     Parameters
     ----------
-    compared : which file has its hash compared too, in words (HTML) that end before "hash".
-    law : whether a gain file lies beside the certificate.
-    needs : what else is said of the checker (HTML).
+    compared : words (HTML) before "hash" that name the file whose hash is also compared.
+    law : whether there is a gain file for the certificate.
+    needs : a further remark on the checker (HTML).
     """
     return Section("check", "How to check it", {"compared": compared, "law": law, "needs": needs})
 
 
 def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) -> Section:
-    """Return versions, hashes, configuration and, where wanted, how long each step took."""
+    """Return versions, hashes, configuration and, with ``timings``, the time of each step."""
     recorded = design.document["provenance"]
     files = recorded.get("files_sha256", {})
     hashes = [(f"certificate: {name}", value) for name, value in recorded["sha256"].items()]

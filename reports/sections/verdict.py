@@ -1,4 +1,4 @@
-"""The section on the verdict: what every report says there first."""
+"""The verdict box, with which every report begins."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from takagi.reports.page.text import Section
 
 
 def verdict_box(checked: Checked, content: Mapping[str, Any]) -> Section:
-    """Return the verdict box: the checker's verdict and claims, with what a report adds."""
+    """Return the verdict box: the checker's verdict and claims, and the report's own content."""
     return Section(
         "verdict",
         "Verdict",

@@ -1,9 +1,10 @@
 """The law as C99 without dependencies.
 
-words        names that C and C++ take, and the helper functions that a law may need
+words        reserved names of C and C++, and the helper functions that a law may need
 expressions  a formula in C
-program      one sample of the law in C
+sample       one sample of the law in C
 source       header and source of a law
 companions   self-test, example and README
-target       what `takagi export --to c` writes
+comparison   whether a C file still is the law of a gain file
+target       the files that `takagi export --to c` writes
 """

@@ -1,4 +1,4 @@
-"""What stands beside a law in C: a self-test with known answers, an example, a page to read."""
+"""The files that accompany a law in C: a self-test with known answers, an example, a README."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.targets import ExportSettings
 
 SAMPLES = 40
-# Of the largest value of an output in the test.
+# Relative to the largest value of an output in the test.
 TOLERANCES = {"double": "1e-9", "float": "1e-3F"}
 
 
 def self_test(program: ControllerProgram, c: CSource, settings: ExportSettings) -> str:
-    """Return ``W_test.c``: known inputs and what the law sends for them; then a bad input."""
+    """Return ``W_test.c``, which compares the law with known outputs, then gives it a NaN."""
     rows = _known(program, float(c.sample_time))
     suffix = "F" if settings.precision == "float" else ""
     n, m = len(program.inputs), len(program.outputs)
@@ -93,7 +93,7 @@ int main(void)
 def _known(
     program: ControllerProgram, sample_time: float
 ) -> list[tuple[dict[str, float], dict[str, float]]]:
-    """Return inputs and outputs, sample by sample, as long as the formulas have values."""
+    """Return inputs and outputs of each sample, up to the first without a finite value."""
     run = ProgramRun(program)
     found: list[tuple[dict[str, float], dict[str, float]]] = []
     for k in range(SAMPLES):
@@ -111,7 +111,10 @@ def _known(
 
 
 def wave(signal: Signal, k: int, j: int) -> float:
-    """Return a value of an input, in its range, that a float holds as well."""
+    """Return a test value of input j at sample k, inside its range.
+
+    It has 12 significant bits, so that float and double hold it exactly.
+    """
     low, high = signal.range or (Decimal(-1), Decimal(1))
     share = (1 + math.sin(0.37 * k + 1.1 * j)) / 2 * 0.6 + 0.2
     value = float(low) + share * float(high - low)
@@ -126,7 +129,7 @@ def _rows(rows: Iterable[Iterable[float]], suffix: str) -> str:
 
 
 def example(program: ControllerProgram, c: CSource, settings: ExportSettings) -> str:
-    """Return ``W_example.c``: a loop that shows every call."""
+    """Return ``W_example.c``, a loop that uses every function of the law."""
     suffix = "F" if settings.precision == "float" else ""
     put = "".join(
         f"        in.{c.inputs[s.name]} = {s.rest if s.rest is not None else 0}"
@@ -168,7 +171,7 @@ int main(void)
 
 
 def page(program: ControllerProgram, c: CSource, settings: ExportSettings) -> str:
-    """Return ``README.md``: what goes in and out, the status bits, how it is compiled."""
+    """Return ``README.md``: inputs, outputs, status bits, and how to compile."""
     word, W = c.word, c.word.upper()
     inputs = "".join(
         f"| `{c.inputs[s.name]}` | {s.unit} | {_range(s)} | {'0' if s.rest is None else s.rest} "

@@ -1,8 +1,8 @@
-"""Whether a C file is the law of a gain file: its decimals read back, its formulas word by word.
+"""Decides whether a C file is the law of a gain file.
 
 The law is written again from the gain file, with the options that the C file names, and the two
-texts are compared word by word.  Space, comments and the digits of a number that do not change its
-value count for nothing.  This is not the trusted checker: that compares the gain file with the
+texts are compared word by word.  Spaces, comments, and digits that do not change the value of a
+number are ignored.  This is not the trusted checker, which compares the gain file with the
 certificate.
 """
 
@@ -31,7 +31,7 @@ _DECIMAL = re.compile(r"(-?(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))(?:[eE][+-]
 
 @dataclass(frozen=True, slots=True)
 class SourceComparison:
-    """What differs, a sentence each; and how many numbers were compared."""
+    """The differences, one sentence for each; and the count of numbers that were compared."""
 
     differences: tuple[str, ...]
     numbers: int
@@ -95,8 +95,8 @@ def _written_again(path: Path, text: str, gains: Path) -> tuple[ControllerProgra
 def _tokens(text: str, file: Path) -> Iterator[_Token]:
     """Yield the words of a C text.
 
-    A directive ends with its line, so that its end is a word.  What joins lines is refused: the
-    texts that are written here have none.
+    A directive ends with its line, so that this end is a word.  Backslashes and trigraphs are
+    refused: they could join lines, and `takagi export` writes neither.
     """
     if "\\" in text or "??" in text:
         raise ModelError(f"{file}: it has a backslash or ??, which no exported file has")
@@ -113,7 +113,7 @@ def _tokens(text: str, file: Path) -> Iterator[_Token]:
 
 
 def _signed(tokens: Iterator[_Token]) -> list[_Token]:
-    """Return the words, with the sign of a constant as a part of its number."""
+    """Return the words; a minus sign before a constant becomes a part of its number."""
     found: list[_Token] = []
     for one in tokens:
         before = [part.text for part in found[-2:]]
@@ -154,7 +154,7 @@ def _differences(
     found: str,
     places: dict[str, str],
 ) -> Iterator[str]:
-    """Yield numbers that differ, as long as the words between them are the same."""
+    """Yield the numbers that differ; the first other word that differs ends the comparison."""
     shown = 0
     constant, index = "", 0
     for k, (there, here) in enumerate(zip(theirs, ours, strict=False)):

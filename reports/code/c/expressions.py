@@ -10,14 +10,16 @@ from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import Constant, Row, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 
-Expression: TypeAlias = tuple[str, int]  # text, and how strongly its last operation binds
+# A text of C, and the precedence of its last operation: a higher number binds more strongly.
+Expression: TypeAlias = tuple[str, int]
 
 _BINDS = {"+": 1, "-": 1, "*": 2, "/": 2}
 _SIGNED, _ATOM = 3, 4
 _PI = Decimal("3.14159265358979323846")
+# The largest and the smallest normal float (FLT_MAX, FLT_MIN), and the largest double (DBL_MAX).
 _LARGEST, _SMALLEST = Decimal("3.4028234663852886E+38"), Decimal("1.1754943508222875E-38")
 _LARGEST_DOUBLE = Decimal("1.7976931348623157E+308")
-# Where the language of gain files and <math.h> have two words for one thing.
+# Functions that gain files and <math.h> name differently.
 _MATH = {"abs": "fabs"}
 
 
@@ -26,7 +28,7 @@ def literal(value: Decimal, suffix: str) -> str:
 
     Raises
     ------
-    ModelError : no finite number, or one that the type cannot hold.
+    ModelError : the number is not finite, or the type cannot hold it.
     """
     if not value.is_finite():
         raise ModelError(f"{value} stands in the file where a finite number is needed")
@@ -42,12 +44,12 @@ def literal(value: Decimal, suffix: str) -> str:
 
 
 class Expressions:
-    """Writes formulas; remembers which helpers they need, and the weights of rules that they mix.
+    """Writes formulas in C; records the helpers that they need and the weights of rules.
 
     Attributes
     ----------
-    helpers : names of the helper functions that were needed.
-    before : lines that must stand before the next statement; whoever writes it takes them.
+    helpers : names of the helper functions that were needed so far.
+    before : lines that must stand before the next statement; ``taken_before`` returns them.
     """
 
     def __init__(
@@ -72,9 +74,9 @@ class Expressions:
         return self._written(formula)[0]
 
     def in_double(self, formulas: Sequence[Formula]) -> Expressions | None:
-        """Return what writes formulas of float names in double; None where that is not possible.
+        """Return a writer that computes formulas of float names in double.
 
-        That is where they need a helper, since helpers are made for one type.
+        None where a formula needs a helper function, since helpers have one type.
         """
         wide = Expressions(self.names, self.constants, self.prefix, "", widened=True)
         for formula in formulas:
@@ -82,7 +84,7 @@ class Expressions:
         return None if wide.helpers else wide
 
     def factor(self, formula: Formula) -> str:
-        """Return a formula as C that can stand beside a comparison's sign."""
+        """Return a formula as C that can be an operand of a comparison."""
         return self._bound(formula, 1)
 
     def taken_before(self) -> list[str]:
@@ -91,7 +93,7 @@ class Expressions:
         return lines
 
     def forget(self) -> None:
-        """Forget weights: the block where they stand has ended."""
+        """Forget the weights: the C block that declares them has ended."""
         self._weights.clear()
 
     def _written(self, formula: Formula) -> Expression:

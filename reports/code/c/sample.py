@@ -11,7 +11,7 @@ from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of
 
 
 def needed_names(program: ControllerProgram) -> frozenset[str]:
-    """Return the names that outputs and kept values follow from; the rest is not written."""
+    """Return the names on which outputs and kept values depend; others are not written."""
     made = {one.name: _formulas(one) for one in program.assignments}
     kept = {one.name: (one.start, one.next) for one in program.kept}
     needed: set[str] = set()
@@ -27,7 +27,7 @@ def needed_names(program: ControllerProgram) -> frozenset[str]:
 
 
 def _read(formula: Formula, program: ControllerProgram) -> Iterator[str]:
-    """Yield the names whose values count: of a mix of one rule neither rules nor weights do."""
+    """Yield the names whose values matter; a mix of one rule depends on its value alone."""
     if isinstance(formula, Call) and formula.function == "mix":
         values = formula.arguments[1]
         assert isinstance(values, Name)
@@ -56,8 +56,8 @@ def sample_function(
 ) -> str:
     """Return the static function ``W_sample``: one sample from state and inputs.
 
-    It changes nothing but what it is given to fill: outputs, and the next kept values.  It returns
-    the status bit of a command at a limit.
+    It writes only to its two arguments for results: the outputs, and the next kept values.  It
+    returns the status bit of a command at a limit.
     """
     names = write.names
     lines = [f"const {word}_real {names[one.name]} = inputs->{names[one.name]};"
@@ -88,7 +88,7 @@ def sample_function(
 
 
 def _start(kept: Sequence[Kept], word: str, write: Expressions) -> Iterator[str]:
-    """Yield what a stage's kept values are: as they were kept, or their start."""
+    """Yield the lines that give a stage's kept values: those of the last sample, or the start."""
     for one in kept:
         yield f"{word}_real {write.names[one.name]} = state->kept.{write.names[one.name]};"
     if not kept:
@@ -112,7 +112,8 @@ def assignment_lines(one: Assignment, word: str, write: Expressions) -> Iterator
         yield from write.taken_before()
         yield f"const {word}_real {name} = {text}; /* {note} */"
         return
-    # Around 0/0 a float has too few digits for the distances of the gain file.
+    # Near a quotient 0/0 the gain file's ``within`` is so small that a float cannot resolve it:
+    # the step is computed in double.
     wide = write.in_double(_formulas(one)) if write.suffix else None
     by, cast = (wide, f"({word}_real)") if wide else (write, "")
 
@@ -139,7 +140,8 @@ def _is_near(place: Near, write: Expressions) -> str:
 def _at_limit(
     name: str, program: ControllerProgram, word: str, write: Expressions
 ) -> Iterator[str]:
-    """Yield the lines that tell whether an output was held at a limit."""
+    """Yield the lines that set the status bit where an output was held at a limit."""
+    # An output is often only another name of a step: follow the names to the step with ``limit``.
     made = {one.name: one for one in program.assignments}
     found = made[name]
     while isinstance(found.formula, Name) and found.formula.name in made and not found.near:

@@ -1,4 +1,4 @@
-"""Header and source of a law in C99; no allocation, no recursion, no globals that change."""
+"""Header and source of a law in C99, without allocation, recursion or variable globals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from takagi.reports.code.controller_program import Constant, ControllerProgram, 
 from takagi.reports.code.identifiers import file_word, identifiers
 from takagi.reports.code.targets import ExportSettings
 
-# Bit, word and meaning, the most serious first.
+# (bit, word, meaning), the most serious first: ``W_message`` reports the first that is set.
 STATUS_BITS = (
     (4, "RESULT_NOT_FINITE", "a result was not finite; the last good one was sent"),
     (8, "NOT_STARTED", "a step before init, or a damaged state; the law started anew"),
@@ -23,7 +23,8 @@ STATUS_BITS = (
     (2, "INPUT_OUTSIDE", "an input lies outside the range where the model holds"),
     (32, "AT_LIMIT", "a command is held at a limit"),
 )
-USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user names one
+USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user states one
+# Names that the templates below use, with the prefix: a name of the law must not be one of them.
 TEMPLATE_WORDS = (
     "real", "kept", "state", "inputs", "outputs", "init", "step", "message", "sample", "rest",
     "is_ready", "good_time", "set_sample_time", *(f"weights_{k}" for k in range(1, 100)),
@@ -40,9 +41,9 @@ class CSource:
     ----------
     word : the prefix ``W`` of its functions and types, and the name of its files.
     header, source : texts of ``W.h`` and ``W.c``.
-    inputs, outputs, kept, constants : name in the program -> member or constant in C.
+    inputs, outputs, kept, constants : name in the program -> name of the member or constant in C.
     status_bits : word of a bit, without the prefix -> its value.
-    sample_time : T [s] that a state without a good one starts with.
+    sample_time : T [s] of a state that was not given a valid one.
     """
 
     word: str
@@ -57,11 +58,11 @@ class CSource:
 
 
 def sample_time_of(program: ControllerProgram, settings: ExportSettings) -> Decimal:
-    """Return T [s] to start with: the law's own, the user's, or the usual one.
+    """Return T [s] to start with: that of the law, else of the user, else ``USUAL_SAMPLE_TIME``.
 
     Raises
     ------
-    ModelError : the user's is not the law's own.
+    ModelError : the user's T differs from that of a law in discrete time.
     """
     own, asked = program.sample_time, settings.sample_time
     if own is None:
@@ -98,7 +99,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     parts = (
         _opening(program, word, f"{word}.c", settings, time),
         f'#include "{word}.h"\n\n#include <math.h>\n\n{_FAST_MATH}',
-        # Helpers stand before the constants, whose names then shadow none of theirs.
+        # Helpers come before the constants: a constant then cannot shadow a name inside a helper.
         helpers(write.helpers, f"{word}_", f"{word}_real", suffix),
         "".join(constant_text(one, names[one.name], word, write) for one in constants.values()),
         sample,
@@ -257,7 +258,7 @@ def _filled(numbers: list[str]) -> Iterator[str]:
 
 
 def _rest_of_output(program: ControllerProgram, name: str) -> Decimal:
-    """Return what stands for an output before there is any: its rest in the file, or 0."""
+    """Return the value of an output before the first sample: its rest in the file, or 0."""
     for one in program.document.get("inputs", ()):
         if isinstance(one, Mapping) and one.get("name") == name:
             return Decimal(one.get("rest") or 0)
@@ -265,13 +266,14 @@ def _rest_of_output(program: ControllerProgram, name: str) -> Decimal:
 
 
 def _calls(program: ControllerProgram, word: str, write: Expressions, sample_time: Decimal) -> str:
-    """Return the functions that a user calls, and what guards them."""
+    """Return the functions that a user calls, with their checks of state and sample time."""
     W, names, suffix = word.upper(), write.names, write.suffix
     zero, time = literal(Decimal(0), suffix), literal(sample_time, suffix)
     inputs = [names[one.name] for one in program.inputs]
     outputs = [names[one.name] for one in program.outputs]
     kept = [names[one.name] for one in program.kept]
     own = ""
+    # A law in discrete time takes its own T only; the tolerance allows for its rounding to float.
     if program.sample_time is not None:
         near = literal(sample_time * Decimal("1e-6"), suffix)
         own = f"\n        && fabs{suffix.lower()}(sample_time - {time}) <= {near}"
@@ -382,6 +384,7 @@ const char *{word}_message(unsigned status)
 
 
 def _seen(program: ControllerProgram, word: str, write: Expressions) -> Iterator[str]:
+    """Yield the lines that take over finite inputs and set the status bits of the others."""
     for one in program.inputs:
         name, W = write.names[one.name], word.upper()
         yield f"    if (isfinite(inputs->{name})) {{\n"

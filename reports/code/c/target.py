@@ -1,4 +1,4 @@
-"""`takagi export --to c`: the law as C99 with a self-test, an example and a page to read."""
+"""`takagi export --to c`: the law as C99 with a self-test, an example and a README."""
 
 from __future__ import annotations
 

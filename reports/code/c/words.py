@@ -1,11 +1,12 @@
-"""Words that C and C++ take, comments, and the helper functions that a law may need."""
+"""Reserved names of C and C++, comments, and the helper functions that a law may need."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection
 
-# Keywords of C11 and C++20, names of <math.h> and macros of common compilers and systems.
+# Keywords of C11 and C++20, names of <math.h>, macros of common compilers and systems, and names
+# that the generated files use themselves.
 RESERVED = frozenset(
     """
     auto break case char const continue default do double else enum extern float for goto if inline
@@ -36,8 +37,8 @@ _HEADERS = frozenset(
     """.split()  # noqa: SIM905 -- a table
 )
 
-# Each helper, and those that it calls.  @ stands for the prefix, REAL for the type, FABS for fabs,
-# 0. and 1. for the numbers.
+# Helper -> (helpers that it calls, its text).  In a text @ means the prefix, REAL the type, and
+# ZERO and ONE the numbers in that type.  A helper comes after those that it calls.
 HELPERS: dict[str, tuple[tuple[str, ...], str]] = {
     "min": ((), """
 static REAL @min(REAL a, REAL b)
@@ -212,7 +213,7 @@ static REAL @spline_2(REAL x, REAL y, const REAL *knots_x, int count_x, const RE
 
 
 def helpers(used: Collection[str], prefix: str, real: str, suffix: str) -> str:
-    """Return the text of the helpers that are used, and of those that they call, in order."""
+    """Return the text of the used helpers and of those that they call, in the order of C."""
     needed: set[str] = set()
     waiting = list(used)
     while waiting:
@@ -227,12 +228,12 @@ def helpers(used: Collection[str], prefix: str, real: str, suffix: str) -> str:
 
 
 def comment(text: str) -> str:
-    """Return a text as it can stand in a comment or string of C: one line of ASCII."""
+    """Return a text that is safe inside a comment or string of C: one line of ASCII."""
     plain = " ".join(text.split()).encode("ascii", "replace").decode("ascii")
     plain = plain.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
     return plain.replace("\\", "/").replace('"', "'")
 
 
 def file_name_word(word: str) -> str:
-    """Return a word whose header no header of the compiler hides."""
+    """Return a word W such that ``W.h`` has not the name of a standard header."""
     return f"law_{word}" if word in _HEADERS or word in RESERVED else word

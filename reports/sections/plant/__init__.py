@@ -1,12 +1,12 @@
 """The HTML report of a plant's design, one section a file.
 
-page                    put together from its sections, whose words are in templates/
-verdict                 what is proved, and what is left out
-plant, derivation       the equations as given; from them to the vertices
+page                    the page, assembled from its sections; their text is in templates/
+verdict                 what is proved, and what is not covered
+plant, derivation       the equations as given; the steps from them to the vertices
 gains, blend            the law; two actuators that share an effort
-certificate             claim by claim
-regulator               beside a linear-quadratic regulator at rest
-proved_set              its half-widths, and a picture of every pair of states
+certificate             the claims one by one
+regulator               a comparison with a linear-quadratic regulator at rest
+proved_set              half-widths of the proved set, and a picture for every pair of states
 loops, motion           poles and margins; simulations
 """
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
-# The longest motion [s]: a plant with time constants of minutes takes hours to settle.
+# Limit of a motion's duration [s]: a plant with time constants of minutes takes hours to settle.
 LONGEST = 1e5
 
 COLUMNS = (
@@ -69,7 +69,7 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
 
 
 def hand_overs(loop: PlantLoop) -> tuple[PlantMotion, ...]:
-    """Return motions from both sides: the first state and the effort largest, and least."""
+    """Return motions that start with the first state, or the effort, at its largest or least."""
     found = starts(loop)
     picked = [found[0], found[-1]]
     begin = [(name, x) for name, x in picked]

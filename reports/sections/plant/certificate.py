@@ -1,4 +1,4 @@
-"""The certificate claim by claim: verdicts, the proved function, what was tried."""
+"""The claims one by one: verdicts, the proved functions, and the attempts that failed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
 
 
 def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
-    """Return (of what, P row by row), those of decay and of the invariant set once each."""
+    """Return (name, rows of P) of the functions for decay and for the invariant set."""
     found = [("decay", loop.decay_P)] if loop.decay_P is not None else []
     if loop.level_proved and loop.P is not None:
         found.append(("invariant set", loop.P))

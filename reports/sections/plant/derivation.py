@@ -1,4 +1,4 @@
-"""From the equations to the vertices: the derivation's own steps, and the proved bounds."""
+"""From the equations to the vertices: the steps of the derivation, and the proved bounds."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def derivation_section(design: PlantDesign, drawn: Drawn) -> Section:
 
 
 def derivation_steps(model: TSModel) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
-    """Return the steps up to the list of rules, and those of the single vertices."""
+    """Return the steps up to the list of rules, and the steps of the vertices, one by one."""
     steps = () if model.derivation is None else model.derivation.steps
     return (
         tuple(step for step in steps if not step.title.startswith(VERTEX)),

@@ -1,4 +1,4 @@
-"""The law: its gains with units, rule by rule, as they are emitted."""
+"""The law: its gains with units, rule by rule, as the gain file has them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LAW = r"u = u^{*} - \sum_{i=1}^{%d} h_i(z) K_i \left(x - x^{*}\right)"
 
 def gains_section(design: PlantDesign, loop: PlantLoop) -> Section:
     """Return the section about the law."""
-    # Where a claim proves a bound there is no need for one in floating point.
+    # Where a claim proves bounds of the inputs, no bound in floating point is shown.
     known = "input-limits" in proved_kinds(design)
     content: dict[str, Any] = {"table": None, "law": "", "trim": None, "commands": []}
     if loop.gains is not None:
@@ -57,7 +57,7 @@ def gain_columns(loop: PlantLoop) -> tuple[tuple[str, str], ...]:
 
 
 def gain_rows(loop: PlantLoop) -> tuple[tuple[str, ...], ...]:
-    """Return the gains as emitted, one row per rule."""
+    """Return the gains as the gain file has them, one row for each rule."""
     assert loop.gains is not None
     varying = [k for k, p in enumerate(loop.model.premises) if len(p.corners) > 1]
     return tuple(

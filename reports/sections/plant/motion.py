@@ -15,7 +15,7 @@ from takagi.reports.page.text import DASH, Section, Table, significant
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
-# V may seem to rise by this share through the tolerance of the integration.
+# The tolerance of the integration may make V rise by this share of its first value.
 SLACK = 1e-5
 
 

@@ -1,4 +1,4 @@
-"""The report of a plant: every section made, and put together."""
+"""The report of a plant: makes all sections and assembles the page."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def plant_figures(design: PlantDesign, folder: str | Path) -> Path:
 def plant_report_files(
     design: PlantDesign, *, tell: Tell | None = None, timings: bool = True
 ) -> ReportFiles:
-    """Return page and figures together, each computed once.
+    """Return the page together with its figures; each figure is computed once.
 
-    ``figures`` has SVG files and, beside them, CSV files with the numbers of motions and weights.
+    ``figures`` has SVG files, and CSV files with the numbers of motions and weights.
 
     Parameters
     ----------
     tell : called with a word before each section.
-    timings : whether the page says how long each step of the design took; without, the same
+    timings : whether the page has the time of each step of the design; without the times the same
         design gives the same bytes.
 
     Raises

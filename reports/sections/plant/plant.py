@@ -63,12 +63,12 @@ def equations_latex(plant: Plant) -> list[str]:
 
 
 def variable_rows(plant: Plant) -> tuple[tuple[str, ...], ...]:
-    """Return name, kind, unit, range and rest as they are used, meaning."""
+    """Return name, kind, unit, lower and upper end, rest, and meaning of each variable."""
     return tuple(_variable(kind, v) for kind, v in kinds(plant))
 
 
 def kinds(plant: Plant) -> list[tuple[str, Variable]]:
-    """Return (what it is, variable): state, input, disturbance or scheduling."""
+    """Return (kind, variable); a kind is state, input, disturbance or scheduling."""
     outside = [("scheduling" if v.schedules else "disturbance", v) for v in plant.disturbances]
     return [
         *(("state", v) for v in plant.states), *(("input", v) for v in plant.inputs), *outside

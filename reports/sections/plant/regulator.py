@@ -1,4 +1,4 @@
-"""The design beside a linear-quadratic regulator at rest: gains, poles, settling, proved sets."""
+"""The design compared with a linear-quadratic regulator: gains, poles, settling, proved sets."""
 
 from __future__ import annotations
 

@@ -45,7 +45,10 @@ def verdict_section(
 def _facts(
     loop: PlantLoop, loops: Sequence[PlantLocalLoop], *, limits: bool
 ) -> list[tuple[str, str, str]]:
-    """Return (what, figure, remark); ``limits``: a claim proves how large the inputs get."""
+    """Return (name, figure, remark) of each fact.
+
+    ``limits`` : a claim proves bounds of the inputs, so that none in floating point is shown.
+    """
     model = loop.model
     varying = sum(len(p.corners) > 1 for p in model.premises)
     facts = [
@@ -87,8 +90,8 @@ def _facts(
             "Margins at rest",
             f"{significant(float(np.degrees(one.margins.phase)), 2)}° phase, "
             f"{significant(one.margins.disk.alpha, 2)} disk",
-            f"loop at {name_of(one.input)}, linear; a delay of {significant(one.margins.delay)} s "
-            "is borne",
+            f"loop at {name_of(one.input)}, linear; stable up to a delay of "
+            f"{significant(one.margins.delay)} s",
         )
         for one in rest
         if one.margins.stable and np.isfinite(one.margins.phase)
@@ -97,7 +100,7 @@ def _facts(
 
 
 def _short(value: float) -> str:
-    """Return six digits at most; the table of variables has them all."""
+    """Return at most six digits; the table of variables shows all."""
     return decimal(float(f"{value:.6g}"))
 
 

@@ -1,13 +1,13 @@
 """The HTML report of a turbine design: one self-contained page, readable without JavaScript.
 
-page                      put together from its sections, whose words are in templates/
-verdict                   what is proved, and what is left out
-model, operation          the plant; where it is run
-regions, gains, blending  regional models; the law; how control is blended
-synthesis_table           gains found in one step against two
+page                      the page, assembled from its sections; their text is in templates/
+verdict                   what is proved, and what is not covered
+model, operation          the plant; its steady operating points
+regions, gains, blending  regional models; the law; blending of torque and pitch
+synthesis_table           a comparison of one-step and two-step gains
 cells                     the certificate cell by cell
-loops, responses          poles and margins; steps and gusts
-running                   margins of the loop that runs
+loops, responses          poles and margins; responses to steps and gusts
+running                   margins of the loop with observer, filters and sampling
 observer                  the wind observer
 drawings                  figures that only this page has
 """

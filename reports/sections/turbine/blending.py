@@ -1,4 +1,4 @@
-"""How control is blended: h^a over (omega, T_g) of the coupling filter, and the effort ramp."""
+"""Blending of torque and pitch: h^a(omega, T_g) of the coupling filter, and the effort ramp."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def blending_section(design: TurbineDesign) -> Section:
 
 
 def filter_of(design: TurbineDesign) -> CouplingFilter:
-    """Return the filter of a paper law, or for another law the one that the settings describe."""
+    """Return the filter of a published law; for another law the filter of its settings."""
     if isinstance(design.law, PublishedLaw):
         return design.law.coupling
     asked = design.settings

@@ -1,4 +1,4 @@
-"""Figures that only the page has: the wind class, gains over wind, the effort ramp."""
+"""Figures that only this page has: wind class, gains over wind, effort ramp."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def effort_figure(overlap: float) -> Figure:
 def regional_gains_figure(
     wind: ArrayLike, columns: Sequence[tuple[str, ArrayLike]], regions: dict[str, float]
 ) -> Figure:
-    """Return gains of the paper's structure over wind, one panel each (label with unit, values)."""
+    """Return the regional gains over wind, a panel for each column (label with unit, values)."""
     v = np.asarray(wind, dtype=np.float64)
     with house_style():
         figure, panels = new_figure(

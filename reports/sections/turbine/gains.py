@@ -1,4 +1,4 @@
-"""The law that is shipped: its equations and its gains over wind."""
+"""The law of the gain file: its equations and its gains over wind."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _coherent(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, Any]:
 
 def _table(law: EffortSharingLaw) -> Table:
     table, gains = law.schedule, law.gains
-    # nu, f and g belong to the interval that begins at the node; the last node begins none.
+    # nu, f and g belong to the interval after a node; after the last node there is none.
     rates, inertia, limit = (
         [*map(float, column), float("nan")]
         for column in (gains.integral_rate, law.feedforward.inertia, law.feedforward.effort_limit)

@@ -34,7 +34,7 @@ Actuator = Literal["torque", "pitch"]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Row:
-    """One loop at one wind with one wake: ``factor`` multiplies dT_r/dbeta."""
+    """One loop at one wind with one wake; the wake multiplies dT_r/dbeta by ``factor``."""
 
     loop: LoopPoint
     actuator: Actuator

@@ -1,4 +1,4 @@
-"""Steady operation: trim points over wind, where each region begins, and both as figures."""
+"""Steady operation: trim points over wind, the first wind of each region, and their figures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def region_starts(design: TurbineDesign) -> dict[str, float]:
-    """Return region -> wind at which it begins [m/s], those inside cut-in to cut-out."""
+    """Return region -> wind at which it begins [m/s], for winds between cut-in and cut-out."""
     turbine, setpoint = design.turbine, design.settings.speed_setpoint
     per_speed = turbine.rotor_radius / optimal_tip_speed_ratio(turbine)
     starts = {
@@ -32,7 +32,7 @@ def region_starts(design: TurbineDesign) -> dict[str, float]:
 
 
 def trim_curve(design: TurbineDesign, *, step: float = 0.1) -> tuple[TrimPoint, ...]:
-    """Return the turbine's trim from cut-in to cut-out, the regions' ends among the winds."""
+    """Return the turbine's trim from cut-in to cut-out; the winds include the regions' ends."""
     turbine, setpoint = design.turbine, design.settings.speed_setpoint
     count = int(round((turbine.cut_out - turbine.cut_in) / step)) + 1
     winds = np.linspace(turbine.cut_in, turbine.cut_out, count)
@@ -43,7 +43,7 @@ def trim_curve(design: TurbineDesign, *, step: float = 0.1) -> tuple[TrimPoint, 
 def trim_drawing(
     design: TurbineDesign, points: Sequence[TrimPoint], regions: Mapping[str, float]
 ) -> Figure:
-    """Return the trim over wind, beside the pitch that was published for the rated speed."""
+    """Return the trim over wind, with the published pitch where the speed is not de-rated."""
     turbine, published = design.turbine, design.turbine.frozen_wake
     speed, torque = (np.array([getattr(p, k) for p in points]) for k in ("rotor_speed", "torque"))
     nominal = design.settings.speed_setpoint is None

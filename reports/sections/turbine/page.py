@@ -1,4 +1,4 @@
-"""The report of a turbine's design: every section made, and put together."""
+"""The report of a turbine's design: makes all sections and assembles the page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def report_html(
     Parameters
     ----------
     tell : called with a word before each section.
-    timings : whether the page says how long each step of the design took; without, the same
+    timings : whether the page has the time of each step of the design; without the times the same
         design gives the same bytes.
     """
     sections = []

@@ -33,7 +33,7 @@ UNITS = {"partial load": ("N m s/rad", "N m/rad"), "full load": ("s", "-", "1/ra
 
 
 def regions_section(design: TurbineDesign) -> Section:
-    """Return the section about the regional models and the gains of the paper's structure."""
+    """Return the section about the regional models and their gains."""
     parts = (design.regional.partial, design.regional.full)
     return Section(
         "regions",
@@ -67,7 +67,7 @@ def _region(design: TurbineDesign, part: RegionGains) -> dict[str, Any]:
 
 
 def _vertices(model: TSModel) -> list[dict[str, Any]]:
-    """Return one entry per rule: its corners and its matrices as rows of text."""
+    """Return one entry for each rule: its corners, and its matrices as rows of text."""
     found = []
     for number, (rule, vertex) in enumerate(zip(model.rules, model.vertices, strict=True), 1):
         corners = [f"{p.name} {CORNERS[c]}" for p, c in zip(model.premises, rule, strict=True)]

@@ -1,4 +1,4 @@
-"""Step and gust responses of the nonlinear loop across rated wind, beside the reference's law."""
+"""Step and gust responses of the nonlinear loop across rated wind, compared with the baseline."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _table(design: TurbineDesign, results: Sequence[Result]) -> Table:
 
 
 def _class_use(design: TurbineDesign, result: Result) -> tuple[str, str, str]:
-    """Return the reached |v - v_s| and |v_s'|, and the share of time inside the certified class."""
+    """Return the largest |v - v_s| and |v_s'|, and the share of time in the certified class."""
     summary, law = claim_summary(design), design.coherent
     if summary is None or law is None or result.label != law.name:
         return "–", "–", "–"

@@ -1,4 +1,4 @@
-"""Margins of the loop that runs: observer, filters, sampling, wake, flap, tower and torsion."""
+"""Margins of the loop as it runs: with observer, filters, sampling, wake, flap, tower, torsion."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RESTS = {"torque": "torque stays at rated", "pitch": "pitch stays at its lower s
 
 
 def running_section(design: TurbineDesign) -> Section:
-    """Return the section about the loop as a controller runs it."""
+    """Return the section about the loop with the program that a controller runs."""
     found = searched_margins(
         design.turbine,
         design.law,
@@ -69,7 +69,7 @@ def running_section(design: TurbineDesign) -> Section:
 
 
 def _unstable(rows: Sequence[RunningMargins]) -> list[str]:
-    """Return where the loop is unstable: as the file says, and for another plant alone."""
+    """Return where the loop is unstable: for the nominal plant, and for other plants alone."""
     every = [row.wind for row in rows]
     nominal = {row.wind for row in rows if row.nominal and row.decay_rate <= 0}
     others = {row.wind for row in rows if row.decay_rate <= 0} - nominal
@@ -97,7 +97,7 @@ def _line(loop: str, winds: Floats, found: SearchedMargins) -> MarginLine:
 
 
 def _figures(row: RunningMargins, m: Margins | None, loop: str) -> dict[str, float]:
-    """Return what the picture shows of one plant, panel by panel."""
+    """Return the values of one plant in the figure, by panel."""
     if loop == "both":
         return {"disk": row.both.alpha}
     if m is None:
@@ -153,7 +153,7 @@ def _cells(row: RunningMargins, loop: str, plants: Sequence[RunningMargins]) -> 
 
 
 def _fall(margins: Margins) -> float:
-    """Return by how many dB the gain may fall; inf where it may fall to nothing."""
+    """Return by how many dB the gain may fall; inf where it may fall to 0."""
     least = margins.gain_decrease
     return float(-20 * np.log10(least)) if least > 0 else float("inf")
 

@@ -1,4 +1,4 @@
-"""One-step against two-step: what the same analysis finds at both sets of gains."""
+"""One-step against two-step: both sets of gains in the same analysis."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def synthesis_table(design: TurbineDesign) -> Table | None:
         "One-step against two-step",
         (
             ("gains", ""),
-            ("wind error borne, mean over wind", "m/s"),
+            ("largest wind error, mean over wind", "m/s"),
             ("common decay rate", "1/s"),
             ("pitch rate per m/s of turbulence", "°/s"),
             ("tower speed per m/s of turbulence", "mm/s"),

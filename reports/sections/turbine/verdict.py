@@ -85,7 +85,7 @@ def verdict_section(design: TurbineDesign) -> Section:
 
 
 def _open(claim: OverlapClaim) -> bool:
-    """Return whether a claim is not proved as it stands, or the law's own leaves winds out."""
+    """Return whether a claim is not proved, or that of the chosen overlaps leaves winds out."""
     return claim.verdict is not Verdict.PROVED or (claim.chosen and bool(claim.left))
 
 
@@ -136,7 +136,7 @@ def _overlap_table(claims: tuple[OverlapClaim, ...]) -> Table:
 
 
 def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str, str]]:
-    """Return (what, figure, remark) of the claim."""
+    """Return (name, figure, remark) of each fact about the claim."""
     turbine = design.turbine
     low, high = summary.inertia
     speed = (1 + summary.overspeed) * turbine.rated_rotor_speed * RPM
@@ -180,7 +180,7 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
 
 
 def _wind_rate(design: TurbineDesign) -> list[tuple[str, str, str]]:
-    """Return how fast a known wind may move by itself, where that is claimed and proved."""
+    """Return the allowed rate of a known wind, where a claim about it is proved."""
     filter_ = float(design.document["gains"].get("wind_filter", 0))
     return [
         (
@@ -195,7 +195,7 @@ def _wind_rate(design: TurbineDesign) -> list[tuple[str, str, str]]:
 
 
 def _power(summary: ClaimSummary) -> str:
-    """Return the power coefficients that are covered, where they are not the table's alone."""
+    """Return the covered power coefficients relative to the table; empty if it is only 1."""
     low, high = summary.power_coefficient
     if low == high:
         return ""
