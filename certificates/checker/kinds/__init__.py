@@ -1,5 +1,5 @@
-"""One kind of claim a file: ``check_<kind>(claim, family, where) -> Claim``, its formula on top.
+"""One file for each kind of claim, with its formula and ``check_<kind>(claim, family, where)``.
 
-Each takes the loop from the certificate's model and gains (``family``) and from the claim only the
-evidence.  The table of kinds stands in ``takagi.certificates.checker.replay.claim_kinds``.
+The loop (``family``) is read from the certificate's model and gains; the claim has only the
+evidence.  The table of all kinds is in ``takagi.certificates.checker.replay.claim_kinds``.
 """

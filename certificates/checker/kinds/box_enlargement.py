@@ -1,22 +1,22 @@
 r"""``box-enlargement``: the claim ``decay`` for premise ranges that are theta times as wide.
 
 Weights that are products, h_i = prod_k w_k,c_ik with w_k1 = (z_k - lower_k)/(upper_k - lower_k),
-make the loop affine in each premise z_k by itself.  With every range enlarged about its middle by
-theta its vertices are
+make the loop affine in each single premise z_k.  If every range is enlarged about its middle by the
+factor theta the vertices become
 
     A_i(theta) = sum_j prod_k s(c_ik, c_jk) A_j,   s = (1 + theta)/2 for equal corners, else
                                                    (1 - theta)/2,
 
-and B_i(theta) likewise; for weights that are not said to be products, A_i(theta) = A_0 + theta
-(A_i - A_0) about the mean A_0 of all vertices.  ``decay`` is then shown for every A_i(theta) -
-B_i(theta) K_j, the law ``independent``: any blend of the gains, whatever premises do, so also the
-law that holds its weights at the edge of its own ranges.  Every smaller theta >= 0 lies in the
-hull, and is shown by it.
+and B_i(theta) likewise.  Where the model does not state that weights are products,
+A_i(theta) = A_0 + theta (A_i - A_0) about the mean A_0 of all vertices.  ``decay`` is then shown
+for every A_i(theta) - B_i(theta) K_j.  It holds for any blend of the gains, independently of the
+premises; so it also holds for a law that keeps its weights at the ends of its own ranges.  The
+vertices of every smaller theta >= 0 lie in the hull, so that the claim covers them.
 
 Evidence: ``P``, ``decay_rate``, ``enlargement`` theta.
 
-Not claimed: that outside its box the plant is still affine in its premises. In a sector model only
-the matrices are affine, and the ranges of the premises are enlarged, not those of the states.
+The claim does not say that the plant is affine in its premises outside its box.  In a sector model
+only the matrices are affine, and the claim enlarges the ranges of the premises, not of the states.
 
 Source: derived here.
 """
@@ -42,7 +42,7 @@ def check_box_enlargement(claim: Any, family: PolytopicLoop, where: str) -> Outc
     theta = number(claim, "enlargement", where)
     if theta < 0:
         return Claim(name, Verdict.UNDECIDED, "the enlargement is negative")
-    if theta < 1:  # A part of the model only: nothing holds for the plant.
+    if theta < 1:  # Only a part of the model: no range of a state is claimed for the plant.
         family = replace(family, box=(), other_box=None)
     wider = replace(
         family,
@@ -60,7 +60,7 @@ def check_box_enlargement(claim: Any, family: PolytopicLoop, where: str) -> Outc
 
 
 def enlarged(stack: Stack, family: PolytopicLoop, theta: Fraction) -> Stack:
-    """Return the vertices of the module's formula."""
+    """Return A_i(theta), or B_i(theta), of the module's formula."""
     if len(stack) <= 1:
         return stack
     if family.corners is None:

@@ -4,12 +4,12 @@ r"""``decay``: V = x'Px decays along every blend of the loop, with one P > 0 for
     discrete     rho^2 P - G'P G > 0              then V(k) <= e^(-2 alpha T k) V(0)
 
 for the closed loop G of every blend, with a rational rho^2 <= e^(-2 alpha T) in discrete time.
-alpha = 0 [1/s] is stability alone: V falls strictly.
+alpha = 0 [1/s] claims stability without a rate: V decreases strictly.
 
 Evidence: ``P``, ``decay_rate``.
 
-Why blends suffice: the first is affine in G.  The second is, by Schur, [[rho^2 P, G'P], [PG, P]] >
-0, which is affine in G as well.
+It is enough to test the blends, because the conditions are affine in G.  The second is equivalent,
+by a Schur complement, to [[rho^2 P, G'P], [PG, P]] > 0.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1; Tanaka and Wang (2001), chapter 3,
 recalled.
@@ -50,7 +50,7 @@ def decrease_factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
     if family.sample_time is None:
         return 2 * alpha
     if not alpha:
-        # alpha = 0 is stability alone; here e^0 = 1 is exact.
+        # e^0 = 1 is exact; a rounded value below 1 would claim more than stability.
         return Fraction(1)
     # Imported here: continuous time needs no exponential.
     from takagi.certificates.checker.arithmetic.exponential import exp_below
@@ -60,7 +60,7 @@ def decrease_factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
 
 
 def decrease(family: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:
-    """Return the module's left side, to be positive definite."""
+    """Return the matrix of the module's formula that must be positive definite."""
     PG = P @ G
     if family.is_discrete:
         return factor * P - G.T @ PG

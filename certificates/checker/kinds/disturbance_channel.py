@@ -2,17 +2,18 @@ r"""The exact channel from a disturbance to an output through the loop, blend by
 
     x' = A x + B w,   y = C x + D w        (x+ in the place of x' in discrete time)
 
-with A and C of the closed loop. The claim selects the channel:
+A and C are those of the closed loop. The claim selects the channel:
 
     "disturbance": "disturbances"   B = E_i, D = 0
     "disturbance": "inputs"         B = B_i, D = D_i: w is added to the input, u = -K x + w
     "output": absent                C = C_i - D_i K_j of the model
-    "output": {"C", "D", "F"}       y = C x + D u + F w of its own, stacks of one or r matrices;
-                                    D and F may be left out; one of each for a secant embedding,
-                                    because its weights cannot be evaluated
+    "output": {"C", "D", "F"}       y = C x + D u + F w, an output of the claim, as stacks of one or
+                                    r matrices; D and F may be left out; only one of each for a
+                                    secant embedding, because its weights cannot be evaluated
 
-Means over the pairs of a ``Blend`` are taken of every matrix alike, so the loop is a blend of these
-channels, and what is convex in (A, B, C, D) holds for the loop when it holds for each of them.
+The mean over the pairs of a ``Blend`` is taken for A, B, C and D with the same weights, so that the
+loop is a blend of these channels.  A condition that is convex in (A, B, C, D) holds for the loop if
+it holds for each channel.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class DisturbanceChannel:
 
     @property
     def through(self) -> Matrix:
-        """D, with its zeros written out."""
+        """D, as a matrix of zeros where there is no feedthrough."""
         return zero(self.C.shape[0], self.B.shape[1]) if self.D is None else self.D
 
 
@@ -56,11 +57,11 @@ def zero(rows: int, columns: int) -> Matrix:
 def disturbance_channels(
     claim: Any, family: PolytopicLoop, where: str
 ) -> Iterator[DisturbanceChannel]:
-    """Yield the path of every blend.
+    """Yield the channel of every blend.
 
     Raises
     ------
-    CertificateError : a disturbance that is not known, a matrix that is missing or does not fit.
+    CertificateError : an unknown disturbance, or a matrix that is missing or does not fit.
     """
     way, entering_stack = entrance(claim, family, where)
     whole, F = _with_output(claim, family, entering_stack[0].shape[1], where)
@@ -78,7 +79,7 @@ def disturbance_channels(
 
 
 def entrance(claim: Any, family: PolytopicLoop, where: str) -> tuple[str, Stack]:
-    """Return how w enters the loop, and its matrices: E, or B.
+    """Return "disturbances" or "inputs", as the claim states, and the matrices of w: E, or B.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def entrance(claim: Any, family: PolytopicLoop, where: str) -> tuple[str, Stack]
 def _with_output(
     claim: Any, family: PolytopicLoop, width: int, where: str
 ) -> tuple[PolytopicLoop, Stack]:
-    """Return the family with the claim's output in place of its own, and F."""
+    """Return the loop with the claim's output instead of the model's, and F; see the module."""
     if "output" not in claim:
         return family, ()
     place = f"{where}.output"

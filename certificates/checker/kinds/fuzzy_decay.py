@@ -1,8 +1,8 @@
 r"""``fuzzy-decay``: V = x'P(w)x decays, with P a polynomial in the weights.
 
 w are the weights of the premises if the rules are products of them, else the weights of the rules.
-G(w) is the closed loop. After multiplication by ``polya``, every coefficient of these polynomials
-must have the required sign:
+G(w) is the closed loop. These polynomials are multiplied by the sum of the weights, which is 1, to
+the power ``polya``; then every coefficient must be positive definite:
 
     P(w) > 0
     continuous   -(P(w) G(w) + G(w)'P(w) + 2 alpha P(w) + sum_kc v_kc dP/dw_kc) > 0
@@ -11,15 +11,15 @@ must have the required sign:
                  [ P_b G(w)     P_b      ] > 0     for every P_b
 
 with rho^2 <= e^(-2 alpha T).  In discrete time the weights may jump freely: P at the next sample is
-a convex combination of the P_b, the Bernstein coefficients of P.  In continuous time
-they keep to the rates [1/s], which is taken for granted; a rate that is null is no bound, and P
-then must not depend on that weight.  Weights of a secant embedding are averages that nobody can
-evaluate: there P must not depend on any.
+a convex combination of the P_b, the Bernstein coefficients of P.  In continuous time the claim
+assumes that the weights keep the rates [1/s].  A rate that is null is no bound, and P must not
+depend on these weights.  The weights of a secant embedding are averages that cannot be evaluated:
+there P must not depend on any weight.
 
 Evidence: ``decay_rate``, ``degrees`` of P in each simplex, ``P`` [{powers, matrix}] with its
 Bernstein coefficients, P(w) = sum_b multinomial_b w^b P_b, ``rates`` (continuous time), ``polya``,
-and ``halvings`` where the signs are those on pieces of the weights: w at the corners of each is put
-into the polynomials above.
+and ``halvings`` where the condition is shown on pieces of the weights: the polynomials are then
+written in the weights of each piece's corners.
 
 Source: Tanaka, Hori and Wang (2003), IEEE Trans. Systems, Man and Cybernetics B 33(4); Oliveira
 and Peres (2007), IEEE Trans. Automatic Control 52(7); Daafouz and Bernussou (2001), Systems and
@@ -49,7 +49,7 @@ HIGHEST, MOST_CORNERS = 8, 4096
 
 
 def check_fuzzy_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED when every monomial has its sign, else UNDECIDED with the first that fails."""
+    """Return PROVED if every coefficient is definite, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
     if alpha < 0:
@@ -67,9 +67,9 @@ def check_fuzzy_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
 def inequalities(
     claim: Any, family: PolytopicLoop, where: str
 ) -> tuple[list[tuple[Polynomial, str]], Rates | None]:
-    """Return the matrices to be positive definite, each with a message, and the weights' rates.
+    """Return the polynomials to be positive definite, each with a message, and the weights' rates.
 
-    These are None in discrete time, where weights may move as they like.
+    The rates are None in discrete time, where weights may change by any amount.
     """
     polya = _small(claim, "polya", where)
     P, coefficients = _scheduled(claim, family, where)
@@ -138,7 +138,7 @@ def _loop(family: PolytopicLoop, where: str) -> Polynomial:
 
 
 def _stack(family: PolytopicLoop, stack: tuple[Matrix, ...]) -> Polynomial:
-    """Return sum_i h_i X_i as a polynomial; of degree 0 where all rules share one."""
+    """Return sum_i h_i X_i as a polynomial; it has degree 0 where all rules share one matrix."""
     sizes = _sizes(family)
     if len(stack) == 1:
         return Polynomial(sizes, (0,) * len(sizes), {_flat(sizes): stack[0]})
@@ -211,7 +211,7 @@ def _rates(claim: Any, P: Polynomial, where: str) -> Rates:
 
 
 def _corners(rates: Rates, where: str) -> list[Speeds]:
-    """Return the corners of all speeds; where P does not depend on w_k there is none to be seen."""
+    """Return the corners of all speeds; weights on which P does not depend have no speed."""
     parts = [[()] if bounds is None else _simplex_corners(bounds, where) for bounds in rates]
     count = 1
     for part in parts:

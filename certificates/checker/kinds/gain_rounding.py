@@ -1,19 +1,20 @@
-r"""``gain-rounding``: the claim ``decay`` for all gains near the emitted gains.
+r"""``gain-rounding``: the claim ``decay`` for all gains near those of the gain file.
 
-Every K_j may be replaced by K_j + D_j, |D_j,kl| <= delta_j,kl = absolute_kl + relative |K_j,kl|,
-all at once, even while the loop runs.  With b_ik = P B_i e_k, any tau_k > 0, and
+Every K_j may be replaced by K_j + D_j, |D_j,kl| <= delta_j,kl = absolute_kl + relative |K_j,kl|.
+The entries may differ independently, and change while the loop runs.  Let b_ik = P B_i e_k, let
+tau_k > 0 be any numbers, and
 
-    S_j,k = (sum_l delta_j,kl) diag_l(delta_j,kl) >= d_j,k d_j,k',   d_j,k' row k of D_j,
+    S_j,k = (sum_l delta_j,kl) diag_l(delta_j,kl) >= d_j,k d_j,k',   d_j,k' row k of D_j.
 
--He(P B_i D_j) <= sum_k (tau_k b_ik b_ik' + S_j,k / tau_k).  So, with means over the pairs (i, j) of
-every blend, it is enough that
+Then -He(P B_i D_j) <= sum_k (tau_k b_ik b_ik' + S_j,k / tau_k).  With means over the pairs (i, j)
+of every blend it is therefore enough that
 
     continuous   -(P G + G'P + 2 alpha P) - mean sum_k (tau_k b_ik b_ik' + S_j,k / tau_k) > 0
     discrete     [ rho^2 P - mean sum_k S_j,k / tau_k      G'P                           ]
                  [ P G                                     P - mean sum_k tau_k b_ik b_ik' ]  > 0.
 
-S bounds because (d'x)^2 <= (sum |d_l| |x_l|)^2 <= (sum delta_l) (sum delta_l x_l^2), by Cauchy and
-Schwarz.
+The bound by S follows from (d'x)^2 <= (sum |d_l| |x_l|)^2 <= (sum delta_l) (sum delta_l x_l^2), by
+Cauchy and Schwarz.
 
 Evidence: ``P``, ``decay_rate``, ``absolute`` (inputs by states), ``relative``, ``tau`` (inputs).
 
@@ -55,7 +56,8 @@ def check_gain_rounding(claim: Any, family: PolytopicLoop, where: str) -> Outcom
     factor = decrease_factor(family, alpha)
     effects = [_effect(P @ B, tau) for B in family.B]
     steps = [_step(absolute, relative, K, tau) for K in family.K]
-    # Both are convex, so on a piece of the weights the means at its corners are upper bounds.
+    # Effect and step are convex in B and K: on a piece of the weights the means of their values at
+    # the rules are upper bounds.
     blends = blends_of(replace(family, more=(tuple(effects), tuple(steps))), claim, where)
     bounded(len(blends), 2 * n if family.is_discrete else n)
     for blend in blends:
@@ -77,7 +79,7 @@ def _left_side(
 
 
 def _effect(PB: Matrix, tau: Sequence[Fraction]) -> Matrix:
-    """Return sum_k tau_k b_k b_k', b_k the columns."""
+    """Return sum_k tau_k b_k b_k', where b_k are the columns of P B."""
     weights = Matrix.of([[t if i == k else Fraction(0) for k in range(len(tau))]
                          for i, t in enumerate(tau)])  # fmt: skip
     return PB @ weights @ PB.T

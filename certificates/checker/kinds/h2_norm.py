@@ -1,22 +1,23 @@
 r"""``h2-norm``: the mean of E|y|^2 over time is at most nu = norm^2 for unit white noise w.
 
-With V = x'Px, P > 0 and F of V' (or V(x+) - V) = -x'Fx, for every blend
+Let V = x'Px with P > 0, and V' (or V(x+) - V) = -x'Fx without noise.  The conditions, for every
+blend, are
 
     F - C'C > 0,      tr(B'PB) <= nu      (tr(B'PB + D'D) <= nu in discrete time),
 
-and in continuous time D = 0: white noise must not reach the output directly.  Both are convex in
-the blend, so they hold along the loop: E V' <= nu - E|y|^2, for weights that may depend on the
-state and on time, but not on future noise.  The energies of y after an impulse in each w_k at
-one instant, from rest, sum to at most nu.
+and D = 0 in continuous time: white noise must not reach the output directly.  Both are convex in
+the blend, so that they hold along the loop: E V' <= nu - E|y|^2.  Weights may depend on the state
+and on time, but not on future noise.  For impulses at one instant: let an impulse in w_k alone
+start the loop from rest; the energies of y in these responses, summed over k, are at most nu.
 
-If B differs between the rules, it may depend on the state. In continuous time the integral is then
-that of Ito (B is evaluated before the step).  Noise of a wide band that is smooth tends to
-Stratonovich's, where a
-state that moves B by itself pushes besides: x1' = -x1 + w, x2' = -x2/5 + tanh(5 x1) w has the mean
-of x2^2 at most 2.52 by this claim, and 7.96 in a simulation with noise of 500 rad/s.
+If B differs between the rules, it may depend on the state.  In continuous time the stochastic
+integral is then that of Ito (B is evaluated before the step).  Smooth noise of a wide band tends to
+the integral of Stratonovich, which has an additional drift if the noise moves the state on which B
+depends.  For example, x1' = -x1 + w, x2' = -x2/5 + tanh(5 x1) w has a mean of x2^2 of at most 2.52
+by this claim, and of 7.96 in a simulation with noise of 500 rad/s.
 
-Not bounded: E|y|^2 at one instant. Noise is unbounded, so at some time it drives a plant out of any
-box. For a plant the claim holds as long as its state stays in the model's box.
+E|y|^2 at one instant is not bounded.  Noise is unbounded, so that it drives a plant out of any box
+at some time.  For a plant the claim holds as long as its state stays in the model's box.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1 (output energy).
 """
@@ -39,7 +40,7 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
 def check_h2_norm(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with ``P``, ``norm`` and what ``disturbed_path`` reads."""
+    """Return the verdict on a claim with ``P``, ``norm`` and a ``disturbance_channel``."""
     name = text(claim, "name", where)
     norm, n = number(claim, "norm", where), family.order
     P = read_matrix(claim, "P", where, (n, n))
@@ -66,7 +67,7 @@ def check_h2_norm(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
 
 
 def _of_the_noise(claim: Any, family: PolytopicLoop) -> str:
-    """Return a premise variable that contains the noise of the same instant; empty if none."""
+    """Return the premise variables that contain noise of the same instant; empty if none."""
     noisy = family.disturbances if claim["disturbance"] == "disturbances" else family.inputs
     return ", ".join(name for name in family.scheduled_by or () if name in noisy)
 

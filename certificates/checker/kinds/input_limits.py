@@ -5,10 +5,10 @@ every input k,
 
     [[P, k_j'], [k_j, ubar_k^2 / c]] >= 0,     k_j row k of K_j,     so |k_j x| <= ubar_k,
 
-and by convexity the blend keeps the limit.  With ``rate_limits``, ``input_rate`` has the rows.
+and by convexity the blend keeps the limit.  ``input_rate`` has the conditions of ``rate_limits``.
 
-Evidence: that of ``invariant_set``; ``input_limits``, (m,); ``rate_limits`` with what
-``input_rate`` reads, where rates are claimed.
+Evidence: that of ``invariant_set``; ``input_limits``, (m,); where rates are claimed ``rate_limits``
+with the evidence of ``input_rate``.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
 """

@@ -5,20 +5,21 @@ Continuous time, with G_il = A_i - B_i K_l and the disturbance v = E_i w:
     u' = - sum_jil h_j h_i h_l K_j G_il x  -  sum_j h_j' K_j x  -  sum_ji h_j h_i K_j E_i w.
 
     motion        the first sum is a blend of the means of K_j G_il over the orders of (j, i, l);
-                  each of its rows reaches at most ``motion_k`` on the set
-    memberships   with |h_j'| <= phi_j (``membership_rates``, taken for granted) and sum_j h_j' = 0
-                  the second is sum_j d_j K_j x at a corner d of those rates; at most
-                  ``memberships_k``
-    disturbance   the third is at most max_ji sum_l |K_j E_i|_kl b_l on |w_l| <= b_l, computed
+                  row k of each mean, times x, is at most ``motion_k`` on the set
+    memberships   the claim assumes |h_j'| <= phi_j (``membership_rates``); with sum_j h_j' = 0 the
+                  second sum is largest at a corner d of these rates, and sum_j d_j K_j x there is
+                  at most ``memberships_k``
+    disturbance   the third sum is at most max_ji sum_l |K_j E_i|_kl b_l for |w_l| <= b_l; the
+                  checker computes this bound
 
-and the three together are at most ``rate_limits``_k.  One gain for all rules: the first sum is a
-blend of K G_i, the second is zero.  Discrete time, where memberships may jump to any h+:
+The three bounds together are at most ``rate_limits``_k.  If all rules share one gain, the first sum
+is a blend of K G_i and the second is zero.  In discrete time memberships may jump to any h+:
 
     u(x+) - u(x) = - sum_lij h+_l h_i h_j (K_l G_ij - K_j) x  -  sum_li h+_l h_i K_l E_i w.
 
-Evidence: ``rate_shares`` = {"motion": (m,), "memberships": (m,)}, the second where gains differ in
-continuous time, with ``membership_rates`` (r,).  More than 24 rules with gains that differ, or 10
-where memberships move, are not claimed.
+Evidence: ``rate_shares`` = {"motion": (m,), "memberships": (m,)}; the second, with
+``membership_rates`` (r,), where gains differ in continuous time.  At most 24 rules with different
+gains are allowed, and at most 10 where memberships move.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ MOST_RULES, MOST_MOVING = 24, 10
 def why_rate_fails(
     claim: Any, family: PolytopicLoop, held: InvariantSet, limits: Sequence[Fraction], where: str
 ) -> tuple[list[Fraction], str]:
-    """Return (assumed rates of memberships, why the limits are not proved).
+    """Return (assumed rates of memberships, reason); the reason is empty if the limits are proved.
 
     Raises
     ------
@@ -76,12 +77,12 @@ def why_rate_fails(
 
 
 def motion_rows(family: PolytopicLoop, where: str, later: Stack | None = None) -> Iterator[Matrix]:
-    """Yield matrices whose rows, times x, have u' or u(x+) - u(x) for constant h in their hull.
+    """Yield the matrices of which u', or u(x+) - u(x), is a blend times x, for h' = 0.
 
     Parameters
     ----------
-    later : the gains K_l of the next sample if ``family`` is a piece of the weights: those of all
-        pieces, because h+ may lie outside the piece of h.
+    later : the gains K_l at the next sample if ``family`` is a piece of the weights: the gains of
+        all rules, because h+ may lie outside the piece of h.
     """
     r, (m, n) = family.rules, family.K[0].shape
     if len(family.K) == 1:
@@ -127,7 +128,7 @@ def _pushed(family: PolytopicLoop, held: InvariantSet, m: int) -> list[Fraction]
 
 
 def membership_corners(phi: Sequence[Fraction], where: str) -> Iterator[list[Fraction]]:
-    """Yield the corners of {d : |d_j| <= phi_j, sum_j d_j = 0}: all but one at a bound.
+    """Yield the corners of {d : |d_j| <= phi_j, sum_j d_j = 0}: all but one entry are at a bound.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 r"""``invariant-ellipsoid``: {x'Px <= c} lies in the model's box, and no solution leaves it.
 
-So the model equals its plant along every solution that starts inside. Without disturbance the set
+So the model equals its plant along every solution that starts inside.  Without disturbance the set
 is a region of attraction: every such solution tends to 0.  ``invariant_set`` has the inequalities
-and the
-evidence, ``box_of_validity`` those about the box: states, and inputs by u = -K_j x.
+and the evidence; ``box_of_validity`` has the inequalities about the box, for states and for inputs
+u = -K_j x.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 6.1.3.
 """

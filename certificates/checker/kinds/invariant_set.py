@@ -1,8 +1,9 @@
 r"""An ellipsoid {x'Px <= c} that no solution of the loop leaves, with and without disturbance.
 
-With V = x'Px, P > 0, level c > 0 and a multiplier s > 0 (1/s; at most 1, per sample, in discrete
-time), F, G, H of V' (or V(x+) - V) = -x'Fx + 2 x'Gv + H for the disturbance v = E w, for every
-blend:
+Let V = x'Px with P > 0, c > 0 the level, and s > 0 a multiplier (in 1/s; in discrete time a number
+per sample, at most 1).  F, G, H are the matrices of V' (or V(x+) - V) = -x'Fx + 2 x'Gw + w'Hw; at a
+corner w of the box |w_k| <= b_k the column E w takes the place of E, so that G is a column and H a
+number.  The conditions for every blend are:
 
     no disturbance       F - s P >= 0
     |w_k| <= b_k         [ F - s P   -G      ]
@@ -10,12 +11,13 @@ blend:
     |w|_2 <= b           [ F - s P   -b G           ]
                          [ .         s c I - b^2 H  ]  >= 0
 
-Each gives V' <= s (c - V), or V(x+) - V <= s (c - V) (c = 0 without disturbance): V never rises
-above c once it is below, and where it is above, V - c decays as e^(-s t), or (1 - s)^k.  The left
-sides are concave in (A, E w), so corners and blends suffice, however fast weights and w move.
+Each gives V' <= s (c - V), or V(x+) - V <= s (c - V) (with c = 0 if there is no disturbance).  So V
+does not rise above c once it is below; while it is above, V - c decays as e^(-s t), or (1 - s)^k.
+The left sides are concave in (A, E w), so that corners and blends suffice, however fast weights and
+w change.
 
-Where the set touches the box, V' <= 0 on its whole boundary still keeps every solution inside
-(Nagumo), for a plant whose solutions are unique.
+The set may touch the box: V' <= 0 on its whole boundary keeps every solution inside (Nagumo), if
+the solutions of the plant are unique.
 
 Evidence: ``P``, ``level``, ``multiplier``; with a disturbance ``disturbance`` ("disturbances": E,
 or "inputs": added to u) and ``disturbance_bounds`` (b_k) or ``disturbance_norm`` (b).
@@ -49,10 +51,12 @@ MOST_DISTURBANCES = 10
 
 @dataclass(frozen=True)
 class InvariantSet:
-    """The claim's set as stated; ``why_not`` checks it.
+    """The set as the claim states it; ``why_not`` checks it.
 
-    ``bounds`` : on |w_k|, one a disturbance, or on |w|_2 where ``is_ball``; None for w = 0.
-    ``E`` : the input matrices of w; ``claim``, ``where`` : the source in the file.
+    ``way`` : "disturbances", "inputs", or empty without disturbance.
+    ``bounds`` : bounds of the |w_k|, or the bound of |w|_2 where ``is_ball``; None for w = 0.
+    ``E`` : the matrices through which w enters.
+    ``claim``, ``where`` : the claim, and its place in the file for messages.
     """
 
     P: Matrix
@@ -110,7 +114,7 @@ class InvariantSet:
                 )
 
     def _corners(self) -> Iterator[Matrix]:
-        """Yield b I of a ball, or the corners of the box as columns, one of each opposite pair."""
+        """Yield b I for a ball, or the corners of the box as columns, one of w and -w each."""
         assert self.bounds is not None
         if self.is_ball:
             yield scaled_identity(self.E[0].shape[1], self.bounds[0])
@@ -125,7 +129,8 @@ def read_invariant_set(claim: Any, family: PolytopicLoop, where: str) -> Invaria
 
     Raises
     ------
-    CertificateError : shapes, numbers that are not positive, a disturbance the model has not.
+    CertificateError : wrong shapes, numbers that are not positive, or a disturbance that the model
+        does not have.
     """
     n = family.order
     P = read_matrix(claim, "P", where, (n, n))

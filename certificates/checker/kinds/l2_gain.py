@@ -1,18 +1,18 @@
 r"""``l2-gain``: the energy of y is at most gamma^2 times that of w, from rest, along every blend.
 
-With V = x'Px, P > 0, gamma > 0, F, G, H of V' (or V(x+) - V) = -x'Fx + 2 x'Gw + w'Hw, for every
-blend
+Let V = x'Px with P > 0, gamma > 0, and V' (or V(x+) - V) = -x'Fx + 2 x'Gw + w'Hw.  The condition
+for every blend is
 
     [ F - C'C / gamma    -G - C'D / gamma             ]
     [ .                  gamma I - H - D'D / gamma    ]  > 0,
 
-that is V' < gamma |w|^2 - |y|^2 / gamma for (x, w) != 0.  The left-hand side is concave in
-(A, B, C, D), so it holds along the loop however fast the weights move; summed over time,
-|y|_2 <= gamma |w|_2 from x(0) = 0, and V(x(t)) <= gamma |w|_2^2.
+that is, V' < gamma |w|^2 - |y|^2 / gamma for (x, w) != 0.  The left-hand side is concave in
+(A, B, C, D), so that the condition holds along the loop, however fast the weights change.  The
+integral over time gives |y|_2 <= gamma |w|_2 from x(0) = 0, and V(x(t)) <= gamma |w|_2^2.
 
-With ``energy_bound`` W besides: {V <= gamma W^2} lies where the model holds, so for |w|_2 <= W the
-state never leaves it.  Without it the claim is about the vertices, and about a plant as long as its
-state stays in the model's box.
+With ``energy_bound`` W the claim also states that {V <= gamma W^2} lies in the model's box: for
+|w|_2 <= W the state never leaves the box.  Without it the claim is about the vertices; for a plant
+it holds as long as the state stays in the model's box.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2 (bounded real lemma).
 """
@@ -35,7 +35,7 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
 def check_l2_gain(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with ``P``, ``gain`` and what ``disturbed_path`` reads."""
+    """Return the verdict on a claim with ``P``, ``gain`` and a ``disturbance_channel``."""
     name = text(claim, "name", where)
     gain, n = number(claim, "gain", where), family.order
     P = read_matrix(claim, "P", where, (n, n))

@@ -1,26 +1,30 @@
 r"""``no-common-decay``: no P > 0 makes V = x'Px decay at this rate along every blend of the loop.
 
-The evidence uses blends G_k = G(h^k) at weights h^k that the loop can attain. Either there are
-multipliers Z_k = L_k L_k', not all zero,
+The evidence uses blends G_k = G(h^k) at weights h^k that the loop can attain.  There are two kinds.
+
+Multipliers Z_k = L_k L_k', not all zero, with
 
     continuous   S = sum_k (G_k Z_k + Z_k G_k' + 2 alpha Z_k) >= 0
     discrete     S = sum_k (G_k Z_k G_k' - rho^2 Z_k) >= 0,        rho^2 >= e^(-2 alpha T),
 
-with S != 0 where alpha > 0: V(t) <= e^(-2 alpha t) V(0) along these blends would make the trace of
-P S <= 0, and it is > 0.  At alpha = 0 V falls strictly, the trace would be negative, and S = 0 is
-enough.  (x' = -x and V = x^2 at alpha = 1: S = 0, and V is e^(-2t) V(0).)  Or one blend G alone,
-with a symmetric P that decreases along it as ``decay`` asks for, with the larger rho^2, and is not
-positive definite: then G has an eigenvalue with real part > -alpha, or of size > rho (Lyapunov's
-and Stein's theorems), along which no other V falls as fast.
+and S != 0 where alpha > 0.  If V(t) <= e^(-2 alpha t) V(0) held along these blends, the trace of
+P S would be <= 0; but it is > 0.  At alpha = 0 V would have to decrease strictly, the trace would
+be negative, and S = 0 is already a contradiction.  (For alpha > 0 it is not: x' = -x with V = x^2
+at alpha = 1 has S = 0, and V = e^(-2t) V(0) decays.)
 
-Weights that a loop can attain: a single rule, h = e_i; or h of shares that the file names,
-with G(h) = A(h) - B(h) K(h) formed here.  Where weights are products of those of premises, the
-shares are those of each premise, and h_i = prod_k w_k,c_ik.  The mean of G_ij and G_ji is not such
-a blend, because h_i h_j never occurs without h_i^2 and h_j^2. For a law with its own weights it is
-not known which gain meets which rule, so nothing can be disproved.
+Or a single blend G with a symmetric P that is not positive definite and decreases along G as in
+``decay``, here with the larger rho^2.  Then G has an eigenvalue with real part > -alpha, or of size
+> rho (Lyapunov's and Stein's theorems), so that no V decays at this rate along G.
+
+A loop can attain the weights of a single rule, h = e_i, and the weights h that the file states as
+shares; the checker computes G(h) = A(h) - B(h) K(h).  Where weights are products of the weights of
+premises, the file states the shares of each premise, and h_i = prod_k w_k,c_ik.  The mean of G_ij
+and G_ji is not such a blend, because h_i h_j never occurs without h_i^2 and h_j^2.  For a law with
+its own weights it is not known which gains and which rules act together, so that nothing can be
+disproved.
 
 The claim disproves a common quadratic function, not stability: another kind of function may exist.
-It concerns the weights; a plant contained in the model need not attain all of them.
+It is about all weights; a plant contained in the model need not attain all of them.
 
 Evidence: ``decay_rate``, and ``multipliers`` [{blend, factor}] or ``blend`` and ``P``.  A ``blend``
 is the number of a rule, from 0, or the shares: one row of numbers >= 0 for each premise, or for all
@@ -81,9 +85,9 @@ def _factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
 def _multipliers_exclude(
     claim: Any, family: PolytopicLoop, factor: Fraction, nonzero: bool, where: str
 ) -> tuple[list[Weights], bool]:
-    """Return the blends' weights, and whether the sum with the multipliers is as needed.
+    """Return the blends' weights, and whether S >= 0 with multipliers that are not all zero.
 
-    ``nonzero`` : the sum may not be zero.
+    ``nonzero`` : S must not be zero either.
     """
     listed = member(claim, "multipliers", where)
     if not listed or not isinstance(listed, list):
@@ -144,7 +148,7 @@ def _weights(owner: Any, family: PolytopicLoop, where: str) -> Weights:
 
 
 def _at(stack: Stack, h: Weights) -> Matrix:
-    """Return sum_i h_i X_i; a stack of one matrix stands for all."""
+    """Return sum_i h_i X_i; a stack of one matrix is the same for all rules."""
     if len(stack) == 1:
         return stack[0]
     parts = [share * X for share, X in zip(h, stack, strict=True) if share]

@@ -1,18 +1,19 @@
 r"""``observer``: the error e = x - xhat of an observer decays, with one P > 0 for all blends.
 
 The observer xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)) (xhat+ in discrete time) knows
-the weights h of the plant: its premises are measured.  If the model says what they depend on, each
-such variable must be an input, or a state that is itself an output without feedthrough of an input.
-Otherwise this is assumed. The weights of a secant embedding are averages between the equilibrium
-and the state, which cannot be measured. Both claims are refused for it, unless A, B, C and D are
-the same in all rules. Then the effect of the input cancels, and
+the weights h of the plant, because its premises are measured.  If the model states on which
+variables they depend, each must be an input, or a state that is itself an output without
+feedthrough of an input.  Otherwise the claim assumes that they are measured.  The weights of a
+secant embedding are averages between the equilibrium and the state, which cannot be measured: both
+claims are refused for it, unless A, B, C and D are the same in all rules.  With known weights the
+effect of the input cancels, and
 
     e' = sum_ij h_i h_j (A_i - L_j C_i) e.
 
-With ``secants`` S_k the plant has a part f(x) besides that is not measured, the observer has
-f(xhat), and f(x) - f(xhat) = S e with S in the hull of the S_k, which is taken for granted:
+With ``secants`` S_k the plant has an additional part f(x) that is not measured, and the observer
+uses f(xhat).  The claim assumes f(x) - f(xhat) = S e with S in the hull of the S_k:
 
-    e' = sum_i h_i sum_k g_k (A_i + S_k - L C_i) e,     one L, for g is not known.
+    e' = sum_i h_i sum_k g_k (A_i + S_k - L C_i) e,     with one L, because g is not known.
 
 The inequalities are those of ``decay`` for these matrices.
 
@@ -153,7 +154,8 @@ def joint_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple
     rest = zero(family.order, family.order)
     error, both = _of_error(family, L), replace(family, C=(), D=(), E=())
     if len(both.groups()) != len(error.groups()):
-        # One of the two is affine in h, so both use all pairs.
+        # One of the two loops is affine in h and would be tested rule by rule; both must have the
+        # same groups of pairs to form one matrix.
         error, both = _pair_by_pair(error), _pair_by_pair(both)
     blends = blends_of(both, claim, where)
     bounded(len(blends), 2 * family.order)
@@ -163,7 +165,7 @@ def joint_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple
 
 
 def _of_error(family: PolytopicLoop, L: Stack) -> PolytopicLoop:
-    """Return the loop with (A_i - L_j C_i)' as that of A_i' and C_i', with h in both places."""
+    """Return (A_i - L_j C_i)' as the closed loop of A_i' and C_i' with gains L_j'."""
     A, C, K = (tuple(M.T for M in stack) for stack in (family.A, family.C, L))
     return replace(family, A=A, B=C, C=(), D=(), E=(), K=K, shared_weights=True)
 

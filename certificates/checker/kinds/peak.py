@@ -1,16 +1,16 @@
 r"""``peak``: |y| <= gamma b at all times, from rest, for every disturbance with |w|_2 <= b.
 
-An invariant set of ``invariant_set`` for |w|_2 <= b (the Euclidean norm at each instant), and for
-y = C x + D w of every blend, with a share 0 <= t <= 1,
+The conditions are an invariant set of ``invariant_set`` for |w|_2 <= b (the Euclidean norm at each
+instant), and, for y = C x + D w of every blend with a share 0 <= t <= 1,
 
     gamma^2 b^2 [ (1 - t) P / c   0         ]
                 [ 0               t I / b^2 ]  -  [C D]'[C D]  >= 0,
 
-so |y|^2 <= gamma^2 b^2 ((1 - t) V / c + t |w|^2 / b^2) <= gamma^2 b^2 on the set.  Where D = 0 the
-share is 0 and the second block is left out.  V starts at 0, inside the set.
+Then |y|^2 <= gamma^2 b^2 ((1 - t) V / c + t |w|^2 / b^2) <= gamma^2 b^2 on the set.  Where D = 0
+the second block is left out, and t = 0 is best.  From rest V starts at 0, inside the set.
 
 Evidence: that of ``invariant_set`` with ``disturbance_norm`` = b; ``gain`` = gamma;
-``share`` = t (0 when left out); the path of ``disturbed_path``.
+``share`` = t (0 when left out); the channel of ``disturbance_channel``.
 
 Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
 """

@@ -1,9 +1,9 @@
-r"""Claims that hold their own matrices: ``quadratic-decay`` and ``no-common-quadratic``.
+r"""Claims that contain their own matrices: ``quadratic-decay`` and ``no-common-quadratic``.
 
 They are about the vertices ``A``, and ``B`` and ``K`` if present, in the claim itself, in
-continuous time. Apart from that they equal the claims ``decay`` and ``no-common-decay``; the second
-has one ``multiplier_factors`` L_i per vertex, Z_i = L_i L_i'.  Nothing ties them
-to the model or the gains of the file, and their sentences say so.
+continuous time.  Otherwise they are the claims ``decay`` and ``no-common-decay``; the second has in
+``multiplier_factors`` one L_i for each vertex, Z_i = L_i L_i'.  They have no connection with the
+model or the gains of the file, and their sentences say so.
 """
 
 from __future__ import annotations

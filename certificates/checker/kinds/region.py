@@ -3,9 +3,9 @@ r"""``region``: the eigenvalues of every blend, for constant weights, lie in a r
     L (x) P + M (x) (P G) + M' (x) (G'P) < 0,   P > 0
 
 for the closed loop G of every blend and every part {z : L + z M + conj(z) M' < 0} of the region,
-L symmetric; the region is the intersection of its parts.  For G v = z v the left side, between
-y (x) v on both sides, is (v*Pv) y* (L + z M + conj(z) M') y < 0 for every y.  It is affine in G, so
-that blends suffice.
+with L symmetric.  The region is the intersection of its parts.  Let G v = z v: the left side,
+multiplied by y (x) v from both sides, is (v*Pv) y* (L + z M + conj(z) M') y < 0 for every y, so
+that z lies in the part.  The condition is affine in G, so that blends suffice.
 
 Evidence: ``P``, ``parts`` [{L, M}].  The description of a part in words is derived from its
 numbers.
@@ -47,7 +47,7 @@ def check_region(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
 
 
 def _left_side(L: Matrix, M: Matrix, P: Matrix, PG: Matrix) -> Matrix:
-    """Return the module's left side, negated."""
+    """Return the negative of the left side of the module's formula."""
     size = range(len(L.rows))
     GP = PG.T
     return -Matrix.blocks([[L[a, b] * P + M[a, b] * PG + M[b, a] * GP for b in size] for a in size])

@@ -2,14 +2,15 @@ r"""``sampled-loop``: a continuous plant whose law runs every T seconds and hold
 
     x' = A x + B u_k   from t_k = k T to t_k + T,     u_k = -K x(t_k)
 
-(A, B) is any blend of the (A_i, B_i) and may move within the interval; K is any blend of the K_j,
-by weights taken at t_k.  So it does not matter how far the weights move while u_k is held.  With
-xi = (x, u), M_i = [[A_i, B_i], [0, 0]], L_j = [I; -K_j] and Bernstein coefficients P_0 ... P_d of
+(A, B) is any blend of the (A_i, B_i) and may change within the interval; K is any blend of the K_j,
+with the weights at t_k.  So the weights may change by any amount while u_k is held.  Let
+xi = (x, u), M_i = [[A_i, B_i], [0, 0]], L_j = [I; -K_j], and P_0 ... P_d the Bernstein coefficients
+of
 
     Q(s) = sum_l b_l(s) P_l,     b_l(s) = binom(d, l) s^l (1 - s)^(d - l),     s = (t - t_k) / T,
 
-the function xi'Q xi does not grow within an interval, and V = x'Px falls from one sample to the
-next, if for every i, j and l
+The function xi'Q xi does not increase within an interval, and V = x'Px decreases from one sample to
+the next, if for every i, j and l
 
     flow      -(D_l + T (P_l M_i + M_i'P_l)) >= 0,
                  D_l = (d - l) (P_l+1 - P_l) + l (P_l - P_l-1)     the coefficients of dQ/ds
@@ -18,9 +19,9 @@ next, if for every i, j and l
 
     V(x(t_k + T)) <= xi'P_d xi <= xi'P_0 xi at t_k <= rho^2 V(x(t_k)).
 
-In between xi'Q xi <= rho^2 c < c where V(x(t_k)) <= c.  So a state with |x_m| <= b in the model's
-box does not reach b there if c e_m e_m' <= b^2 P_l for every l, and the model equals its plant all
-along.  alpha = 0 claims that V falls, without a rate.  P > 0 follows from "sample".
+Between samples xi'Q xi <= rho^2 c < c where V(x(t_k)) <= c.  So a state with |x_m| <= b in the
+model's box does not reach b if c e_m e_m' <= b^2 P_l for every l, and the model equals its plant at
+all times.  alpha = 0 claims that V decreases, without a rate.  P > 0 follows from "sample".
 
 Evidence: ``sample_time`` T, ``P``, ``level`` c, ``decay_rate`` alpha, ``functions`` P_0 ... P_d.
 
@@ -75,7 +76,8 @@ def _why_not_falling(
     """Return which inequality of the module fails; empty if none does."""
     m, n = family.K[0].shape
     bounded(family.rules * len(Q) + len(family.K), n + m)
-    # By the other inequalities P > 0, and P and all functions are symmetric, if the first is this.
+    # If P_0 is symmetric and semidefinite, the other inequalities imply that P > 0 and that P and
+    # all functions are symmetric: these need no test of their own.
     if not Q[0].is_positive_semidefinite:
         return "the first function is not symmetric positive semidefinite"
     corner = Matrix.blocks([[P, _zeros(n, m)], [_zeros(m, n), _zeros(m, m)]])

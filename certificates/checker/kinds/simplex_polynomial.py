@@ -2,10 +2,10 @@ r"""Matrix polynomials in weights, homogeneous in each of several simplexes.
 
     X(w) = sum_a w^a X_a,    w^a = prod_k prod_c w_kc^(a_kc),   sum_c a_kc = degree_k for every k,
 
-with w_kc >= 0 and sum_c w_kc = 1.  Multiplying by sum_c w_kc = 1 raises a degree and changes
-nothing else.  No monomial is negative and at every w one is positive, so X(w) > 0 everywhere when
-X_a > 0 for every exponent a (and none is left out): the converse holds in the limit of high
-degrees, and in that of small pieces of the weights.
+with w_kc >= 0 and sum_c w_kc = 1.  Multiplication by sum_c w_kc = 1 raises a degree and does not
+change the function.  No monomial is negative, and at every w at least one is positive.  So X(w) > 0
+everywhere if X_a > 0 for every exponent a of these degrees.  The converse holds in the limit of
+high degrees, and in the limit of small pieces of the weights.
 
 Source: Polya's theorem, as in Scherer (2005), Math. Programming 107, recalled.
 """
@@ -44,7 +44,7 @@ def _bounded(sizes: Sequence[int], degrees: Sequence[int]) -> None:
 
 @dataclass(frozen=True)
 class Polynomial:
-    """``terms`` a -> X_a; those that are left out are zero."""
+    """A polynomial; ``terms`` has X_a for each exponent a, a missing one is zero."""
 
     sizes: tuple[int, ...]
     degrees: tuple[int, ...]

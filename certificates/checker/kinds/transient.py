@@ -1,18 +1,18 @@
 r"""``transient``: a bound of the overshoot of the state, and of its settling time.
 
-With V = x'Px falling as in ``decay`` at the rate alpha, weights S = diag(scales) > 0 and a number
+V = x'Px decays as in ``decay`` at the rate alpha.  With weights S = diag(scales) > 0 and a number
 p > 0,
 
     P - p S^-2 >= 0,      kappa^2 p S^-2 - P >= 0
 
-give |S^-1 x(t)| <= kappa e^(-alpha t) |S^-1 x(0)|: the overshoot is at most kappa - 1, in the
-states over their scales.  With a share e of the start and a time t_s in s (in discrete time a whole
-number of samples),
+give |S^-1 x(t)| <= kappa e^(-alpha t) |S^-1 x(0)|: the overshoot is at most kappa - 1, in the norm
+of the states divided by their scales.  With a share e of the start and a time t_s in s (in discrete
+time a whole number of samples),
 
     kappa e^(-alpha t_s) <= e:     the state has settled to that share after t_s.
 
-alpha and P are those of the discrete claim through rho^2 <= e^(-2 alpha T), so the same bound holds
-at every sample.
+In discrete time ``decay`` uses rho^2 <= e^(-2 alpha T), so that the same bound holds at every
+sample.
 
 Evidence: ``P``, ``decay_rate`` > 0, ``scales`` (n,), ``lower`` = p, ``overshoot`` = kappa,
 ``settled_share`` = e, ``settling_time`` = t_s.
@@ -55,7 +55,7 @@ def check_transient(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
     for blend in blends_of(family, claim, where):
         if not decrease(family, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    # e^(-alpha t_s) is rounded up, so the test is never too weak.
+    # e^(-alpha t_s) is rounded up, which makes the test stronger.
     if kappa * exp_above(alpha * time) > share:
         return Claim(name, Verdict.UNDECIDED, "the state may not have settled by then")
     said = {"name": name, "family": family, "alpha": alpha, "scales": scales}
