@@ -1,11 +1,12 @@
-"""Atoms of one ring: variables, functions of arguments compared by algebra, and roots.
+"""The atoms of a ring: variables, values of functions, and roots.
 
-A root stands for a^(1/q) >= 0 where a >= 0.  A number c > 0 is taken out of it,
+Two values of one function are the same atom if algebra shows that their arguments are equal.  A
+root r means a^(1/q) >= 0 where a >= 0.  A number c > 0 is separated from it,
 
     (c a)^(p/q) = c^(p/q) a^(p/q),      c^(1/q) = product of the roots of the factors of c,
 
-so that sqrt(2) sqrt(g h) and sqrt(2 g h) are one for a number g.  No other property of roots is
-used except r^q = a.
+so that sqrt(2) sqrt(g h) and sqrt(2 g h) become equal.  The only other property of roots that is
+used is r^q = a.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from math import isqrt
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.polynomial import Polynomial, Quotient, Ring
 
-MOST_FACTOR = 10_000  # tried as a divisor of a number under a root
+MOST_FACTOR = 10_000  # largest divisor that is tried for a number under a root
 MOST_BITS = 256  # of such a number
-WORK_OF_FACTORS = 20  # in products of terms
+WORK_OF_FACTORS = 20  # the work of one factorisation, counted as so many products of terms
 Rule = tuple[int, Polynomial]
 
 
@@ -28,7 +29,7 @@ class Atoms:
 
     Raises
     ------
-    Refused : zero to a negative power; see ``Ring`` besides.
+    Refused : zero to a negative power; and as ``Ring``.
     """
 
     def __init__(self, work: int = 0) -> None:
@@ -48,7 +49,7 @@ class Atoms:
     def opaque(
         self, function: object, arguments: tuple[Quotient, ...], rule: Rule | None = None
     ) -> int:
-        """Return the atom of a function of these arguments, the same for equal ones."""
+        """Return the atom of a function of these arguments; equal arguments have the same atom."""
         known = self._calls.setdefault(function, [])
         for others, number in known:
             if all(self.ring.equal(a, b) for a, b in zip(arguments, others, strict=True)):
@@ -58,7 +59,7 @@ class Atoms:
         return number
 
     def power(self, base: Quotient, exponent: Fraction) -> Quotient:
-        """Return base^(p/q); where q > 1, for a base >= 0."""
+        """Return base^(p/q); for q > 1 the base must be >= 0, which the caller proves."""
         ring, q = self.ring, exponent.denominator
         if q == 1:
             return ring.power(base, int(exponent))
@@ -98,8 +99,8 @@ class Atoms:
 def _factors(value: Fraction) -> list[tuple[int, int]]:
     """Return whole numbers > 1 with powers, whose product is the value > 0.
 
-    They are primes, except the cofactor that remains after the small primes and a number too large
-    to factor. The product is exact in every case.
+    They are primes, except for a cofactor without small prime factors, and for a number that is too
+    large to be factored.  The product is exact in every case.
     """
     found = Counter[int]()
     for number, sign in ((value.numerator, 1), (value.denominator, -1)):

@@ -4,16 +4,18 @@ A certificate gives such a number as a ball: a decimal c and a radius r.  In the
 variable with the range [c - r, c + r].  Two kinds are proved here, before anything uses them:
 
 1. A number that ``equals`` an expression without variables: its enclosure lies in the ball.
-2. The rests s that were solved for.  F(s) are the rows of f at rest (in discrete time less M x*),
-   without those that vanish by algebra; as many as there are s.  With the slopes F' over the balls
-   and a regular matrix Y near the inverse of F'(c),
+2. The rests s that were solved for.  F(s) are the rows of f at rest (in discrete time f - M x*)
+   that do not vanish by algebra; there must be as many as there are s.  Let F' be the slopes over
+   the balls, and Y a regular matrix near the inverse of F'(c).  The condition is
 
        |Y F(c)|_i + sum_k |I - Y F'|_ik r_k < r_i   for every i.
 
-   So s - Y F(s) maps the balls into themselves and is a contraction there.  It has one fixed point,
-   and F vanishes there: Y is regular, because |I - Y F'| < 1 in the norm max |s_i| / r_i.
+   Then s - Y F(s) maps the balls into themselves and is a contraction there.  It has one fixed
+   point, at which Y F = 0.  Y is regular, because |I - Y F'| < 1 in the norm max |s_i| / r_i; so F
+   vanishes there.
 
-In F the numbers of 1 are replaced by what they equal.
+In F the numbers of kind 1 are replaced by the expressions that they equal.
+
 Source: Krawczyk (1969), Computing 4, 187-201; Neumaier (1990), Interval Methods, section 5.1
 (recalled).
 """
@@ -35,7 +37,7 @@ Ends = tuple[Fraction, Fraction]
 
 
 def residuals(plant: PlantNodes) -> list[int]:
-    """Return the rows of f at rest, in discrete time less M x*: 0 at the plant's rest."""
+    """Return the rows of f at rest (in discrete time f - M x*), which are 0 at the plant's rest."""
     g = plant.graph
     left = [g.constant(0)] * len(plant.states)
     if plant.sample_time is not None:
@@ -52,11 +54,11 @@ def residuals(plant: PlantNodes) -> list[int]:
 
 
 def prove_balls(plant: PlantNodes, algebra: Algebra, ranges: Ranges) -> None:
-    """Prove that every ball holds its number, and that all ``residuals`` vanish for these.
+    """Prove that every ball contains its number, and that all ``residuals`` vanish there.
 
     Raises
     ------
-    Refused : a ball that is not shown to hold its number, or no rest in the balls.
+    Refused : a ball is not shown to contain its number, or the balls to contain a rest.
     """
     g = plant.graph
     closed: dict[str, int] = {}
@@ -93,6 +95,8 @@ def _prove_zero(ranges: Ranges, rows: list[int], solved: list[Ball]) -> None:
             raise Refused("an absolute value has a kink at rest")
         ranges.prove_defined(node, "a slope at rest")
     box = {ball.name: enclose(*ball.side) for ball in solved}
+    # The middles are rounded outward to the grid, so that F(c) is enclosed and Y is only near the
+    # inverse; the condition holds for any regular Y.
     centre = {ball.name: enclose(ball.middle, ball.middle) for ball in solved}
     at = [_value(ranges, row, centre) for row in rows]
     over = [[_value(ranges, node, box) for node in line] for line in slopes]
@@ -114,7 +118,7 @@ def _value(ranges: Ranges, node: int, box: Box) -> Ends:
 
 
 def _combined(factors: list[Fraction], parts: list[Ends]) -> Ends:
-    """Return the range of a sum of multiples."""
+    """Return the range of sum_j factors_j parts_j."""
     terms = [product((c, c), part) for c, part in zip(factors, parts, strict=True)]
     return sum((t[0] for t in terms), Fraction(0)), sum((t[1] for t in terms), Fraction(0))
 
@@ -124,7 +128,12 @@ def _largest(ends: Ends) -> Fraction:
 
 
 def _inverse(rows: list[list[Fraction]]) -> list[list[Fraction]]:
-    """Return the exact inverse; a matrix that is singular is refused."""
+    """Return the exact inverse, by Gauss and Jordan's elimination.
+
+    Raises
+    ------
+    Refused : the matrix is singular.
+    """
     size = len(rows)
     work = [[*row, *(Fraction(i == k) for k in range(size))] for i, row in enumerate(rows)]
     for i in range(size):

@@ -1,4 +1,4 @@
-"""The blend of a certificate's plant, two actuators and one effort, as nodes."""
+"""The blend of a certificate's plant: two actuators that share one effort, as nodes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Acting:
 
 @dataclass(frozen=True)
 class Blend:
-    """All data of the blend; ``names`` are those that the plant as written may use."""
+    """All data of the blend; ``names`` are the names that its equations may use."""
 
     effort: Variable
     rate: Variable
@@ -53,7 +53,7 @@ class Blend:
 
 
 def secant(s: Fraction, rest: Fraction, overlap: Fraction) -> Fraction:
-    """Return the secant slope of psi from the equilibrium to s; its derivative if they coincide."""
+    """Return the secant slope of psi from ``rest`` to s; its derivative if they are equal."""
     if s != rest:
         return (psi(s, overlap) - psi(rest, overlap)) / (s - rest)
     return share(s, overlap)
@@ -64,8 +64,8 @@ def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
 
     Raises
     ------
-    CertificateError : a part that is missing or misshapen, a variable that is not there, an overlap
-        that is not positive, an effort without a range, an actuator's name that is taken.
+    CertificateError : a part is missing or has a wrong form, a variable does not exist, the overlap
+        is not positive, the effort has no range, or an actuator's name is already in use.
     """
     given = member(model, "blending", where)
     where = f"{where}.blending"
@@ -87,7 +87,7 @@ def read_blend(model: Any, plant: PlantNodes, where: str) -> Blend:
     for key in ("low", "high"):
         named = member(member(given, key, where), "error", f"{where}.{key}")
         added |= {named} if isinstance(named, str) else set()
-    # The plant as written does not contain the variables that the blend adds.
+    # The blend adds these variables; the equations with two actuators must not use them.
     own = {name: node for name, node in names.items() if name not in added}
     scope = Scope(own, tables)
     low, high = (

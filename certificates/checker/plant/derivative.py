@@ -1,4 +1,4 @@
-"""Partial derivatives and substitution, computed bottom-up in the graph."""
+"""Partial derivatives and substitution; each node is computed after its parts."""
 
 from __future__ import annotations
 
@@ -59,7 +59,10 @@ def _slope(graph: Graph, number: int, node: Node, slopes: Mapping[int, int]) -> 
 
 
 def _scaled(g: Graph, a: int, slope: int) -> int:
-    """Return a times a slope, and 0 where that is 0: a is a part of what is differentiated."""
+    """Return a times a slope; 0 if the slope is 0, also where a may be undefined.
+
+    a is a part of the expression that is differentiated, and is proved to be defined there.
+    """
     return slope if g.value(slope) == 0 else g.multiply(a, slope)
 
 
@@ -72,7 +75,7 @@ def _partial(graph: Graph, node: Node, place: int) -> int:
 
 
 def _outer(g: Graph, name: str, a: int, value: int) -> int:
-    """Return f'(a); ``value`` is f(a)."""
+    """Return f'(a); ``value`` is the node of f(a)."""
     one, square = g.constant(1), g.power(a, 2)
     half = Fraction(1, 2)
     if name in ("exp", "sin", "sinh", "cosh"):

@@ -2,23 +2,24 @@ r"""Claims of kind ``effort-blend``: the blended plant equals the plant with two
 
 The model of the certificate has one effort U as a state, U' as an input, and signals: the share F
 and, where stated, errors delta.  Its member ``blending`` has the equations with two actuators.
-With psi(s) = 0 up to -e, (s + e)^2 / 4e up to e, s above, the law commands
+Let psi(s) be 0 for s <= -e, (s + e)^2 / 4e between -e and e, and s for s >= e.  The law commands
 
     low    v = idle - direction psi(-U) / b          b the effectiveness, overlap e > 0
     high   v = idle + direction psi(U) / b
 
-and an actuator with an error is at v* + (1 + delta)(v - v*), v* its command at rest.  Proved are:
+and an actuator with an error is at v* + (1 + delta)(v - v*), where v* is its command at rest.  The
+checker proves:
 
-1. psi(U) = psi(U*) + F (U - U*) and psi(-U) = psi(-U*) - (1 - F)(U - U*), F the slope of the secant
-   of psi from the rest U*.  psi is convex, so F does not decrease with U: over the range of U it
-   lies between its values at the ends, and these in the range of the signal ``share``.
-2. b > 0 on the box, and psi_max / b within what the actuator's range leaves beside its idling:
-   psi grows with U, so that b >= psi_max / room on the box shows it for every U in its range.
-3. The equations with both actuators put in are those of the model, as functions, where the state
-   lies in the box; U' is the input.  Share and errors stand in A and B alone, their columns of E
-   are 0: what is proved without disturbance holds however they move.
-4. A law with gains K_i depends only on known signals: gains of rules that differ only in premises
-   with an actuator error are equal. The law knows F, which follows from its own state U.
+1. psi(U) = psi(U*) + F (U - U*) and psi(-U) = psi(-U*) - (1 - F)(U - U*), with F the slope of the
+   secant of psi from the rest U*.  psi is convex, so F does not decrease with U: over the range of
+   U it lies between its values at the ends, and these lie in the range of the signal ``share``.
+2. b > 0 on the box, and psi_max / b is at most the room from the actuator's idle position to its
+   limit.  psi increases with U, so that b >= psi_max / room on the box is enough for every U.
+3. The equations with both actuators' positions inserted are those of the model, as functions, where
+   the state lies in the box; U' is the input.  Share and errors are in A and B only, and their
+   columns of E are 0: a claim without disturbance holds however they change.
+4. A law with gains K_i depends only on signals that it knows: rules that differ only in premises
+   with an actuator error have equal gains.  The law knows F, which follows from its own state U.
 
 Source: derived here; the ramp is that of the coherent law of a wind turbine.
 """
@@ -43,6 +44,7 @@ from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
 from takagi.certificates.checker.plant.vertices import corners_of
 
+# Bounds that mean "positive" and "finite" for an effectiveness.
 LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
 
 
@@ -121,7 +123,7 @@ def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction)
 
 
 def _check_schedules(plant: PlantNodes, blend: Blend) -> None:
-    """Refuse a column of E for share or error: "without disturbance" is to hold for them too."""
+    """Refuse share or error with a column of E that is not 0: it would act as a disturbance."""
     signals = [blend.share, *(a.error for a in blend.actuators if a.error is not None)]
     for signal in signals:
         column = plant.disturbances.index(signal)
@@ -175,7 +177,7 @@ def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: 
 
 
 def _command(plant: PlantNodes, blend: Blend, acting: Acting) -> int:
-    """Return v of the law, psi written by the share."""
+    """Return v of the law, with psi expressed by the share F."""
     g = plant.graph
     share = g.add(blend.share.rest, g.variable(blend.share.symbol))
     if acting.sign < 0:
@@ -189,7 +191,7 @@ def _command(plant: PlantNodes, blend: Blend, acting: Acting) -> int:
 
 
 def _check_own_row(plant: PlantNodes, own: int) -> None:
-    """Refuse a mass matrix in which the effort is not by itself, and discrete time."""
+    """Refuse discrete time, and a mass matrix that couples the effort with other states."""
     if plant.sample_time is not None:
         raise Refused("an effort with a rate is of continuous time")
     for i, row in enumerate(plant.mass or []):
@@ -199,7 +201,7 @@ def _check_own_row(plant: PlantNodes, own: int) -> None:
 
 
 def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
-    """Refuse gains that differ between rules which differ only in signals unknown to the law."""
+    """Refuse different gains for rules that differ only in signals that the law does not know."""
     K = read_stack(gains, "K", "gains")
     if len(K) == 1:
         return

@@ -1,4 +1,4 @@
-"""Interval evaluation of nodes over boxes; every part is enclosed once, in graph order."""
+"""Interval evaluation of nodes over boxes; every part is enclosed once, operands first."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from takagi.certificates.checker.plant.table import Table
 Box: TypeAlias = Mapping[str, Interval]
 
 
-MOST_WORK = 8_000_000  # parts of nodes in all, functions and roots counted as 30
+MOST_WORK = 8_000_000  # nodes enclosed in total; a function, power or table adds SLOW
 SLOW = 30
 MOST_BITS = 20_000  # of an end that is not rounded
 
@@ -49,7 +49,7 @@ class Evaluator:
         sides: Mapping[str, Ends] | None = None,
     ) -> None:
         self.graph, self.tables = graph, tables
-        # Exact ends of the whole box that are not decimals, by their rounded values.
+        # (variable, 0 lower or 1 upper, rounded end) -> exact end of the whole box.
         self.sides: dict[str, Ends] = {}
         self._ends: dict[tuple[str, int, int], Fraction] = {}
         for name, side in (sides or {}).items():
@@ -60,7 +60,7 @@ class Evaluator:
         self.work = 0
 
     def add_side(self, name: str, side: Ends) -> Interval:
-        """Return the range of a variable, rounded outward; its true ends are kept."""
+        """Return the range of a variable, rounded outward; the exact ends are stored."""
         rounded = enclose(*side)
         self.sides[name] = side
         self._ends |= {(name, place, rounded[place]): side[place] for place in (0, 1)}
@@ -92,8 +92,8 @@ class Evaluator:
     def exact_ends(self, root: int, box: Box) -> tuple[Fraction, Fraction] | None:
         """Return a bracket whose ends are exact, except where functions are evaluated.
 
-        This proves a bound that is attained at a number that is not a decimal: 1/(2 + cos(x)) >=
-        1/3.
+        It serves a bound that the node attains and that is no decimal, such as
+        1/(2 + cos(x)) >= 1/3: rounding alone would put the range beyond the bound.
         """
         found: dict[int, Ends | None] = {}
         for number in self.graph.below([root]):
@@ -186,9 +186,9 @@ def _power(node: Node, a: Interval) -> Interval:
 
 
 def _unrounded(node: Node, parts: list[Ends]) -> Ends | None:
-    """Return the interval of a node from those of its parts; None for a division by 0.
+    """Return the interval of a node from those of its parts.
 
-    None too where a number grows beyond 20 000 bits.
+    None for a division by 0, and where a number would have more than 20 000 bits.
     """
     if node.op == "const":
         return node.value, node.value

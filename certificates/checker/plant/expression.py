@@ -1,4 +1,4 @@
-"""Text -> node, by a strict grammar; nothing in the text is ever executed.
+"""Text -> node, by a strict grammar; no text is ever executed as code.
 
     sum      product (("+" | "-") product)*
     product  signed (("*" | "/") signed)*
@@ -6,8 +6,8 @@
     power    atom (("^" | "**") signed)?          -x^2 is -(x^2), 2^3^2 is 2^(3^2)
     atom     number | name | name "(" sum ("," sum)* ")" | "(" sum ")"
 
-Numbers are exact decimals; exponents are made of constants.  Length, depth, digits and powers are
-bounded, so that no text takes long.
+Numbers are exact decimals; exponents contain only constants.  Length, depth, digits and powers are
+bounded, so that no text takes long to read.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ MOST_DEGREE = 256  # of products and powers, if they were multiplied out
 
 @dataclass(frozen=True)
 class Scope:
-    """What names mean: a node each; and how many arguments a table takes."""
+    """The names that a text may use: name -> node, and table -> number of its arguments."""
 
     names: Mapping[str, int]
     tables: Mapping[str, int] = field(default_factory=dict)
 
 
 def read_expression(written: object, graph: Graph, scope: Scope, where: str) -> int:
-    """Return the node that a text stands for.
+    """Return the node of a text.
 
     Raises
     ------
-    CertificateError : no text, a sign, name or function that is not known, a bracket that is
-        missing, an exponent that is not constant, or a text that is too long, deep or large.
+    CertificateError : ``written`` is no text, has an unknown sign, name or function, a missing
+        bracket, an exponent that is not constant, or is too long or too deeply nested.
     """
     if not isinstance(written, str) or len(written) > LONGEST:
         raise CertificateError(f"{where}: an expression of up to {LONGEST} characters is needed")
@@ -75,7 +75,7 @@ def _decimal(written: str) -> Fraction:
 
 
 class _Reader:
-    """One pass over one text; every part is (node, degree)."""
+    """One pass over one text; every method returns (node, degree) of a part."""
 
     def __init__(self, tokens: list[tuple[str, str]], graph: Graph, scope: Scope) -> None:
         self.tokens, self.graph, self.scope = tokens, graph, scope

@@ -5,9 +5,10 @@
     table name a [b]   a spline, or with ``orders`` a partial derivative of it
     sign a             the slope of |a|, which only derivatives contain
 
-Equal nodes are stored once, so evaluating the graph in the order of its numbers computes each part
-once. Constants are folded exactly. A part that may be undefined somewhere is never removed: 0
-log(x) stays a product and 0/x a quotient, whose parts must be defined, and a^0 is a/a.
+Equal nodes are stored once, so that an evaluation in the order of the numbers computes each part
+once.  Operations on constants are done exactly when a node is made.  A part that may be undefined
+somewhere is never removed: 0 log(x) stays a product and 0/x a quotient, whose parts must be
+defined, and a^0 is a/a.
 """
 
 from __future__ import annotations
@@ -30,7 +31,11 @@ MOST_SHOWN = 1_000  # bits of a number in a message
 
 
 class Node(NamedTuple):
-    """``name`` of a variable, function or table; ``value`` of a constant or exponent."""
+    """One node: ``op`` and the numbers of its parts.
+
+    ``name`` : of a variable, function or table; ``value`` : of a constant, or the exponent of a
+    power; ``orders`` : of a table's partial derivative.
+    """
 
     op: str
     parts: tuple[int, ...] = ()
@@ -45,11 +50,11 @@ def largest_bits(value: Fraction) -> int:
 
 
 class Graph:
-    """The nodes, each stored once; functions pass node numbers, not nodes.
+    """The nodes, each stored once; all methods take and return numbers of nodes.
 
     Raises
     ------
-    Refused : a division by the constant 0, a number or a graph that is too large.
+    Refused : a division by the constant 0, or a number or graph that is too large.
     """
 
     def __init__(self) -> None:
@@ -131,7 +136,7 @@ class Graph:
         return self._number(Node("divide", (a, b)))
 
     def power(self, a: int, exponent: Fraction | int) -> int:
-        """Return a^(p/q); a whole power of a constant is folded."""
+        """Return a^(p/q); a whole power of a constant is computed."""
         p, x = Fraction(exponent), self.value(a)
         if largest_bits(p) > MOST_BITS or max(abs(p.numerator), p.denominator) > MOST_POWER:
             # Python refuses to print a number of more than 4,300 digits.
@@ -152,7 +157,7 @@ class Graph:
         return self._number(Node("power", (a,), value=p))
 
     def has_zero_factor(self, number: int) -> bool:
-        """Return whether a node is 0/b, or a product with the constant 0 that was not folded."""
+        """Return whether a node is 0/b, or a product with 0 whose other part may be undefined."""
         node = self.nodes[number]
         above = node.parts[:1] if node.op == "divide" else node.parts
         return node.op in ("divide", "multiply") and any(self.value(part) == 0 for part in above)

@@ -1,18 +1,20 @@
 """Prove by exact algebra that two nodes are the same function.
 
-A node becomes a quotient of polynomials over opaque atoms: variables, pi, and values of functions,
-whose arguments are compared as quotients. The known properties of the atoms are:
+A node becomes a quotient of polynomials in atoms: variables, pi, and values of functions, whose
+arguments are compared as quotients.  The known properties of the atoms are:
 
     sin(sum c_i m_i)          expanded by the addition theorem into sin and cos of each part c m,
                               multiples of one part by De Moivre;  s^2 = 1 - c^2;  tan = s / c
     exp(sum c_i m_i)          a product of whole powers of atoms exp(b m)
     sinh, cosh, tanh          quotients of exponentials
-    a^(p/q)                   the p-th power of a root r, r^q = a; numbers > 0 apart (``atoms``)
+    a^(p/q)                   the p-th power of a root r, r^q = a; positive numbers are separated
+                              from a first (``atoms``)
     table(numbers)            the spline's exact value
-    |a|^2 = a^2               and f(0) of every function where it is a number
+    |a|^2 = a^2
+    f(0)                      of every function for which it is a rational number
 
 Two quotients with equal cross products are equal wherever their denominators are not 0.  No other
-property is used, so "not shown" does not mean "different".
+property is used, so that two nodes may be equal although this is not shown.
 """
 
 from __future__ import annotations
@@ -41,15 +43,15 @@ AT_ZERO = {
 
 
 class _Finer(Exception):
-    """Raised when a multiple is not an integer and the unit of a part was made smaller."""
+    """The unit of a part was made smaller, so that all atoms must be made again with it."""
 
 
 class Algebra:
-    """Quotients of nodes, with the atoms met so far.
+    """Quotients of nodes, with the atoms that occurred so far.
 
     Raises
     ------
-    Refused : a division by zero, or terms too many or too large.
+    Refused : a division by zero, or terms that are too many or too large.
     """
 
     def __init__(self, graph: Graph, tables: Mapping[str, Table] | None = None) -> None:
@@ -71,7 +73,7 @@ class Algebra:
     # ------------------------------------------------------------------ questions
 
     def equal(self, a: int, b: int) -> bool:
-        """Return whether the nodes are shown to be equal where their denominators are not 0."""
+        """Return whether algebra shows that the nodes are equal where no denominator is 0."""
         while True:
             try:
                 return self.ring.equal(self.quotient(a), self.quotient(b))
@@ -79,7 +81,7 @@ class Algebra:
                 self._restart()
 
     def vanishes(self, a: int) -> bool:
-        """Return whether the node is shown to be 0."""
+        """Return whether algebra shows that the node is 0 where no denominator is 0."""
         return self.equal(a, self.graph.constant(0))
 
     def polynomial(self, root: int) -> dict[tuple[tuple[str, int], ...], Fraction]:
@@ -107,7 +109,7 @@ class Algebra:
         }
 
     def quotient(self, root: int) -> Quotient:
-        """Return the node over the atoms of this algebra."""
+        """Return the node as a quotient of polynomials in this algebra's atoms."""
         for number in self.graph.below([root]):
             if number not in self._found:
                 self._found[number] = self._of(self.graph[number])
@@ -175,7 +177,10 @@ class Algebra:
     # ------------------------------------------------------------------ sums as arguments
 
     def _whole(self, kind: str, part: object, c: Fraction) -> int:
-        """Return c over the unit of this part; a finer unit is used if it is no integer."""
+        """Return c divided by the unit of this part.
+
+        If it is no integer the unit becomes the common divisor of both, and ``_Finer`` is raised.
+        """
         unit = self.units.setdefault((kind, part), abs(c))
         count = c / unit
         if count.denominator != 1:
@@ -187,7 +192,7 @@ class Algebra:
     def _parts(self, kind: str, a: Quotient) -> list[tuple[object, Fraction, int]]:
         """Return (key, coefficient, multiple of the unit) of each term of an argument.
 
-        An argument that is not a sum of few terms, or is a large multiple, is a single part.
+        An argument of many terms, or with a large multiple, counts as a single part.
         """
         named = self._terms(a)
         if len(named) <= MOST_PARTS:
@@ -201,8 +206,8 @@ class Algebra:
         """Return (key, coefficient) of the terms that an argument is the sum of.
 
         From N/D a constant is separated, c + (N - c D)/D, so that exp(a - b/T) and
-        exp(a) exp(-b/T) have the same parts; any c makes that true, and this c cancels the leading
-        term of D in N.
+        exp(a) exp(-b/T) have the same parts.  This is true for any c; the c that is used cancels
+        the leading term of D in N.
         """
         if not a.bottom:
             return [(self._named(m), c) for m, c in sorted(a.top.items())]
@@ -222,7 +227,7 @@ class Algebra:
         return found
 
     def _named(self, monomial: Monomial) -> object:
-        """Return the monomial in names that a restart does not change."""
+        """Return the monomial with names instead of atoms, whose numbers a restart changes."""
         keys = list(self.atoms.keys)
         return tuple((self._name(keys[atom]), power) for atom, power in monomial)
 

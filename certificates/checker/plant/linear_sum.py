@@ -1,9 +1,9 @@
-"""Sums c_1 x_1 + ... + c_n x_n that vanish at rest, under a quotient, as in sin(x + y)/(x + y).
+"""Sums c_1 x_1 + ... + c_n x_n in a denominator that vanish at rest, as in sin(x + y)/(x + y).
 
-Where such a sum s stands in a denominator, every part of the expression that is a s + b is written
-as a t + b with a new variable t.  The expression is then G(s(x), x) exactly, and what is proved of
-G(t, x) for every t in the range of s and every x of the box holds on the box: a superset, in which
-t and x move freely.  The sum vanishes on a hyperplane, whose complement is dense in the box.
+Where such a sum s is in a denominator, every part of the expression of the form a s + b is written
+as a t + b with a new variable t.  The expression is then exactly G(s(x), x).  A bound of G(t, x)
+for every t in the range of s and every x in the box holds on the box, since there t = s(x) is one
+of these t.  The sum vanishes on a hyperplane, whose complement is dense in the box.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MOST_SHOWN = 64  # bits of a coefficient that stands in a name
 
 
 class LinearSum(NamedTuple):
-    """``constant`` and, in the order of names, (variable, factor that is not 0)."""
+    """A sum: its ``constant``, and (variable, factor other than 0) in the order of names."""
 
     factors: tuple[tuple[str, Fraction], ...]
     constant: Fraction
@@ -50,7 +50,7 @@ def _sum(a: LinearSum, b: LinearSum) -> LinearSum:
 
 
 def _linear(graph: Graph, root: int) -> dict[int, LinearSum]:
-    """Return the parts of a node that are linear sums with rational factors."""
+    """Return part -> sum for the parts of a node that are linear sums with rational factors."""
     found: dict[int, LinearSum] = {}
     for number in graph.below([root]):
         node = graph[number]
@@ -72,10 +72,10 @@ def _linear(graph: Graph, root: int) -> dict[int, LinearSum]:
 
 
 def vanishing_sums(graph: Graph, root: int, sides: Mapping[str, Ends]) -> dict[LinearSum, Ends]:
-    """Return the sums without constant that are factors of denominators and may vanish.
+    """Return sum -> exact range for sums without constant that divide, and may be 0 in the box.
 
-    Each sum has the factor 1 at its first variable, and its exact range over the box. Single
-    variables, and sums with a variable without a range, are left out.
+    Each sum has the factor 1 at its first variable.  Single variables, and sums with a variable
+    that has no range, are left out.
     """
     linear = _linear(graph, root)
     found: dict[LinearSum, Ends] = {}

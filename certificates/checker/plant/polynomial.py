@@ -1,10 +1,10 @@
-"""Polynomials with rational coefficients over numbered atoms, and their quotients.
+"""Polynomials with rational coefficients in numbered atoms, and their quotients.
 
 A monomial is a sorted tuple of (atom, power > 0); a polynomial maps monomials to coefficients that
 are not 0.  An atom t may have a rule t^k = q with a polynomial q in atoms of smaller numbers, e.g.
-s^2 = 1 - c^2; products are reduced by the rules, so that for atoms without further relations a
-polynomial is zero as a function exactly if it is the empty one here.  In a quotient the factors of
-the denominator are stored separately.
+s^2 = 1 - c^2, and products are reduced by the rules.  If the atoms have no further relations, a
+polynomial is the zero function if and only if its dictionary is empty.  A quotient stores the
+factors of its denominator separately, so that sums have their least common multiple as denominator.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_POWER = 300
 
 
 class Quotient(NamedTuple):
-    """``top`` over the product of factors f^k; ``bottom`` holds (number of f, k)."""
+    """``top`` divided by a product of f^k; ``bottom`` has (number of the factor f, k)."""
 
     top: Polynomial
     bottom: tuple[tuple[int, int], ...] = ()
@@ -72,7 +72,7 @@ class Ring:
         return self.reduced(found)
 
     def reduced(self, a: Polynomial) -> Polynomial:
-        """Return the polynomial with no atom to a power for which there is a rule."""
+        """Return the polynomial after applying the rules as long as one applies."""
         found: Polynomial = {}
         left = a
         while left:
@@ -121,7 +121,7 @@ class Ring:
         return Quotient({((number, 1),): Fraction(1)})
 
     def add(self, a: Quotient, b: Quotient) -> Quotient:
-        """Return a + b over the least common multiple of the denominators' factors."""
+        """Return a + b with the least common multiple of both denominators as denominator."""
         first, second = dict(a.bottom), dict(b.bottom)
         common = {f: max(first.get(f, 0), second.get(f, 0)) for f in first | second}
         tops = [
@@ -171,7 +171,7 @@ class Ring:
         return found
 
     def equal(self, a: Quotient, b: Quotient) -> bool:
-        """Return whether a - b has the numerator 0; False may only mean that no rule proves it."""
+        """Return whether the numerator of a - b is 0; False only means that it is not shown."""
         return not self.add(a, Quotient(self.scaled(b.top, Fraction(-1)), b.bottom)).top
 
     def _factor(self, a: Polynomial) -> int:

@@ -1,12 +1,13 @@
-r"""N / (x^k y^l ...) with its limits where x or y vanishes, and its slopes.
+r"""Ranges of N / (x^k y^l ...) with its limits where x or y vanishes, and of its slopes.
 
-A variable whose range contains 0 may stand in a denominator.  Where N and its first k - 1
-derivatives by x vanish at x = 0 (shown by exact algebra), Taylor's formula
+A variable whose range contains 0 may be in a denominator.  If N and its first k - 1 derivatives by
+x vanish at x = 0 (which exact algebra shows), Taylor's formula
 
     N / x^k = k \int_0^1 (1 - s)^{k-1} T(s x) ds,    T = (d/dx)^k N / k!,
 
-continues the quotient to x = 0.  The weights add up to one, so that the quotient lies in the range
-of T over the hull of x and 0; its slope in x is the mean of s T'(s x), within T' / (k + 1).
+extends the quotient to x = 0.  The weights k (1 - s)^(k-1) have the integral 1, so that the
+quotient lies in the range of T over the hull of x and 0.  Its slope in x is the weighted mean of
+s T'(s x), which lies in the range of T' divided by k + 1.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ Poles = dict[str, int]
 def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Poles]:
     """Return (N, powers) with node = N / product of powers of variables that may vanish.
 
-    If no such variable is in an outer denominator, this is the node itself and no powers.
+    If no such variable is in an outer denominator, N is the node itself and there are no powers.
     """
     found: dict[int, tuple[int, Poles]] = {}
     for number in graph.below([root]):
@@ -81,7 +82,7 @@ def _times(graph: Graph, top: int, powers: Poles) -> int:
 
 
 def _factored(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Poles]:
-    """Return (rest, powers): the node is the rest times powers of variables that may vanish."""
+    """Return (rest, powers) with node = rest times powers of variables that may vanish."""
     rest, powers = graph.constant(1), Poles()
     left = [(root, 1)]
     while left:
@@ -99,7 +100,7 @@ def _factored(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, 
 
 
 class Form:
-    """A quotient and the forms for its limits; each form is made when it is first needed."""
+    """A quotient, and the forms T for its limits; each is made when it is first needed."""
 
     def __init__(self, evaluator: Evaluator, algebra: Algebra, top: int, poles: Poles) -> None:
         self.evaluator, self.algebra, self.graph = evaluator, algebra, evaluator.graph
@@ -124,7 +125,7 @@ class Form:
         return direct
 
     def exact_ends(self, box: Box) -> tuple[Fraction, Fraction] | None:
-        """Return a bracket over the box whose ends are not rounded; see ``Evaluator``."""
+        """Return a bracket over the box with ends that are not rounded, as ``Evaluator`` does."""
         for name in self.poles:
             if _has_zero(box[name]):
                 form = self.continued(name)

@@ -1,10 +1,13 @@
 """Bounds and signs of nodes over a box, proved by bisection.
 
-On each box the plain enclosure is tried first. Then each variable in which the node is monotone is
-set to its ends, and for the others the mean-value form f(m) + sum_i f_i(X) (X_i - m_i) is used. An
-undecided box is halved, at 0 if a denominator vanishes there. The search is part of the checker: a
-certificate states bounds, but no boxes.  Slopes of |a| lie between -1 and 1 where a vanishes, which
-suffices for both, since the function is absolutely continuous along each axis.
+On each box the interval evaluation is tried first.  Then each variable in which the node is
+monotone is set to its ends, and for the others the mean-value form
+f(m) + sum_i f_i(X) (X_i - m_i) is used, f_i being partial derivatives.  A box that stays undecided
+is halved, at 0 if a denominator vanishes there.  The search is part of the checker: a certificate
+states bounds, but no boxes.
+
+Where a vanishes the slope of |a| is taken as [-1, 1].  This is enough for monotonicity and for the
+mean-value form, since the function is absolutely continuous along each axis.
 """
 
 from __future__ import annotations
@@ -23,12 +26,12 @@ from takagi.certificates.checker.plant.linear_sum import (
 )
 from takagi.certificates.checker.plant.quotient_form import Form, parted
 
-MOST_BOXES = 4_000  # of one bound
-MOST_IN_ALL = 40_000
+MOST_BOXES = 4_000  # for one bound
+MOST_IN_ALL = 40_000  # for all bounds of one ``Ranges``
 MOST_POLES, MOST_POWERS = 3, 8  # variables that vanish in one denominator, and their powers
 MANY = "is divided by too many variables that vanish on the box"
-ROUNDING = 10**9  # units by which rounding alone may miss a bound that is attained
-ENDLESS = 10**400 * ONE
+ROUNDING = 10**9  # units of the grid by which rounding may miss a bound that is attained
+ENDLESS = 10**400 * ONE  # no bound on this side
 Bounds = tuple[int, int]
 
 
@@ -39,6 +42,7 @@ class Ranges:
     ----------
     box : range of each relevant variable; a variable without a range is unbounded.
     boxes : the number of boxes examined so far.
+    removable : the variables at whose zero some quotient is defined by its limit.
     """
 
     def __init__(self, evaluator: Evaluator, algebra: Algebra, box: Box) -> None:
@@ -56,12 +60,13 @@ class Ranges:
 
         Raises
         ------
-        Refused : a value outside, a singularity, or bounds that are too narrow for this search.
+        Refused : a value lies outside, a part has a singularity, or the search does not decide.
         """
         form = self.form(root, what)
         for name in form.poles:
             if form.continued(name) is None:
                 raise Refused(f"{what} has no limit at {name} = 0 that this checker can show")
+        # On the grid the bounds are rounded inward: rounding cannot make a proof of what is false.
         low = -(-lower.numerator * ONE // lower.denominator)
         high = upper.numerator * ONE // upper.denominator
         self._prove(form, (low, high), what, (lower, upper))
@@ -76,7 +81,7 @@ class Ranges:
         self._nonzero(root, what)
 
     def form(self, root: int, what: str) -> Form:
-        """Return N / x^k for a node, after proving that all in N is defined on the box."""
+        """Return N / x^k for a node, after proving that every part of N is defined on the box."""
         root = self._with_sums(root, what)
         vanishing = frozenset(v for v, side in self.box.items() if side[0] <= 0 <= side[1])
         top, poles = parted(self.graph, root, vanishing)
@@ -172,7 +177,7 @@ class Ranges:
         what: str,
         limits: tuple[Fraction, Fraction] | None = None,
     ) -> None:
-        """Prove the bounds on the grid; ``limits`` are the exact bounds if no decimals."""
+        """Prove the bounds, which are on the grid; ``limits`` are the exact bounds, if others."""
         limits = limits or (Fraction(bounds[0], ONE), Fraction(bounds[1], ONE))
         left: list[dict[str, Interval]] = [{n: self._side(n, what) for n in form.variables}]
         done = 0
@@ -201,7 +206,10 @@ class Ranges:
 def _monotone_ends(
     box: dict[str, Interval], slopes: dict[str, Interval | None]
 ) -> tuple[dict[str, Interval], dict[str, Interval]]:
-    """Return the faces of the box on which the least and the greatest value lie."""
+    """Return the face of the box that has the least value, and the face that has the greatest.
+
+    Each variable in which the node is monotone is set to one end.
+    """
     low, high = dict(box), dict(box)
     for name, (start, end) in box.items():
         slope = slopes[name]
@@ -218,7 +226,7 @@ def _attained(
     high: dict[str, Interval],
     limits: tuple[Fraction, Fraction],
 ) -> bool:
-    """Return whether the exact ends are inside when only rounding puts them outside."""
+    """Return whether the exact ends keep the limits; asked if rounding may explain the excess."""
     if found is None:
         return False
     slack = Fraction(ROUNDING, ONE) * max(1, abs(found[0]) // ONE, abs(found[1]) // ONE)
@@ -236,7 +244,7 @@ def _tightened(
     low: dict[str, Interval],
     high: dict[str, Interval],
 ) -> tuple[Interval | None, list[Interval]]:
-    """Return a bracket over the box, and brackets of values at points of it."""
+    """Return a bracket over the box, and brackets of the values at two points of it."""
     free = [name for name in box if low[name] == high[name] == box[name]]
     free = [name for name in free if box[name][0] < box[name][1]]
     sides: list[Interval | None] = []
@@ -270,7 +278,7 @@ def _common(a: Interval, b: Interval) -> Interval:
 def _halves(
     form: Form, box: dict[str, Interval], slopes: dict[str, Interval | None], what: str
 ) -> list[dict[str, Interval]]:
-    """Return the box halved along the side over which the node changes most."""
+    """Return both halves of the box, cut across the side along which the node changes most."""
 
     def change(name: str) -> tuple[int, int]:
         width, slope = box[name][1] - box[name][0], slopes[name]

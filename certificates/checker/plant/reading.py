@@ -5,10 +5,11 @@
 A variable with an equilibrium value other than 0 has a name and a ``symbol`` for its deviation.
 Equations use names, premises use names and symbols, entries use only premise names.
 
-A number that is no decimal is a ball, ``{"value": c, "within": r}``: a parameter, which ``equals``
-an expression without variables, or the rest of a state or input, which may equal one too.  It is a
-variable with the range [c - r, c + r], for a rest of x with the name ``x_rest``, which premises may
-use.  ``balls`` proves that the number lies there.
+A number that is no decimal is given as a ball, ``{"value": c, "within": r}``.  It is a parameter
+that ``equals`` an expression without variables, or the rest of a state or input, with or without
+such an expression.  In the graph it is a variable with the range [c - r, c + r]; the variable for
+the rest of x is called ``x_rest``, and premises may use it.  ``balls`` proves that the number lies
+in its ball.
 """
 
 from __future__ import annotations
@@ -33,9 +34,10 @@ Rows = list[list[int]]
 
 @dataclass(frozen=True)
 class Variable:
-    """A state, input or disturbance; ``side`` is the range of the deviation where it is known.
+    """A state, input or disturbance; ``side`` is the range of its deviation, None if unknown.
 
-    ``ball`` is its rest's, where that is no decimal: names alone do not tell it from a parameter's.
+    ``ball`` is the ball of its rest, None for a decimal.  It is stored here because a parameter may
+    be called ``x_rest`` too: a name does not tell what a ball belongs to.
     """
 
     name: str
@@ -52,7 +54,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Ball:
-    """A number that is no decimal, with its ball; ``equals`` is None for a rest solved for."""
+    """The ball of a number that is no decimal; ``equals`` is None for a rest solved for."""
 
     name: str
     middle: Fraction
@@ -105,7 +107,7 @@ class PlantNodes:
 
     @property
     def box(self) -> dict[str, Interval]:
-        """The same, rounded outward to the grid of the intervals."""
+        """The ranges of ``sides``, rounded outward to the grid of the intervals."""
         return {name: enclose(*side) for name, side in self.sides.items()}
 
 
@@ -114,8 +116,8 @@ def read_plant(model: Any, where: str) -> PlantNodes:
 
     Raises
     ------
-    CertificateError : with the place: a part that is missing, misshapen or too large, a name used
-        twice, a text that is no expression.
+    CertificateError : a part is missing, too large or has a wrong form, a name is used twice, or a
+        text is no expression; the message has the place in the file.
     """
     return _Reading(model, where).whole()
 
@@ -200,7 +202,7 @@ class _Reading:
         return read_expression(value, self.graph, Scope({}), where)
 
     def ball(self, name: str, given: dict[str, Any], where: str) -> int:
-        """Return the variable that stands for a number that is no decimal."""
+        """Return the variable of a number that is no decimal, and store its ball."""
         middle, radius = (
             self.rational(member(given, key, where), f"{where}.{key}")
             for key in ("value", "within")
@@ -254,14 +256,14 @@ class _Reading:
                 raise CertificateError(f"{where}.range: its rest must be a rational number")
             if not low <= own[0] <= own[1] <= high or low == high or max(-low, high) > LARGEST_SIDE:
                 raise CertificateError(f"{where}.range: it must increase and contain the rest")
-            # These deviations stay in the range from anywhere in a ball.
+            # With these deviations the variable keeps its range for every rest in the ball.
             side = (low - own[0], high - own[1])
         return Variable(name, symbol, text(given, "unit", where), rest, side, ball)
 
     def rest(
         self, name: str, value: Any, key: str, where: str
     ) -> tuple[int, tuple[Fraction, Fraction] | None, Ball | None]:
-        """Return the node of a rest, where it lies (None: not known), and its ball."""
+        """Return the node of a rest, the interval that contains it (or None), and its ball."""
         if not isinstance(value, dict):
             node = self.constant(value, where)
             exact = self.graph.value(node)

@@ -1,16 +1,17 @@
-r"""Claims of kind ``secant-embedding``: differences from the equilibrium are blends of vertices.
+r"""Claims of kind ``secant-embedding``: deviations from equilibrium are blends of the vertices.
 
 For x' = f(x, u, w), continuously differentiable on a box that contains the rest x*, u*, w*,
 
     f(x, u, w) - f(x*, u*, w*) = (\int_0^1 Df(x* + s (x - x*), ...) ds) (x - x*, u - u*, w - w*).
 
-Where the entries of Df are affine in premises z, the integral has the entries of the mean of z
-along the segment, which lies within the bounds of z.  So the loop lies in the convex hull of the
-vertices, with weights that are not a function of the present state. A law cannot evaluate them, so
-gains that differ between rules are treated as gains with their own weights.  Proved are:
+If the entries of Df are affine in the premises z, the integral has the entries at the mean of z
+along the segment, and this mean keeps the bounds of z.  So the loop lies in the convex hull of the
+vertices, with weights that are not a function of the present state.  A law cannot evaluate these
+weights: gains that differ between rules are treated as gains with their own weights.  The checker
+proves:
 
 1. f and its derivatives are defined on the box, without |.|, and f vanishes at the equilibrium.
-2. Df = (A(z(x)), B(z(x)), E(z(x))), entry by entry as in ``plant_embedding``; outputs likewise.
+2. Df = (A(z(x)), B(z(x)), E(z(x))), entry by entry as in ``sector_embedding``; outputs likewise.
 3. lower <= z_k <= upper on the box; every entry is affine in the premises.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 4.3, global linearization (recalled).
@@ -36,7 +37,7 @@ from takagi.certificates.checker.plant.vertices import entry_node, multi_affine_
 
 
 def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if differences from the equilibrium are blends of the vertices on the box.
+    """Return PROVED if deviations from the equilibrium are blends of the vertices on the box.
 
     UNDECIDED names the step that failed.
 

@@ -3,27 +3,27 @@ r"""Claims of kind ``sector-embedding``: the plant is the blend of the certifica
     M(x) x' = f(x, u, w)  and  y = g(x, u)  on the box  imply
     dx' = sum_i h_i (A_i dx + B_i du + E_i dw),   dy = sum_i h_i (C_i dx + D_i du),
 
-with h_i the products of the premises' weights.  The proof has five steps. It uses the equations in
-the file, their trim, and the entries A(z), B(z), ... of the embedding:
+where h_i are the products of the premises' weights.  The proof uses the equations in the file,
+their trim, and the entries A(z), B(z), ... of the embedding.  It has five steps:
 
 1. Every part of the equations, of M and of the premises is defined on the box: no denominator
-   vanishes, no root or logarithm leaves its domain, no argument its table; det M has no zero.
-2. M(x) [A(z(x)) dx + B(z(x)) du + E(z(x)) dw] = f(x, u, w), row by row, as quotients of
-   polynomials over the functions that stand in them (in discrete time f - M x*).
+   vanishes, the arguments of roots, logarithms and tables stay in their domains, and det M has no
+   zero.
+2. M(x) [A(z(x)) dx + B(z(x)) du + E(z(x)) dw] = f(x, u, w) (in discrete time f - M x*), row by
+   row, as quotients of polynomials in the functions that occur in them.
 3. lower <= z_k(x) <= upper on the box, by outward-rounded intervals and bisection.
-4. Each entry is a polynomial of degree one at most in each premise; step 2 is about it.
-5. So A(z) is the blend of the vertices A_i, which are computed here at the corners of the bounds.
+4. Each entry is a polynomial of degree at most one in each premise.  Step 2 uses this polynomial.
+5. So A(z) is the blend of the vertices A_i, which the checker computes at the bounds' corners.
 
-Where the plant has numbers that are no decimals (``balls``), these are proved first, and step 2 has
-f less its value at rest in the place of f.  That value is proved to be 0.
+If the plant has numbers that are no decimals (``balls``), these are proved first.  Step 2 then uses
+f minus its value at rest instead of f; ``balls`` proves that this value is 0.
 
-The one exception in step 1 is a variable x_j whose range contains 0 and that stands as a power in
-a denominator, as in sin(x)/x, or a sum of multiples of variables in its place, as in
-sin(x + y)/(x + y) (``linear_sum``).  Where it vanishes, the premise is defined by its limit; step 3
-proves that the limit exists (Taylor's formula, see ``quotient_form``).  The identity of step 2
-holds where
-it is not 0, which is dense in the box; both sides are continuous, so that it holds on the whole
-box.  An equation that contains such a quotient is defined by its limit there too.
+Step 1 has one exception: a variable x_j whose range contains 0 and that divides, as in sin(x)/x, or
+a sum of multiples of variables in its place, as in sin(x + y)/(x + y) (``linear_sum``).  Where it
+vanishes, the premise is defined by its limit; step 3 proves that the limit exists (Taylor's
+formula, see ``quotient_form``).  The identity of step 2 holds where it is not 0, which is dense in
+the box; both sides are continuous, so that it holds on the whole box.  An equation with such a
+quotient is also defined by its limit there.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ Entries: TypeAlias = list[list[MultiAffine]]
 def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
     """Return the exact vertices of a model of kind ``plant``, from its entries and bounds.
 
-    Rules are the corners of the premises, the last changing first; a premise whose bounds agree
-    has one.  That the plant lies in them is the claim ``sector-embedding``.
+    The rules are the corners of the premises; the last premise changes first, and a premise with
+    equal bounds has one corner.  The claim ``sector-embedding`` says that the plant is their blend.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
 
 
 def _resting_elsewhere(plant: PlantNodes) -> str:
-    """Return the letters of the quantities whose equilibrium value is not known to be 0."""
+    """Return the letters of x, u, w, y whose equilibrium value is not known to be 0."""
     g, variables = plant.graph, (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}
     groups = {"x": plant.states, "u": plant.inputs, "w": plant.disturbances}
@@ -104,7 +104,7 @@ def _resting_elsewhere(plant: PlantNodes) -> str:
 
 
 def _weights(plant: PlantNodes, model: Any, corners: tuple[tuple[int, ...], ...]) -> str:
-    """Return the definition of the weights; those of secants are averages no law can evaluate."""
+    """Return a text that defines the weights; no law can evaluate those of a secant model."""
     if plant.form == "secant":
         return SECANTS
     return weights_of(model["embedding"]["premises"], corners)
@@ -204,7 +204,7 @@ def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str,
 
 
 def _determinant(plant: PlantNodes, mass: Rows) -> int:
-    """Return det M by Laplace along the rows; minors of the same columns are made once."""
+    """Return det M by Laplace's expansion, row by row; a minor is computed once for its columns."""
     g, size = plant.graph, len(mass)
     zero = g.constant(0)
     minors: dict[frozenset[int], int] = {frozenset(): g.constant(1)}

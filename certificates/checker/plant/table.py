@@ -1,4 +1,4 @@
-"""A table as a cubic spline of one argument, or a bicubic one of two, at any scale."""
+"""A table as a cubic spline of one argument, or a bicubic one of two, with values of any size."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
 FLAT = [Fraction(k) for k in (0, 0, 0, 0, 1, 1, 1, 1)]  # a direction in which nothing changes
 DEGREE = 3
-SIZE, CELL = Fraction(500), Fraction(1, 10)  # coefficients and cells that a ``Spline`` likes
+# ``Spline`` computes on a grid of fixed step: coefficients of at most SIZE, and cells of at least
+# CELL, keep its rounding small.
+SIZE, CELL = Fraction(500), Fraction(1, 10)
 
 
 class Table:
@@ -58,7 +60,7 @@ class Table:
 
         Parameters
         ----------
-        parts : the arguments; the caller must prove that they stay in the table.
+        parts : ranges of the arguments; the caller must prove that they stay in the table.
         """
         fixed: list[Interval] = []
         axes = (self._spline.x, self._spline.y)
@@ -94,7 +96,7 @@ def _at_point(
 
     Parameters
     ----------
-    knots, coefficients : the six and the four that matter at x.
+    knots, coefficients : the six knots and the four coefficients that the value at x depends on.
     """
     p, d, u = DEGREE, coefficients, knots
     for _ in range(order):
@@ -128,11 +130,11 @@ def _power_of_ten(limit: Fraction) -> Fraction:
 
 
 def read_table(owner: dict[str, Any], name: str, where: str) -> Table:
-    """Return a table of the file: ``knots``, one row an argument, and ``coefficients``.
+    """Return a table of the file: ``knots``, one row for each argument, and ``coefficients``.
 
     Raises
     ------
-    CertificateError : sizes that do not fit, knots that are not clamped or do not increase.
+    CertificateError : sizes do not fit, or knots are not clamped or do not increase.
     """
     given, place = member(owner, name, where), f"{where}.{name}"
     rows = member(given, "knots", place)

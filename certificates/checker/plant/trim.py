@@ -10,18 +10,19 @@ from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.reading import PlantNodes
 
+# A law's trim is written in decimals: it may differ so much from an equilibrium that is no decimal.
 SLACK = Fraction(1, 10**12)
 
 
 def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
     """Return a bound of the distance from the law's trim to the plant's equilibrium; 0 if equal.
 
-    An equilibrium value such as 5/18 or sin(1/2) is not a decimal. A difference up to 1e-12
-    (relative if the value exceeds one) is allowed, and the sentence states it.
+    An equilibrium value such as 5/18 or sin(1/2) is not a decimal.  A difference up to 1e-12
+    (relative if the value exceeds one) is allowed, and the claim's sentence states it.
 
     Raises
     ------
-    CertificateError : a law without trim, or with another one.
+    CertificateError : the law has no trim, or another one.
     """
     trim, evaluator = member(gains, "trim", where), plant.evaluator
     balls = {name: enclose(*ball.side) for name, ball in plant.balls.items()}

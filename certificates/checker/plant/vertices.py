@@ -1,8 +1,8 @@
 """Entries that are multi-affine in the premises, and their exact values at the corners.
 
-A polynomial of degree one at most in each premise is the blend of its values at the corners with
-the products of w_k = (upper - z)/(upper - lower) and 1 - w_k as weights: both are affine in each
-premise and agree at the corners.
+A polynomial of degree at most one in each premise is the blend of its values at the corners; the
+weights are products of w_k = (upper - z)/(upper - lower) and 1 - w_k.  Polynomial and blend are
+both affine in each premise and agree at the corners, hence they are equal.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ MultiAffine = dict[frozenset[str], Fraction]
 
 
 def multi_affine_entries(plant: PlantNodes) -> dict[str, list[list[MultiAffine]]]:
-    """Return A, B, ... with each entry as set of premises -> coefficient of their product.
+    """Return A, B, ..., each entry as a dictionary: set of premises -> factor of their product.
 
     Raises
     ------
-    CertificateError : an entry that is no polynomial of degree one at most in each premise, with
-        rational coefficients.
+    CertificateError : an entry is no polynomial with rational coefficients and degree at most one
+        in each premise.
     """
     algebra = Algebra(plant.graph)
     return {
@@ -54,8 +54,8 @@ def _multi_affine(algebra: Algebra, node: int, where: str) -> MultiAffine:
 def entry_node(graph: Graph, entry: MultiAffine, places: Mapping[str, int]) -> int:
     """Return an entry with its premises replaced by nodes, as a sum of products.
 
-    The polynomial that defines the vertices is compared with the equations, not the text: in
-    ``z*q/q`` the quotient is undefined where the premise q vanishes.
+    The identity with the equations is shown for this polynomial, which also defines the vertices,
+    and not for the text of the entry: ``z*q/q`` would be undefined where the premise q vanishes.
     """
     total = graph.constant(0)
     for members, c in entry.items():
@@ -67,9 +67,9 @@ def entry_node(graph: Graph, entry: MultiAffine, places: Mapping[str, int]) -> i
 
 
 def corners_of(premises: list[Premise]) -> list[dict[str, tuple[int, Fraction]]]:
-    """Return, rule by rule, premise -> (0 lower or 1 upper, value); the last changes first.
+    """Return for each rule: premise -> (0 for lower or 1 for upper, value).
 
-    A premise whose bounds agree has one corner.
+    The last premise changes first.  A premise with equal bounds has one corner.
     """
     ends = [[p.lower] if p.lower == p.upper else [p.lower, p.upper] for p in premises]
     return [
@@ -91,7 +91,7 @@ def vertex_stack(
 
 
 def _values(entry: MultiAffine, corners: list[dict[str, tuple[int, Fraction]]]) -> list[Fraction]:
-    """Return an entry at every corner; each combination of its premise values is computed once."""
+    """Return an entry at every corner; each combination of its premises' ends is computed once."""
     names = sorted(set().union(*entry))
     known: dict[tuple[int, ...], Fraction] = {}
     values = []

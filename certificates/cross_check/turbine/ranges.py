@@ -5,7 +5,7 @@ between the least and the largest q* + gamma s, |s| <= box, and pitch
 
     beta - beta_min  in  [max(psi(U_low) - zeta, 0), psi(U_high) + zeta] / b                 (band)
 
-each cell of the law's winds has, with lambda = R omega / v (``coherent_loop`` has the matrices),
+each cell of the law's winds has, with lambda = R omega / v (``loop_claim`` has the matrices),
 
     a = kappa p c R v c_Q,lambda                             omega* -+ box, band
     S = kappa s,  s = -p c v^2 c_Q,beta / b up to b_fw / b    omega*, band
