@@ -2,14 +2,17 @@
 
 formula             a formula of a program as a tree
 controller_program  the programs of a gain file as one value, which every target reads
-run                 that value run in Python: known answers for what is written
-identifiers         names that a target's language can hold
-fmu                 the law, and its closed loop, as functional mock-up units
-certified_model     the plant of a gain file's certificate
-targets             the targets of `takagi export`, and what each writes
-tables              CSV
+run                 this value, run in Python: known answers for the tests of targets
+identifiers         names that are valid in a target's language
+certified_model     the model and the claims of a gain file's certificate
+baseline            a turbine's published controller as a program, for comparison
+targets             the table of the targets of `takagi export`
 c                   C99
-discon              the Bladed-style library around it
+discon              a Bladed-style library around the law in C
+fmu                 the law, and its closed loop, as functional mock-up units
+structured_text     a function block for PLCs
+matlab              functions and a struct for MATLAB, Simulink and Octave
+tables              CSV
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The turbine's published baseline controller as a program, in the language of gain files.
 
 Its equations are those of ``takagi.models.simulation.baseline``, one Euler step per sample, then
-the rate limits of the actuators.  It starts from what is measured at the first sample, which is its
-trim where the turbine is at its trim.  Nothing is proved about it.
+the rate limits of the actuators.  It starts from the measurements of the first sample: if the
+turbine is at its trim then, so is the controller.  Nothing is proved about it.
 """
 
 from __future__ import annotations

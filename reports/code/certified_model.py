@@ -1,4 +1,4 @@
-"""What targets take from a gain file's certificate: its model, and its claims' matrices."""
+"""The model and the claims of a gain file's certificate, for targets that write them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from takagi.reports.code.controller_program import ControllerProgram
 def certified_model(
     gains: Path, certificate: Path | None, program: ControllerProgram
 ) -> Mapping[str, Any] | None:
-    """Return the model of a certificate, numbers as they are written there.
+    """Return the model of a certificate, with numbers as the file has them.
 
     Parameters
     ----------
-    certificate : None takes ``certificate.json`` beside the gain file if it is about the same
-        model by its hash, and returns None if it is not.  A law that is not proved has no hash: it
-        takes a given certificate of a model with its plant's name.
+    certificate : None takes ``certificate.json`` in the gain file's folder if its model has the
+        hash that the gain file states, and otherwise returns None.  A law that is not proved has no
+        hash: for it a given certificate is accepted if its model has the plant's name.
 
     Raises
     ------
@@ -50,12 +50,12 @@ def certified_model(
 def certified_claims(
     gains: Path, certificate: Path | None, program: ControllerProgram
 ) -> tuple[Mapping[str, Any], ...]:
-    """Return the claims of the gain file's certificate; () where there is none, or other ones.
+    """Return the claims of the gain file's certificate; () without it, or if it has other claims.
 
     Parameters
     ----------
-    certificate : None takes ``certificate.json`` beside the gain file.  Claims count if their hash
-        is the one that the gain file names.
+    certificate : None takes ``certificate.json`` in the gain file's folder.  Claims are returned if
+        they have the hash that the gain file states.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from takagi.models.errors import ModelError
 
-# What a formula may call, and how many arguments it takes (least, most); None is any number.
+# Function -> (least, most) number of its arguments; None means any number.
 FUNCTIONS: dict[str, tuple[int, int | None]] = {
     **dict.fromkeys(
         ("abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan",
@@ -39,14 +39,14 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A constant, a kept value, a signal or a step's result; ``pi`` too."""
+    """The name of a constant, a kept value, a signal or a step's result; or ``pi``."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """``left sign right`` with one of + - * / ^; the negative of x is ``0 - x`` with left None."""
+    """``left sign right`` with one of + - * / ^; -x has the sign - and None as ``left``."""
 
     sign: str
     left: Formula | None
@@ -67,7 +67,7 @@ Formula: TypeAlias = Number | Name | Operation | Call
 def parsed(text: str, tables: Collection[str] = ()) -> Formula:
     """Return the tree of a formula in the language of gain files.
 
-    The language binds as Python does, with ^ for a power: -x^2 is -(x^2), 2^3^2 is 2^(3^2).
+    Operators have the precedence of Python, with ^ for a power: -x^2 is -(x^2), 2^3^2 is 2^(3^2).
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def parsed(text: str, tables: Collection[str] = ()) -> Formula:
 
     Raises
     ------
-    ModelError : anything that the language does not have.
+    ModelError : the text has a part that the language does not have.
     """
     try:
         tree = ast.parse(text.replace("^", "**").strip(), mode="eval").body

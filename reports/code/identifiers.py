@@ -1,4 +1,4 @@
-"""Names that a target's language can hold."""
+"""Names that are valid in a target's language."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ LONGEST = 63  # characters that C99 promises to tell apart
 def identifiers(
     names: Iterable[str], reserved: Collection[str], *, language: str, ignore_case: bool = False
 ) -> dict[str, str]:
-    """Return for each name one that the language can hold: its own, with ``_`` where it is taken.
+    """Return a valid identifier for each name: the name itself, with ``_`` added if it is in use.
 
     Parameters
     ----------
     reserved : keywords and functions of the language, in lower case if case is ignored.
     language : its name, for the message.
-    ignore_case : whether ``K`` and ``k`` are one name there.
+    ignore_case : whether ``K`` and ``k`` are the same name in the language.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A program run in Python: known answers for what a target writes."""
+"""A program run in Python, which gives known answers for the tests of targets."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class ProgramRun:
 
         Raises
         ------
-        ArithmeticError, ValueError : a formula that has no value there.
+        ArithmeticError, ValueError : a formula has no value at these inputs.
         """
         names = {**self._constants, "sample_time": sample_time, **inputs, **self.kept}
         for stage in self.program.stages:

@@ -1,4 +1,4 @@
-"""The targets of `takagi export`: the word, who takes what is written, and where it is made."""
+"""The targets of `takagi export`: the word of each, the tools for it, and its module."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ Precision: TypeAlias = Literal["double", "float"]
 
 @dataclass(frozen=True, slots=True)
 class ExportSettings:
-    """What a user may choose of an export.
+    """The choices of a user for an export, and the certificate that belongs to the law.
 
     Attributes
     ----------
-    precision : of the code's numbers; targets of one precision refuse the other.
-    sample_time : T [s] that the code starts with where its user names none; None takes the law's
-        own, or the target's usual one.
-    model : the certificate's model, for targets that write the plant too; None without one.
-    claims : the certificate's, for targets that write its matrices.
+    precision : type of the code's numbers; a target with one precision refuses the other.
+    sample_time : T [s] with which the code starts if the caller states none; None takes the law's
+        own T, or the target's default.
+    model : the certificate's model, for targets that also write the plant; None without one.
+    claims : the certificate's claims, for targets that write their matrices.
     """
 
     precision: Precision = "double"
@@ -35,7 +35,7 @@ class ExportSettings:
 
 @dataclass(frozen=True, slots=True)
 class Exported:
-    """What a target made: files by their path in the output folder, and what to do with them.
+    """The result of a target: files by their path in the output folder, and their use.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class Exported:
 
 
 class Target(NamedTuple):
-    """A target: its module has ``export(program, settings) -> Exported``."""
+    """A target; its module has the function ``export(program, settings) -> Exported``."""
 
     word: str
     module: str
-    tools: str  # who takes it, for the help
+    tools: str  # the tools that read its files, for the help
 
 
 TARGETS = (
@@ -97,11 +97,11 @@ def export_settings(precision: str, sample_time: float | None) -> ExportSettings
 
 
 def exported(word: str, program: ControllerProgram, settings: ExportSettings) -> Exported:
-    """Return what a target makes of a program.
+    """Return the files of a target for a program.
 
     Raises
     ------
-    ModelError : an unknown target, or a program or setting that the target cannot hold.
+    ModelError : an unknown target, or a program or setting that the target does not support.
     """
     for target in TARGETS:
         if target.word == word:

@@ -42,7 +42,7 @@ def check_box_enlargement(claim: Any, family: PolytopicLoop, where: str) -> Outc
     theta = number(claim, "enlargement", where)
     if theta < 0:
         return Claim(name, Verdict.UNDECIDED, "the enlargement is negative")
-    if theta < 1:  # Only a part of the model: no range of a state is claimed for the plant.
+    if theta < 1:  # These are vertices of a part of the model: nothing is claimed about the plant.
         family = replace(family, box=(), other_box=None)
     wider = replace(
         family,

@@ -5,7 +5,7 @@ Continuous time, with G_il = A_i - B_i K_l and the disturbance v = E_i w:
     u' = - sum_jil h_j h_i h_l K_j G_il x  -  sum_j h_j' K_j x  -  sum_ji h_j h_i K_j E_i w.
 
     motion        the first sum is a blend of the means of K_j G_il over the orders of (j, i, l);
-                  row k of each mean, times x, is at most ``motion_k`` on the set
+                  |row k of each mean times x| is at most ``motion_k`` on the set
     memberships   the claim assumes |h_j'| <= phi_j (``membership_rates``); with sum_j h_j' = 0 the
                   second sum is largest at a corner d of these rates, and sum_j d_j K_j x there is
                   at most ``memberships_k``

@@ -78,7 +78,7 @@ def _left_of_reference(at: WindCell, rho: fmpq) -> fmpq:
 
 
 def _cut(at: WindCell, rho: fmpq, turning: fmpq) -> fmpq:
-    """Return the supremum over U of A F - c psi, with c = 1/tau - rho |b'/b|, or 0.
+    """Return the supremum over U of A F - c psi, or 0 where it is negative.
 
     c = 1/tau - rho |b'/b|; it bounds w_zeta where the lower pitch limit cuts off the lead.  On the
     ramp psi = eps F^2; beyond it F = 1 and psi = U.

@@ -5,7 +5,9 @@ and 5 % of another's.  The settings are multiplied by the ratio of these measure
 5-MW turbine:
 
     measure   formula                          settings
-    speed     omega_rated  [rad/s]             speed bands, overlap of the coupling filter
+    speed     omega_rated  [rad/s]             speed bands and filters, overlap of the coupling
+                                               filter in speed
+    torque    T_rated  [N m]                   overlap of the coupling filter in torque
     effort    n_g T_rated / J  [rad/s^2]       overlap of the effort ramp
     pitch     b times rate limit  [rad/s^3]    effort lag, the part of the effort that the drive
                                                has not delivered yet
@@ -23,8 +25,8 @@ slowly on a larger rotor: the bandwidth of pitch is divided by the ratio of the 
 filter's time multiplied by it.  With a bandwidth of 0.4 1/s and a filter time of 5 s the loop of
 the 15-MW turbine oscillates at and above rated wind when the wake reacts with a delay.
 
-All figures are rounded to two digits.  They are starting values without guarantee: each design made
-with them must still be proved.
+The figures are rounded to two digits (one of them to three).  They are starting values without
+guarantee: each design made with them must still be proved.
 """
 
 from __future__ import annotations

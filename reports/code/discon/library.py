@@ -1,7 +1,7 @@
 """The Bladed-style library of a turbine's law: sources, input file, Makefile and README.
 
-The law is the source in C, once with the observer and once without it, so that the input file can
-choose between the observer and a wind that the simulator gives.
+The law is the source of the target `c`, once with the observer and once without it.  The input file
+chooses between the observer and a wind that the simulator gives.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ USUAL_DRIVE_TIME = "0.2"  # s
 
 @dataclass(frozen=True, slots=True)
 class _Variant:
-    """A law in C and the word of ``wind_source`` that chooses it."""
+    """A law in C, and the word of ``wind_source`` in the input file that selects it."""
 
     source: str
     meaning: str
     law: CSource
 
     def members(self) -> dict[str, Any]:
-        """Return what templates say of it."""
+        """Return the names that the templates use for this law."""
         word, out = self.law.word, self.law.outputs
         observed = out.get("wind_estimate")
         seen = f"(double)out.{observed}" if observed else "wind"
@@ -90,7 +90,7 @@ def _require_turbine(program: ControllerProgram) -> None:
 
 
 def _variants(program: ControllerProgram, settings: ExportSettings) -> Iterator[_Variant]:
-    """Yield the laws, that of the default first."""
+    """Yield the laws; the first is the default."""
     read = {one.name for one in program.inputs}
     given = "the wind of record 27, as the simulator gives it"
     if "wind_estimate" in read:
@@ -137,7 +137,7 @@ def _context(
 
 
 def _own_filter(program: ControllerProgram) -> str:
-    """Return what the input file says of the low-pass that the law has itself."""
+    """Return the sentence of the input file on the low-pass inside the law."""
     if not any(one.name == "speed filter" for one in program.stages):
         return "The law is proved without one."
     stated = program.document["measurement"]
@@ -157,6 +157,6 @@ def _filled(name: str, context: dict[str, Any]) -> str:
 
     room = files("takagi.reports.code.discon.templates")
     text = (room / f"{name}.jinja").read_text(encoding="utf-8")
-    # Nothing is escaped: these are C and plain text.
+    # No escaping: the templates are C and plain text.
     environment = Environment(undefined=StrictUndefined, keep_trailing_newline=True)
     return environment.from_string(text).render(context)

@@ -3,9 +3,9 @@
 runner.h, fmi3.c, fmi2.c  time, samples and the functions of the standards: the same in every FMU
 plant_equations  the plant of a certificate as formulas
 plant_source     these equations in C, with their integration
-model_source     model.h: what differs from FMU to FMU
+model_source     model.h, the part that differs from FMU to FMU
 description      modelDescription.xml and buildDescription.xml
-base_units       units in the words of FMI
+base_units       units as exponents of the base units of FMI
 archive          the FMU file, with a library for this platform
-target           what `takagi export --to fmu` writes
+target           the files that `takagi export --to fmu` writes
 """

@@ -1,4 +1,4 @@
-"""The FMU file: one archive of description, sources and a library; equal content, equal bytes."""
+"""The FMU file: an archive of description, sources and library; equal content gives equal bytes."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 class Library(NamedTuple):
-    """A compiled library, or why there is none.
+    """A compiled library, or the reason why there is none.
 
     Attributes
     ----------
-    platform : as FMI 3.0 writes it, such as x86_64-linux; ``folder`` as FMI 2.0 does; None there
-        for a platform that FMI 2.0 has no word for.
+    platform : its name in FMI 3.0, such as x86_64-linux.
+    folder : its name in FMI 2.0; None for a platform without a name there.
     """
 
     platform: str
@@ -55,7 +55,7 @@ def library(sources: Mapping[str, str], compiled: Iterable[str]) -> Library:
     with tempfile.TemporaryDirectory() as folder_name:
         for name, text in sources.items():
             Path(folder_name, name).write_text(text, encoding="utf-8")
-        # Names without folders: the library must not depend on where it was made.
+        # The names have no folders, so that the library does not contain the folder's path.
         command = [compiler, *FLAGS, *compiled, "-o", f"made{suffix}", "-lm"]
         done = subprocess.run(
             command, cwd=folder_name, capture_output=True, text=True, errors="replace", check=False

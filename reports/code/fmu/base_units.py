@@ -1,4 +1,4 @@
-"""Units in the words of FMI: exponents of the base units."""
+"""Units in the form of FMI: exponents of the base units."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from takagi.models.files.units import BASE, parse_unit
 
 
 def base_units(unit: str) -> dict[str, int] | None:
-    """Return exponents of kg, m, s, A, K, mol, cd and rad that are not 0; None where none is known.
+    """Return the exponents of kg, m, s, A, K, mol, cd and rad that are not 0.
 
-    Only of SI units: signals of a gain file are in SI.
+    None for a text that is no SI unit; signals of a gain file are in SI.
     """
     try:
         found = parse_unit(unit)

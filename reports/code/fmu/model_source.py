@@ -1,4 +1,4 @@
-"""model.h of an FMU: its variables, and what happens at a sample and between two."""
+"""model.h of an FMU: its variables, its code at a sample, and its code between samples."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from takagi.reports.code.fmu.plant_source import plant_source
 from takagi.reports.code.identifiers import identifiers
 
 RESERVED = ("time", "sample_time", "integration_step", "status")
-# Steps of the plant's integration in a sample, where the user names none.
+# Steps of the plant's integration in a sample, if the user states none.
 INNER_STEPS = 10
 
 
@@ -25,9 +25,9 @@ class Variable:
 
     Attributes
     ----------
-    key : its name in the law or plant; ``name`` is that in the FMU.
+    key : its name in the law or plant; ``name`` is its name in the FMU.
     role : "time", "parameter", "input", "state", "output" or "kept".
-    start : SI; None where the model works it out.
+    start : value at the start, SI; None where the model computes it.
     """
 
     key: str
@@ -46,7 +46,7 @@ class FmuModel:
     Attributes
     ----------
     word : the model identifier.
-    variables : all real ones; the status comes behind them.
+    variables : all real variables; the status follows them.
     plant : None for the law alone.
     """
 
@@ -100,7 +100,7 @@ def fmu_model(
 
 
 def _meaning(signal: Signal, program: ControllerProgram) -> str:
-    """Return what a signal is, with the range where the model holds."""
+    """Return the meaning of a signal, with the range in which the model holds."""
     parts = [signal.meaning]
     for one in program.document.get("states", ()):
         if isinstance(one, Mapping) and one.get("name") == signal.name:
@@ -111,7 +111,7 @@ def _meaning(signal: Signal, program: ControllerProgram) -> str:
 
 
 def model_header(model: FmuModel, token: str) -> str:
-    """Return ``model.h``; ``token`` is what an importer has to name."""
+    """Return ``model.h``; an importer must pass ``token`` to show that it has this description."""
     c, plant = model.c, model.plant
     places = {one.key: f"AT_{one.name}" for one in model.variables}
     kinds = {"input": "MODEL_INPUT", "parameter": "MODEL_PARAMETER", "state": "MODEL_PARAMETER"}
@@ -228,7 +228,7 @@ def _prepared(model: FmuModel, places: Mapping[str, str]) -> str:
 
 
 def _finite(model: FmuModel, places: Mapping[str, str]) -> str:
-    """Return the condition that all states are finite; what the law sends always is."""
+    """Return the condition that all states are finite; outputs of the law always are."""
     if model.plant is None:
         return "m != NULL"
     return "\n        && ".join(f"isfinite(m->real[{places[s.name]}])" for s in model.plant.states)

@@ -1,8 +1,8 @@
-"""The plant of a certificate as formulas in the gain file's language: the other half of the loop.
+"""The plant of a certificate as formulas in the gain file's language, for the closed loop.
 
-A plant file's plant has its equations in the certificate's ``model``, in the same grammar.  A
-turbine's are those of the design: one turning mass with the table of c_Q, and a first-order pitch
-drive with its limits of rate and position; torque is there as soon as it is sent.
+For a plant file the certificate's ``model`` has the equations, in the same grammar.  For a turbine
+they are those of the design: one rotating mass with the table of c_Q, and a first-order pitch drive
+with its limits of rate and position; torque has no delay.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class PlantState:
 
     Attributes
     ----------
-    rate : x', or x one sample later; behind a mass matrix the right-hand side of its row.
-    limits : it is held within them after each step of the integration; None for none.
+    rate : x', or x one sample later; with a mass matrix the right-hand side of its row.
+    limits : the state is limited to them after each step of the integration; None for no limits.
     """
 
     name: str
@@ -49,10 +49,10 @@ class PlantEquations:
 
     Attributes
     ----------
-    steps : computed before the rates, in order; they read states, commands and disturbances.
-    disturbances : what acts from outside, one input of the loop each.
-    commands : outputs of the law that the equations read.
-    measured : input of the law -> state or disturbance that it is.
+    steps : computed before the rates, in order, from states, commands and disturbances.
+    disturbances : external signals; each is an input of the closed loop.
+    commands : outputs of the law that the equations use.
+    measured : input of the law -> the state or disturbance that it measures.
     """
 
     constants: tuple[Constant, ...]
@@ -95,7 +95,7 @@ def plant_equations(program: ControllerProgram, model: Mapping[str, Any]) -> Pla
 def _checked(
     program: ControllerProgram, plant: PlantEquations, others: Sequence[str]
 ) -> PlantEquations:
-    """Return the plant with the law's inputs and outputs tied to it."""
+    """Return the plant with the law's inputs and outputs connected to it."""
     known = {one.name for one in plant.states} | {one.name for one in plant.disturbances}
     for signal in program.inputs:
         if signal.name not in known:

@@ -1,8 +1,8 @@
 """One sample of the law as a MATLAB function, in the subset that Simulink and Octave run too.
 
-``W_start()`` gives the state before the first sample; ``W_step(state, inputs, sample_time)`` gives
-outputs, the next state and a status.  The state is a struct that never changes its fields, so that
-a MATLAB Function block can keep it.
+``W_start()`` returns the state before the first sample; ``W_step(state, inputs, sample_time)``
+returns outputs, the next state and a status.  The state is a struct whose fields never change,
+because a MATLAB Function block can only keep such a struct.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ end
 
 
 def words_of(program: ControllerProgram) -> dict[str, str]:
-    """Return each name of the program as one that MATLAB can hold."""
+    """Return name of the program -> identifier in MATLAB, which must not begin with ``_``."""
     own = {name: name.lstrip("_") or "x" for name in program.names()}
     found = identifiers(own.values(), RESERVED, language="MATLAB")
     return {name: found[word] for name, word in own.items()}
@@ -273,7 +273,7 @@ class _Writing:
 
 
 def _matrix(rows: object) -> str:
-    """Return rows of numbers as a matrix, eight numbers a line."""
+    """Return rows of numbers as a matrix, eight numbers in a line."""
     texts = []
     for row in rows:  # type: ignore[attr-defined]
         numbers = [str(one) for one in row]
@@ -283,5 +283,5 @@ def _matrix(rows: object) -> str:
 
 
 def _line(text: str) -> str:
-    """Return a text that a comment of one line can hold."""
+    """Return a text on one line, for a comment."""
     return " ".join(text.split())

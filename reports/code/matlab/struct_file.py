@@ -1,4 +1,4 @@
-"""``W.mat``: the law's numbers as one struct, for those who want the gains and not the program."""
+"""``W.mat``: the law's numbers as one struct, for users who need the gains and not the program."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from takagi.reports.code.formula import parsed
 from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.run import value_of
 
-# The first 116 bytes of a file are text for a person; scipy writes the date there.
+# The first 116 bytes of a MAT-file are free text.  scipy writes the date there, which is replaced:
+# the same law must give the same bytes.
 HEADER = 116
 
 
@@ -25,16 +26,16 @@ def struct_file(
 ) -> bytes:
     """Return a MAT-file of version 5 with the struct ``takagi``.
 
-    Members: ``name``, ``verdict``, ``sample_time`` ([] where it is free), ``constants`` with every
-    number of the program, ``units`` of them; of a plant's law ``K`` (m, n, r) and ``rules`` (r, p);
-    with its certificate ``A`` (n, n, r) and ``B`` (n, m, r), and ``P``, one matrix for each claim
-    that has one.
+    Its members are ``name``, ``verdict``, ``sample_time`` ([] if the user chooses it),
+    ``constants`` with every number of the program, and their ``units``.  A plant's law also has
+    ``K`` (m, n, r) and ``rules`` (r, p); with its certificate ``A`` (n, n, r), ``B`` (n, m, r), and
+    in ``P`` one matrix for each claim that has one.
 
     Parameters
     ----------
-    model, claims : the certificate's; None and () leave their members out.
+    model, claims : of the certificate; with None and () their members are left out.
     """
-    # Imported here: scipy takes a while, and other targets do without.
+    # Imported here: scipy loads slowly, and other targets do not need it.
     from scipy.io import savemat
 
     names = words_of(program)
@@ -78,7 +79,7 @@ def _member(value: Any) -> Any:
 
 
 def _vertices(model: Mapping[str, Any], law: Mapping[str, Any]) -> dict[str, Floats]:
-    """Return A and B of every rule, where the certificate's model has them as formulas."""
+    """Return A and B of every rule if the certificate's model has them as formulas, else {}."""
     embedding = model.get("embedding") or {}
     if not {"A", "B", "premises"} <= set(embedding):
         return {}
@@ -99,7 +100,7 @@ def _vertices(model: Mapping[str, Any], law: Mapping[str, Any]) -> dict[str, Flo
 
 
 def _float(value: Any) -> float:
-    """Return a number of a certificate; some are written as fractions, some stand with a ball."""
+    """Return a number of a certificate, which may be a fraction or the middle of a ball."""
     if isinstance(value, Mapping):
         return _float(value["value"])
     return float(Fraction(str(value)))

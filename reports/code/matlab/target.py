@@ -1,4 +1,4 @@
-"""The target `mat`: two functions, a struct file, and a page that says how they are used."""
+"""The target `mat`: two functions, a struct file, and a README."""
 
 from __future__ import annotations
 

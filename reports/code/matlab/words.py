@@ -1,4 +1,4 @@
-"""Keywords of MATLAB and Octave, and functions that the written code calls."""
+"""Keywords of MATLAB and Octave, and functions and variables of the generated code."""
 
 from __future__ import annotations
 

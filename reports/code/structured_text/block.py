@@ -1,9 +1,9 @@
-"""The target `st`: one function block in Structured Text (IEC 61131-3), and how to use it.
+"""The target `st`: a function block in Structured Text (IEC 61131-3), and a README.
 
-The block keeps its values, reads its inputs once in a cycle, and holds its outputs.  An input that
-is no number, or larger than any measurement, is replaced by the last good one, and before that by
-a value of the gain file.  A sample whose results are no numbers changes nothing that is kept or
-sent.  ``status`` says which of this happened.
+The block stores its kept values and its last outputs, and reads each input once in a cycle.  An
+input that is no number, or larger than any measurement, is replaced by its last good value; before
+the first good value by one of the gain file.  If a result is no number, kept values and outputs
+stay as they are.  ``status`` tells which of these cases occurred.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from takagi.reports.code.structured_text.words import RESERVED
 from takagi.reports.code.targets import Exported, ExportSettings
 
 LARGEST = "1.0E30"  # no measurement in SI units is larger
-# Entries of one array that small controllers still hold (64 KiB of LREAL).
+# Largest number of entries of an array that small controllers accept (64 KiB of LREAL).
 LARGEST_ARRAY = 8192
 DEFAULT_SAMPLE_TIME = Decimal("0.01")
 
@@ -32,11 +32,11 @@ STATUS = (
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
-    """Return the function block and a page that says how it is used.
+    """Return the function block and a README.
 
     Raises
     ------
-    ModelError : single precision, a law that Structured Text cannot hold.
+    ModelError : single precision, or a law that Structured Text cannot express.
     """
     if settings.precision != "double":
         raise ModelError("--to st computes in LREAL; leave --precision out, or take --to c")
@@ -152,7 +152,7 @@ class _Block:
 
     def _constant(self, constant: Constant) -> Iterator[str]:
         word, value = self.word[constant.name], constant.value
-        # A path such as K.*.0 would hold the end of a comment for some tools.
+        # In a path such as K.*.0 some tools would read the end of a comment.
         what = f"(* {_told(constant.unit, '')}; {constant.place.replace('*', 'i')} *)"
         if isinstance(value, Decimal):
             yield f"    {word} : LREAL := {real(value)}; {what}"
@@ -238,7 +238,7 @@ class _Block:
 def _array(
     word: str, rows: Iterable[Iterable[Decimal]], kind: str, told: str, *, flat: bool = True
 ) -> Iterator[str]:
-    """Yield the declaration of an array, eight numbers a line."""
+    """Yield the declaration of an array, eight numbers in a line."""
     table = [list(row) for row in rows]
     numbers = [str(int(value)) if kind == "INT" else real(value) for row in table for value in row]
     size = f"0..{len(numbers) - 1}" if flat else f"0..{len(table) - 1}, 0..{len(table[0]) - 1}"

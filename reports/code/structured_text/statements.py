@@ -1,8 +1,9 @@
 """Formulas as statements of Structured Text.
 
-The standard has no functions on arrays of any length, so each look-up in a table becomes a loop
-over its constant arrays, before the assignment that needs it.  A search or a set of rule weights
-that two formulas need is written once: a name is set once in a sample, so it cannot have changed.
+The standard has no functions on arrays of any length.  So each look-up in a table becomes a loop
+over its constant arrays, before the assignment that needs it.  If two formulas need the same search
+or the same weights of rules, these are written once: every name is set once in a sample, so that
+the values cannot change in between.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from takagi.reports.code.controller_program import Assignment, Constant, Spline
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 from takagi.reports.code.structured_text.words import FUNCTIONS, WRITTEN_OUT
 
-# The largest power that is written as a product; beyond it, and for others, EXPT.
+# The largest whole power that is written as a product; for all other powers EXPT is used.
 LARGEST_PRODUCT = 4
 
 

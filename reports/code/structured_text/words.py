@@ -21,7 +21,7 @@ FUNCTIONS = {
 }
 """Word of the gain file's language -> standard function."""
 
-# What the standard has no function for, written by those that it has: {0} is the argument.
+# Functions that the standard lacks, expressed by those that it has: {0} is the argument.
 WRITTEN_OUT = {
     "sinh": "((EXP({0}) - EXP(-({0}))) / 2.0)",
     "cosh": "((EXP({0}) + EXP(-({0}))) / 2.0)",
