@@ -77,8 +77,10 @@ def check_equilibrium(
     cure = (
         "no input makes it vanish; give rest values of the states at which one does"
         if how == "solve inputs"
-        else "give rest values at which every row vanishes exactly, or let rest='solve inputs' "
-        "(on the command line --solve-rest) find the inputs that hold the states there"
+        else "give rest values at which every row vanishes exactly; where those of the source are "
+        "rounded, write rest = 'solve' or rest = { near = ... } for as many variables as there are "
+        "such equations, and they are found; or let rest='solve inputs' (on the command line "
+        "--solve-rest) find the inputs that hold the states there"
     )
     if any(not residual.is_rational or _has_table(row) for _, row, residual in left):
         # exp(350) is no decimal: a ball around one is proved, or a parameter is the rest itself.

@@ -29,6 +29,7 @@ BUDGET = 120.0  # s
 # Work that is announced although nothing is changed because of it.
 LONG = 20.0  # s
 SHOWN = 3  # premises in the announcement
+READABLE = 60  # characters of a premise's expression that are shown whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +134,7 @@ def _head(model: TSModel) -> str:
     """Return rules and the premises of most effect, with ranges and units."""
     ranked = np.argsort(-effects(model), kind="stable")[:SHOWN]
     ranges = [
-        f"{p.name} = {_formula(model, k)} in [{float(p.lower):.4g}, {float(p.upper):.4g}]"
+        f"{p.name}{_formula(model, k)} in [{float(p.lower):.4g}, {float(p.upper):.4g}]"
         + (f" {p.unit}" if p.unit != "-" else "")
         for k, p in ((int(k), model.premises[int(k)]) for k in ranked)
     ]
@@ -142,8 +143,15 @@ def _head(model: TSModel) -> str:
 
 
 def _formula(model: TSModel, premise: int) -> str:
+    """Return " = " and the premise's expression; of a long one the variables that it depends on."""
     form = None if model.derivation is None else model.derivation.form
-    return "?" if form is None else str(list(form.factored.premises.values())[premise])
+    if form is None:
+        return ""
+    expression = list(form.factored.premises.values())[premise]
+    shown = str(expression)
+    if len(shown) <= READABLE:
+        return f" = {shown}"
+    return f", which depends on {', '.join(sorted(map(str, expression.free_symbols)))},"
 
 
 def _less(model: TSModel, asked: PlantSettings, each: WorkEstimate, single: WorkEstimate) -> str:
