@@ -74,6 +74,9 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
     from takagi.lmi.gains.fuzzy.design import FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc, fuzzy_pdc_condition
+    from takagi.lmi.gains.given.condition import closed_loop_condition
+    from takagi.lmi.gains.given.ladder import closed_loop_ladder
+    from takagi.lmi.gains.given.largest_decay import closed_loop_decay
     from takagi.lmi.gains.observer import observer, observer_condition
     from takagi.lmi.gains.requirements.rate_limits import with_input_states
     from takagi.lmi.gains.secant_vertices import secant_vertices
@@ -146,6 +149,9 @@ __all__ = [
     "attraction_pdc",
     "block",
     "box_enlargement_condition",
+    "closed_loop_condition",
+    "closed_loop_decay",
+    "closed_loop_ladder",
     "common_lyapunov",
     "common_lyapunov_condition",
     "d_stability",

@@ -108,7 +108,7 @@ def relaxation_ladder(
     ------
     ModelError : as ``pdc``; no relaxations, or one twice.
     """
-    names = None if relaxations is None else _checked(relaxations)
+    names = None if relaxations is None else checked_names(relaxations)
     goal = goal_of(decay_rate)
     given = GivenLimits(
         input_limit=input_limit,
@@ -131,7 +131,13 @@ def relaxation_ladder(
     return Ladder(tuple(done.rungs), done.best)
 
 
-def _checked(relaxations: Sequence[str]) -> tuple[str, ...]:
+def checked_names(relaxations: Sequence[str]) -> tuple[str, ...]:
+    """Return the relaxations that were named.
+
+    Raises
+    ------
+    ModelError : none, an unknown one, or one twice.
+    """
     names = (relaxations,) if isinstance(relaxations, str) else tuple(relaxations)
     if not names:
         raise ModelError("relaxations is empty; name at least one, or leave it out")
