@@ -77,6 +77,7 @@ def relaxation_ladder(
     relaxations: Sequence[str] | None = None,
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
+    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
@@ -113,6 +114,7 @@ def relaxation_ladder(
     given = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
+        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         scales=scales,
