@@ -78,6 +78,15 @@ PROBLEMS = (
         tests=("test_masses_and_spring",),
     ),
     Problem(
+        name="rolmip-massspring-g1-claim",
+        asks="the same as a claim, proved in exact arithmetic by both checkers",
+        source="ROLMIP manual, table 2",
+        published="1.0540",
+        found="1.0541",
+        tests=("test_the_masses_of_rolmips_manual_are_proved_at_its_number",),
+        note="`fuzzy-l2-gain` for constant numbers",
+    ),
+    Problem(
         name="rolmip-disc-7.1",
         asks="residuals of a printed pair of $P_i$, discrete time",
         source="ROLMIP manual, section 7.1",
