@@ -1,11 +1,13 @@
 """What is asked of a solver: LMIs as data, one condition a file, the only solver calls.
 
+    expressions/       matrices that are written with operators, P @ A
     condition/         an LMI as data: sums of L X R with constants, batched over vertices; and its
                        readers: floats, rationals, cvxpy, LaTeX
     polynomials/       matrix polynomials in memberships; a Lyapunov matrix that changes with them
     sums/              double sums over rules, and the relaxations that make LMIs of them
     cone/, solver/     cone data and their multipliers; the solver calls
     refutation/        exact reasons for a no
+    equalities/        equalities solved exactly; exact answers
     decision/          decide, optimise, check, diagnose
     parameter_search/  the best value of a parameter in a condition
     analysis/          one condition a file about a given loop: stability, decay, norms, regions
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.decay_rate import max_decay_rate
     from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm, hinf_norm_condition
     from takagi.lmi.analysis.disturbance.output_variance import h2_norm, h2_norm_condition
+    from takagi.lmi.analysis.disturbance.passivity import passivity, passivity_condition
     from takagi.lmi.analysis.disturbance.peak_condition import peak_gain_condition
     from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain
     from takagi.lmi.analysis.growth_condition import box_enlargement_condition
@@ -43,15 +46,20 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.exact import exact_matrices
     from takagi.lmi.condition.express import expressed
     from takagi.lmi.condition.region import EigenvalueRegion, Region
-    from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+    from takagi.lmi.condition.statements import pose
+    from takagi.lmi.condition.term import LMI, Condition, Constant, Equality, Term
     from takagi.lmi.condition.typeset import latex, markdown
     from takagi.lmi.condition.uncertainty import NormBounded
     from takagi.lmi.condition.unknown import Unknown
     from takagi.lmi.decision.decide import decide, optimise
     from takagi.lmi.decision.item_rounds import decide_by_rounds, optimise_by_rounds
     from takagi.lmi.decision.outcome import Outcome
+    from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution
+    from takagi.lmi.equalities.parametrised import Parametrised, parametrised
     from takagi.lmi.explaining.explanation import Explanation
     from takagi.lmi.explaining.weaker_requests import explain
+    from takagi.lmi.expressions.expression import Equation, Expression, Inequality
+    from takagi.lmi.expressions.matrices import He, block, matrix, trace
     from takagi.lmi.gains.attraction.design import attraction_ellipsoid, attraction_pdc
     from takagi.lmi.gains.cost.condition import lqr_pdc_condition
     from takagi.lmi.gains.cost.regulator import lqr_pdc
@@ -66,6 +74,9 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
     from takagi.lmi.gains.fuzzy.design import FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc, fuzzy_pdc_condition
+    from takagi.lmi.gains.given.condition import closed_loop_condition
+    from takagi.lmi.gains.given.ladder import closed_loop_ladder
+    from takagi.lmi.gains.given.largest_decay import closed_loop_decay
     from takagi.lmi.gains.observer import observer, observer_condition
     from takagi.lmi.gains.requirements.rate_limits import with_input_states
     from takagi.lmi.gains.secant_vertices import secant_vertices
@@ -105,16 +116,23 @@ __all__ = [
     "Design",
     "DoubleSum",
     "EigenvalueRegion",
+    "Equality",
+    "Equation",
+    "ExactSolution",
     "Explanation",
+    "Expression",
     "Extreme",
     "Fixed",
     "FuzzyDesign",
+    "He",
+    "Inequality",
     "KnownBlock",
     "LMI",
     "Ladder",
     "LyapunovFamily",
     "NormBounded",
     "Outcome",
+    "Parametrised",
     "Part",
     "PolynomialLyapunov",
     "ProductRules",
@@ -129,7 +147,11 @@ __all__ = [
     "Unknown",
     "attraction_ellipsoid",
     "attraction_pdc",
+    "block",
     "box_enlargement_condition",
+    "closed_loop_condition",
+    "closed_loop_decay",
+    "closed_loop_ladder",
     "common_lyapunov",
     "common_lyapunov_condition",
     "d_stability",
@@ -139,6 +161,7 @@ __all__ = [
     "enlarged_loops",
     "exact_matrices",
     "exact_no",
+    "exact_solution",
     "explain",
     "expressed",
     "extreme_parameter",
@@ -159,6 +182,7 @@ __all__ = [
     "lqr_pdc",
     "lqr_pdc_condition",
     "markdown",
+    "matrix",
     "max_box_enlargement",
     "max_decay_rate",
     "neighbouring_rules",
@@ -167,14 +191,18 @@ __all__ = [
     "observer_condition",
     "optimise",
     "optimise_by_rounds",
+    "parametrised",
     "pdc",
     "pdc_condition",
+    "passivity",
+    "passivity_condition",
     "peak_gain",
     "peak_gain_condition",
     "peak_pdc",
     "peak_pdc_condition",
     "polynomial_lyapunov",
     "polynomial_lyapunov_condition",
+    "pose",
     "product_bounds",
     "product_rules",
     "relaxation_ladder",
@@ -189,6 +217,7 @@ __all__ = [
     "structured_pdc",
     "structured_pdc_condition",
     "sweep",
+    "trace",
     "with_input_states",
     "with_overlap",
     "with_shape",

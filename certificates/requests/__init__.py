@@ -12,6 +12,7 @@ weaker claim and reports this.
     Transient            overshoot and settling time that follow from it
     InvariantEllipsoid   a set in the model's box that no solution leaves: region of attraction
     InputLimits          amplitudes and rates of the inputs on such a set
+    FuzzyL2Gain          gain of energy, by a function that depends on the weights
     L2Gain, H2Norm       gain of energy; variance under white noise
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.box_enlargement import BoxEnlargement
     from takagi.certificates.requests.decay import Decay
     from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
+    from takagi.certificates.requests.fuzzy_l2_gain import FuzzyL2Gain
     from takagi.certificates.requests.gain_rounding import GainRounding
     from takagi.certificates.requests.h2_norm import H2Norm
     from takagi.certificates.requests.input_limits import InputLimits
@@ -55,6 +57,7 @@ __all__ = [
     "ClaimedLoop",
     "Decay",
     "FuzzyDecay",
+    "FuzzyL2Gain",
     "GainRounding",
     "H2Norm",
     "InputLimits",

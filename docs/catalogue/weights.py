@@ -24,6 +24,7 @@ CELLS = MappingProxyType(
         "input-limits, rates": (PROVED, "refused (1)", PROVED, PROVED, "refused (1)"),
         "l2-gain": THEOREM,
         "l2-gain, output by rule": (PROVED, PROVED, PROVED, PROVED, "refused (2)"),
+        "fuzzy-l2-gain": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
         "h2-norm": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
         "peak": THEOREM,
         "sampled-loop": THEOREM,

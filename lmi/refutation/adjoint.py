@@ -85,8 +85,9 @@ def adjoint(condition: Condition) -> Adjoint:
 
     Raises
     ------
-    ModelError : an entry that is no finite number.
+    ModelError : an entry that is no finite number, or equalities, which have no multipliers here.
     """
+    condition.refuse_equalities()
     offsets, variables = {}, 0
     for unknown in condition.unknowns:
         offsets[unknown.name] = variables

@@ -43,6 +43,7 @@ def objective_below(condition: Condition, value: float | Fraction) -> Condition:
         lmis=(*condition.lmis, limit),
         parameters=condition.parameters,
         source=condition.source,
+        equalities=condition.equalities,
     )
 
 

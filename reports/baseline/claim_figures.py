@@ -118,12 +118,21 @@ def _sampled(claim: Data, document: Data) -> Iterator[Found]:
 
 def _fuzzy(claim: Data, document: Data) -> Iterator[Found]:
     yield from _decay(claim, document)
-    for k, row in enumerate(claim["rates"]):
+    yield from _weight_rates(claim)
+
+
+def _weight_rates(claim: Data) -> Iterator[Found]:
+    for k, row in enumerate(claim.get("rates", [])):
         name = f"rates of weights {k + 1}"
         if row is None:
             yield ClaimFigure(name, "1/s", inf)
         else:
             yield ClaimFigure(name, "1/s", min(numbers({"row": row}, "row", name)))
+
+
+def _scheduled_energy(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _energy(claim, document)
+    yield from _weight_rates(claim)
 
 
 def _transient(claim: Data, document: Data) -> Iterator[Found]:
@@ -238,6 +247,7 @@ _READINGS: dict[str, Reading] = {
     "gain-rounding": _rounding,
     "box-enlargement": _enlargement,
     "l2-gain": _energy,
+    "fuzzy-l2-gain": _scheduled_energy,
     "h2-norm": _variance,
     "invariant-ellipsoid": _ellipsoid,
     "input-limits": _inputs,

@@ -20,6 +20,7 @@ KINDS = {
     "decay": "kinds.decay.check_decay",
     "no-common-decay": "kinds.no_common_decay.check_no_common_decay",
     "fuzzy-decay": "kinds.fuzzy_decay.check_fuzzy_decay",
+    "fuzzy-l2-gain": "kinds.fuzzy_l2_gain.check_fuzzy_l2_gain",
     "region": "kinds.region.check_region",
     "gain-rounding": "kinds.gain_rounding.check_gain_rounding",
     "box-enlargement": "kinds.box_enlargement.check_box_enlargement",

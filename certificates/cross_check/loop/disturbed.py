@@ -76,8 +76,8 @@ def _entering(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
     return str(way), found
 
 
-def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
-    """Yield the channel from w to y at each mixture; y is the claim's, else the model's."""
+def channel_of(claim: Any, loop: VertexLoop) -> tuple[VertexLoop, Stack, list[Stack]]:
+    """Return the loop with the claim's output y, the matrices of w, and those of w in y."""
     way, E = _entering(claim, loop)
     F: Stack = ()
     if "output" in claim:
@@ -97,7 +97,12 @@ def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
         loop = replace(loop, C=C, D=D)
     if not loop.C:
         raise Refusal("there is no output")
-    direct = [stack for stack in (F, loop.D if way == "inputs" else ()) if stack]
+    return loop, E, [stack for stack in (F, loop.D if way == "inputs" else ()) if stack]
+
+
+def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
+    """Yield the channel from w to y at each mixture; y is the claim's, else the model's."""
+    loop, E, direct = channel_of(claim, loop)
     for mixture in mixtures(claim, replace(loop, beside=(E, *direct))):
         entering, *rest = (mixture.of(one) for one in mixture.loop.beside)
         through = zeros(loop.C[0].nrows(), E[0].ncols())

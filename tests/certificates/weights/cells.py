@@ -53,6 +53,9 @@ EVIDENCE: dict[str, Data] = {
     | {"rate_shares": {"motion": [9], "memberships": [0.5]}},
     "l2-gain": PUSHED | {"P": [[1]], "gain": 1},
     "l2-gain, output by rule": PUSHED | {"P": [[1]], "gain": 1, "output": {"C": [[[0.5]], [[1]]]}},
+    "fuzzy-l2-gain": PUSHED
+    | {"gain": 1.2, "degrees": [1], "polya": 0, "rates": [[0.1, 0.1]]}
+    | {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1.01]]}]},
     "h2-norm": PUSHED | {"P": [[1]], "norm": 1},
     "peak": PUSHED | SET | {"disturbance_norm": 0.5, "gain": 2},
     "sampled-loop": {"P": [[2]], "level": 1, "sample_time": 0.1, "decay_rate": 0.1}
@@ -73,7 +76,7 @@ EVIDENCE: dict[str, Data] = {
     "actuator-rates": {"loop": 0},
 }
 # Asked of the plant by itself: with gains it would be refused for another reason.
-LAWLESS = {("fuzzy-decay", "secants"), ("observer", "secants")}
+LAWLESS = {("fuzzy-decay", "secants"), ("fuzzy-l2-gain", "secants"), ("observer", "secants")}
 
 
 @cache
