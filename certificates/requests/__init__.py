@@ -13,6 +13,7 @@ weaker claim and reports this.
     InvariantEllipsoid   a set in the model's box that no solution leaves: region of attraction
     InputLimits          amplitudes and rates of the inputs on such a set
     L2Gain, H2Norm       gain of energy; variance under white noise
+    ExitProbability      probability of leaving a set under white noise
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
     ObservedFeedback     decay of the loop with u = -K xhat
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.all_claims import attempts_at_all
     from takagi.certificates.requests.box_enlargement import BoxEnlargement
     from takagi.certificates.requests.decay import Decay
+    from takagi.certificates.requests.exit_probability import ExitProbability
     from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
     from takagi.certificates.requests.gain_rounding import GainRounding
     from takagi.certificates.requests.h2_norm import H2Norm
@@ -54,6 +56,7 @@ __all__ = [
     "BoxEnlargement",
     "ClaimedLoop",
     "Decay",
+    "ExitProbability",
     "FuzzyDecay",
     "GainRounding",
     "H2Norm",
