@@ -32,6 +32,7 @@ from takagi.certificates.cross_check.loop import (
     fuzzy,
     fuzzy_gain,
     limits,
+    noisy,
     observing,
     sampled,
 )
@@ -52,6 +53,7 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "l2-gain": disturbed.l2_gain,
     "h2-norm": disturbed.h2_norm,
     "peak": disturbed.peak,
+    "exit-probability": noisy.exit_probability,
     "invariant-ellipsoid": disturbed.invariant_ellipsoid,
     "input-limits": limits.input_limits,
     "observer": observing.observer,

@@ -14,6 +14,7 @@ weaker claim and reports this.
     InputLimits          amplitudes and rates of the inputs on such a set
     FuzzyL2Gain          gain of energy, by a function that depends on the weights
     L2Gain, H2Norm       gain of energy; variance under white noise
+    ExitProbability      probability of leaving a set under white noise
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
     ObservedFeedback     decay of the loop with u = -K xhat
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.all_claims import attempts_at_all
     from takagi.certificates.requests.box_enlargement import BoxEnlargement
     from takagi.certificates.requests.decay import Decay
+    from takagi.certificates.requests.exit_probability import ExitProbability
     from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
     from takagi.certificates.requests.fuzzy_l2_gain import FuzzyL2Gain
     from takagi.certificates.requests.gain_rounding import GainRounding
@@ -56,6 +58,7 @@ __all__ = [
     "BoxEnlargement",
     "ClaimedLoop",
     "Decay",
+    "ExitProbability",
     "FuzzyDecay",
     "FuzzyL2Gain",
     "GainRounding",

@@ -109,6 +109,28 @@ def sampled_options(
     """Declare a further option of a plant's certificate; a simulation has its own --sample-time."""
 
 
+def noise_options(
+    noise: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="DISTURBANCE=VALUE",
+            help="Plants: a disturbance without a range is white noise; VALUE is the root of its "
+            "intensity (two-sided spectral density), in the disturbance's unit times sqrt(s): "
+            "gust=0.3; may be repeated.",
+        ),
+    ] = None,
+    horizon: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Plants: bound the probability that the noise drives the state out of a set in "
+            "its box within TIME, such as 10min.",
+        ),
+    ] = None,
+) -> None:
+    """Declare the options of a plant's claim about white noise."""
+
+
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
     """Return the settings of the plant's file, replaced where the command line has an option.
 
@@ -126,6 +148,8 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
         changes["rest"] = "solve inputs"
     if given.get("sample_time") is not None:
         changes["sample_time"] = _time("--sample-time", given["sample_time"])
+    if given.get("horizon") is not None:
+        changes["horizon"] = _time("--horizon", given["horizon"])
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
     if given.get("settle") is not None:
@@ -134,12 +158,20 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
                 "options --settle and --decay-rate both say how fast the loop is; leave one out"
             )
         changes["decay_rate"] = _settling_rate(given["settle"])
-    for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
+    for name, variables in (
+        ("input_limit", entry.commanded),
+        ("initial", entry.all_states),
+        ("noise", entry.disturbances),
+    ):
         if given.get(name):
             changes[name] = values_in_si(option_of(name), given[name], variables)
     try:
         asked = replace(settings, **changes)
-        asked.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
+        asked.require_names(
+            states=tuple(entry.all_states),
+            inputs=tuple(entry.commanded),
+            disturbances=tuple(entry.disturbances),
+        )
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]

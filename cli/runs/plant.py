@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Groups, as_typed
-from takagi.cli.options.plant_options import plant_options, plant_settings, sampled_options
+from takagi.cli.options.plant_options import (
+    noise_options,
+    plant_options,
+    plant_settings,
+    sampled_options,
+)
 from takagi.cli.options.time_budget import budget_asked, time_options
 from takagi.cli.progress import Tell
 
@@ -26,7 +31,7 @@ class PlantMaker:
     """What verbs ask of a plant, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a plant"
-    groups: ClassVar[Groups] = (plant_options, sampled_options, time_options)
+    groups: ClassVar[Groups] = (plant_options, sampled_options, noise_options, time_options)
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
     has_maps: ClassVar[bool] = False

@@ -27,6 +27,7 @@ CELLS = MappingProxyType(
         "fuzzy-l2-gain": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
         "h2-norm": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
         "peak": THEOREM,
+        "exit-probability": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
         "sampled-loop": THEOREM,
         "fuzzy-decay": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
         "observer": ("theorem (6)", "theorem (6)", PROVED, PROVED, "refused (7)"),

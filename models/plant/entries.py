@@ -242,6 +242,17 @@ class DesignEntry(_Entry):
         Figure | None,
         Field(description="in s, of a law that holds its command on a plant in continuous time"),
     ] = None
+    noise: Annotated[
+        dict[Name, Figure],
+        Field(
+            description="disturbance without a range -> root of the intensity (two-sided spectral "
+            "density) of the white noise that it is, in its unit times sqrt(s)"
+        ),
+    ] = {}
+    horizon: Annotated[
+        Figure | None,
+        Field(description="in s: the probability of leaving a set within it is to be bounded"),
+    ] = None
 
 
 class PlantEntry(_Entry):

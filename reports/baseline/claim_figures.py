@@ -185,6 +185,11 @@ def _peak(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "disturbance_norm", "", larger=True, name="bound on disturbance")
 
 
+def _exit(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "probability", "-", larger=False, name="probability of leaving the set")
+    yield from _of(claim, "horizon", "s", larger=True)
+
+
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
     model = document["model"]
     if model.get("kind") == "plant":
@@ -252,6 +257,7 @@ _READINGS: dict[str, Reading] = {
     "invariant-ellipsoid": _ellipsoid,
     "input-limits": _inputs,
     "peak": _peak,
+    "exit-probability": _exit,
     "sampled-loop": _sampled,
     "coherent-loop": _coherent,
     "paper-loop": _paper,
@@ -266,6 +272,7 @@ _QUESTIONS = {
     "l2-gain": ("disturbance", "output"),
     "h2-norm": ("disturbance", "output"),
     "peak": ("disturbance", "output"),
+    "exit-probability": ("disturbance", "noise", "start"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

@@ -26,6 +26,7 @@ KINDS = {
     "box-enlargement": "kinds.box_enlargement.check_box_enlargement",
     "l2-gain": "kinds.l2_gain.check_l2_gain",
     "h2-norm": "kinds.h2_norm.check_h2_norm",
+    "exit-probability": "kinds.exit_probability.check_exit_probability",
     "peak": "kinds.peak.check_peak",
     "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
     "input-limits": "kinds.input_limits.check_input_limits",
