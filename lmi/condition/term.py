@@ -216,8 +216,8 @@ class Condition:
         titles = [lmi.name for lmi in self.lmis]
         if len(set(titles)) != len(titles):
             raise ModelError(
-                f"condition {self.name}: LMIs {titles}; names must differ, for multipliers and "
-                "diagnoses speak of an LMI by its name"
+                f"condition {self.name}: LMIs {titles}; names must differ, because multipliers "
+                "and diagnoses name an LMI"
             )
         for lmi in self.lmis:
             for term in lmi.terms:

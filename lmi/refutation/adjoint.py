@@ -85,7 +85,7 @@ def adjoint(condition: Condition) -> Adjoint:
 
     Raises
     ------
-    ModelError : an entry that is no finite number.
+    ModelError : an entry that is not a finite number.
     """
     offsets, variables = {}, 0
     for unknown in condition.unknowns:
@@ -118,7 +118,7 @@ def over_one_denominator(array: Array) -> tuple[Array, int]:
 
     Raises
     ------
-    ModelError : an entry that is no finite number.
+    ModelError : an entry that is not a finite number.
     """
     # Wide integers have more digits than a float, and NaN has a mantissa like any other.
     if array.dtype.kind == "f" and array.dtype.itemsize <= 8 and np.isfinite(array).all():

@@ -3,7 +3,7 @@
 result          the finished design
 design          how it is made: model, gains as they are emitted, certificate
 gains           what is asked, as a question to the solver layer
-obstacle        which wish is in the way where there are no gains, in a sentence
+obstacle        which requirement excludes gains, in a sentence
 many_rules      which gains are sought where there are many rules; how long that takes:
                 work_estimate
 secant_model    a model of slopes, for gains that need no measured premise
