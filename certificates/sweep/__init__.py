@@ -59,22 +59,15 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.sweep.axis import Axis, AxisKind, parse_axes
-    from takagi.certificates.sweep.grid import PointResult, SweepMap, SweepResult, Task
-    from takagi.certificates.sweep.journal import Journal, JournalError
-    from takagi.certificates.sweep.runner import run_sweep
+    from takagi.certificates.sweep.axis import Axis as Axis
+    from takagi.certificates.sweep.axis import AxisKind as AxisKind
+    from takagi.certificates.sweep.axis import parse_axes as parse_axes
+    from takagi.certificates.sweep.grid import PointResult as PointResult
+    from takagi.certificates.sweep.grid import SweepMap as SweepMap
+    from takagi.certificates.sweep.grid import SweepResult as SweepResult
+    from takagi.certificates.sweep.grid import Task as Task
+    from takagi.certificates.sweep.journal import Journal as Journal
+    from takagi.certificates.sweep.journal import JournalError as JournalError
+    from takagi.certificates.sweep.runner import run_sweep as run_sweep
 
-__all__ = [
-    "Axis",
-    "AxisKind",
-    "Journal",
-    "JournalError",
-    "PointResult",
-    "SweepMap",
-    "SweepResult",
-    "Task",
-    "parse_axes",
-    "run_sweep",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

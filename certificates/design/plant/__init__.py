@@ -17,24 +17,15 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import certify_plant, design_plant
+    from takagi.certificates.design.plant.design import certify_plant as certify_plant
+    from takagi.certificates.design.plant.design import design_plant as design_plant
+    from takagi.certificates.design.plant.many_rules import gain_choice as gain_choice
     from takagi.certificates.design.plant.many_rules import (
-        gain_choice,
-        gains_of_few_premises,
-        model_of_premises,
+        gains_of_few_premises as gains_of_few_premises,
     )
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.certificates.design.plant.work_estimate import effects, work_of
+    from takagi.certificates.design.plant.many_rules import model_of_premises as model_of_premises
+    from takagi.certificates.design.plant.result import PlantDesign as PlantDesign
+    from takagi.certificates.design.plant.work_estimate import effects as effects
+    from takagi.certificates.design.plant.work_estimate import work_of as work_of
 
-__all__ = [
-    "PlantDesign",
-    "certify_plant",
-    "design_plant",
-    "effects",
-    "gain_choice",
-    "gains_of_few_premises",
-    "model_of_premises",
-    "work_of",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)
