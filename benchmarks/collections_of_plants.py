@@ -85,7 +85,7 @@ def plants(folder: Path, most: int) -> None:
 
 
 def plants_in(folder: Path, most: int) -> Iterator[tuple[str, dict[str, Floats]]]:
-    """Yield the plants of at most so many states, by name."""
+    """Yield the plants of at most this many states, by name."""
     from scipy.io import loadmat
 
     for path in sorted(folder.glob("*.mat")):

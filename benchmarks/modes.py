@@ -74,7 +74,7 @@ def beside(rng: Random, value: Fraction) -> Fraction:
 
 
 def short(value: Fraction, digits: int = 45) -> Fraction:
-    """Return the nearest decimal of so many significant digits."""
+    """Return the nearest decimal of this many significant digits."""
     if value == 0:
         return value
     places = digits - len(str(int(abs(value)))) if abs(value) >= 1 else digits
@@ -124,7 +124,7 @@ def written(value: Fraction) -> str:
 
     Raises
     ------
-    TooLong : it is no decimal fraction, or a longer one than the reader takes.
+    TooLong : it is not a decimal fraction, or a longer one than the reader takes.
     """
     places, scaled = 0, value
     while scaled.denominator != 1:

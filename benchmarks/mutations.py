@@ -44,7 +44,7 @@ HEADS: tuple[str, ...] = (
     *("certificate", "mutants", "read with the old hashes", "refused", "undecided"),
     *("PROVED: words", "turbine: weaker", "still true", "not judged", "false"),
 )
-# What stands in a certificate and is no part of any claim.
+# What stands in a certificate and is not part of any claim.
 WORDS = {"name", "source", "unit", "output_names", "units", "formula", "model_file", "provenance"}
 NAMES = {"state_names", "input_names", "disturbance_names"}
 # Where a turbine's mutant may claim less; counted so only if the judge finds it true.

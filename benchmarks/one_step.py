@@ -5,7 +5,7 @@
 writes a table into docs/benchmarks.md and the figures with the gains into a JSON file, a row at a
 time; ``--resume`` keeps the rows that are there.  Every row is a certificate of the NREL 5-MW loop
 at the default box and uncertainty, made in the same way and judged by the checker; its wind errors
-in each cell are as large as the function bears.
+in each cell are as large as the function allows.
 
 Rows:
 
@@ -196,7 +196,7 @@ def written(rows: Mapping[str, Row]) -> str:
         "gains",
         "certificate",
         "overspeed at most",
-        "wind error borne, mean (least) [m/s]",
+        "wind error allowed, mean (least) [m/s]",
         f"least from {FULL_LOAD_FROM:g} m/s on, schedule wind moving at [m/s^2]",
         "common decay rate [1/s]",
         f"pitch rate from {FULL_LOAD_FROM:g} m/s on, per m/s of turbulence [deg/s]",

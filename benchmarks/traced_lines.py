@@ -14,7 +14,7 @@ Lines = dict[str, set[int]]
 
 
 class TooLong(BaseException):
-    """A test or a shared fixture takes longer than a campaign can bear; no test shall catch it."""
+    """A test or a shared fixture takes longer than a campaign allows; no test may catch it."""
 
 
 @contextmanager

@@ -6,7 +6,7 @@ States of the set, winds of the class, inertias and wakes are climbed, cell by c
     |(e - x)' - its value at xi = 0|, v = v_s     over signal_rate, with v_s' = 0
     |T_g'| = E |F(-U) U' - f v_s''|               over torque_rate; the torque asked for
 
-and torque at both sides of every node is compared for the schedule rates that both cells bear.
+and torque at both sides of every node is compared for the schedule rates that both cells allow.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def _torque(loop: Loop, claim: Data, k: NDArray[np.int64], z: Floats) -> Floats:
 
 
 def torque_step(loop: Loop) -> float:
-    """Return the largest step of the torque asked for at a node, at rates that both cells bear."""
+    """Return the largest step of the torque asked for at a node, at rates that both cells allow."""
     f, limit = (loop.steps[key] for key in ("inertia_feedforward", "feedforward_limit"))
     reach = loop.stated("wind_rate", np.arange(len(loop.cells)))
     rates = np.minimum(reach[:-1], reach[1:])[:, None] * np.linspace(-1, 1, SPEEDS)

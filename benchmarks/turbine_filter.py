@@ -104,8 +104,12 @@ def _exceeded(loop: Loop, tube: Tube, x: Floats) -> str:
     off = np.maximum(*(abs(v - v_s) for v in farthest))
     for found, limit, what in (
         (rate, np.interp(v_s, tube.wind, tube.schedule), "the schedule wind is faster than stated"),
-        (rate, loop.stated("wind_rate", k), "the schedule wind is faster than the loop bears"),
-        (off, loop.stated("wind_error", k), "the schedule wind is further off than the loop bears"),
+        (rate, loop.stated("wind_rate", k), "the schedule wind is faster than the claim allows"),
+        (
+            off,
+            loop.stated("wind_error", k),
+            "the schedule wind is further off than the claim allows",
+        ),
     ):
         # A point just beside a node may be a cell's neighbour by rounding.
         inner = np.minimum(v_s - loop.wind[k], loop.wind[k + 1] - v_s) > MARGIN

@@ -164,7 +164,7 @@ class WarmTests:
         ----------
         code : the compiled module.
         seconds : how long each test takes, by name.
-        again : shared fixtures that shall be made anew.
+        again : shared fixtures that must be made anew.
         """
         anew = self._with_dependents(again)
 

@@ -29,198 +29,141 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.analysis.actuator_rates import input_rate_bound
-    from takagi.lmi.analysis.box_enlargement import max_box_enlargement
-    from takagi.lmi.analysis.common_quadratic import common_lyapunov, common_lyapunov_condition
-    from takagi.lmi.analysis.decay_rate import max_decay_rate
-    from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm, hinf_norm_condition
-    from takagi.lmi.analysis.disturbance.output_variance import h2_norm, h2_norm_condition
-    from takagi.lmi.analysis.disturbance.passivity import passivity, passivity_condition
-    from takagi.lmi.analysis.disturbance.peak_condition import peak_gain_condition
-    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain
-    from takagi.lmi.analysis.growth_condition import box_enlargement_condition
-    from takagi.lmi.analysis.loop_growth import enlarged_loops
-    from takagi.lmi.analysis.norm_bounded import robust_lyapunov, robust_lyapunov_condition
-    from takagi.lmi.analysis.pole_region import d_stability, d_stability_condition
-    from takagi.lmi.answer import Answer, Design, Try
-    from takagi.lmi.condition.exact import exact_matrices
-    from takagi.lmi.condition.express import expressed
-    from takagi.lmi.condition.region import EigenvalueRegion, Region
-    from takagi.lmi.condition.statements import pose
-    from takagi.lmi.condition.term import LMI, Condition, Constant, Equality, Term
-    from takagi.lmi.condition.typeset import latex, markdown
-    from takagi.lmi.condition.uncertainty import NormBounded
-    from takagi.lmi.condition.unknown import Unknown
-    from takagi.lmi.decision.decide import decide, optimise
-    from takagi.lmi.decision.item_rounds import decide_by_rounds, optimise_by_rounds
-    from takagi.lmi.decision.outcome import Outcome
-    from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution
-    from takagi.lmi.equalities.parametrised import Parametrised, parametrised
-    from takagi.lmi.explaining.explanation import Explanation
-    from takagi.lmi.explaining.weaker_requests import explain
-    from takagi.lmi.expressions.expression import Equation, Expression, Inequality
-    from takagi.lmi.expressions.matrices import He, block, matrix, trace
-    from takagi.lmi.gains.attraction.design import attraction_ellipsoid, attraction_pdc
-    from takagi.lmi.gains.cost.condition import lqr_pdc_condition
-    from takagi.lmi.gains.cost.regulator import lqr_pdc
-    from takagi.lmi.gains.decay.condition import pdc_condition
-    from takagi.lmi.gains.decay.pdc import pdc
-    from takagi.lmi.gains.decay.relaxation_table import Ladder, relaxation_ladder
-    from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
-    from takagi.lmi.gains.disturbance.energy_gain_sums import hinf_pdc_condition
-    from takagi.lmi.gains.disturbance.output_variance import h2_pdc
-    from takagi.lmi.gains.disturbance.output_variance_sums import h2_pdc_condition
-    from takagi.lmi.gains.disturbance.peak_gain import peak_pdc
-    from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
-    from takagi.lmi.gains.fuzzy.design import FuzzyDesign
-    from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc, fuzzy_pdc_condition
-    from takagi.lmi.gains.given.condition import closed_loop_condition
-    from takagi.lmi.gains.given.ladder import closed_loop_ladder
-    from takagi.lmi.gains.given.largest_decay import closed_loop_decay
-    from takagi.lmi.gains.observer import observer, observer_condition
-    from takagi.lmi.gains.requirements.rate_limits import with_input_states
-    from takagi.lmi.gains.secant_vertices import secant_vertices
-    from takagi.lmi.gains.structured.answer import StructuredDesign
-    from takagi.lmi.gains.structured.design import structured_pdc
-    from takagi.lmi.gains.structured.slack_matrix import structured_pdc_condition
-    from takagi.lmi.parameter_search.largest_parameter import Extreme, extreme_parameter
-    from takagi.lmi.parameter_search.parameter_sweep import sweep
-    from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily, PolynomialLyapunov
-    from takagi.lmi.refutation.alternative import Alternative
-    from takagi.lmi.refutation.objective_limit import objective_below
-    from takagi.lmi.refutation.refutation import exact_no, rigorous_no
-    from takagi.lmi.relaxation_result import RelaxationResult, Rung
-    from takagi.lmi.sums.corner_rules import ProductRules, product_rules
-    from takagi.lmi.sums.double_sum import DoubleSum, Fixed, Part
-    from takagi.lmi.sums.membership_shape import (
-        neighbouring_rules,
-        product_bounds,
-        with_overlap,
-        with_shape,
+    from takagi.lmi.analysis.actuator_rates import input_rate_bound as input_rate_bound
+    from takagi.lmi.analysis.box_enlargement import max_box_enlargement as max_box_enlargement
+    from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
+    from takagi.lmi.analysis.common_quadratic import (
+        common_lyapunov_condition as common_lyapunov_condition,
     )
-    from takagi.lmi.sums.relaxation_sizes import RelaxationSize, relaxation_size
-    from takagi.lmi.sums.relaxations import relaxation_named
-    from takagi.lmi.sums.summands import KnownBlock, SumPart
+    from takagi.lmi.analysis.decay_rate import max_decay_rate as max_decay_rate
+    from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm as hinf_norm
+    from takagi.lmi.analysis.disturbance.energy_gain import (
+        hinf_norm_condition as hinf_norm_condition,
+    )
+    from takagi.lmi.analysis.disturbance.output_variance import h2_norm as h2_norm
+    from takagi.lmi.analysis.disturbance.output_variance import (
+        h2_norm_condition as h2_norm_condition,
+    )
+    from takagi.lmi.analysis.disturbance.passivity import passivity as passivity
+    from takagi.lmi.analysis.disturbance.passivity import passivity_condition as passivity_condition
+    from takagi.lmi.analysis.disturbance.peak_condition import (
+        peak_gain_condition as peak_gain_condition,
+    )
+    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain as peak_gain
+    from takagi.lmi.analysis.growth_condition import (
+        box_enlargement_condition as box_enlargement_condition,
+    )
+    from takagi.lmi.analysis.loop_growth import enlarged_loops as enlarged_loops
+    from takagi.lmi.analysis.norm_bounded import robust_lyapunov as robust_lyapunov
+    from takagi.lmi.analysis.norm_bounded import (
+        robust_lyapunov_condition as robust_lyapunov_condition,
+    )
+    from takagi.lmi.analysis.pole_region import d_stability as d_stability
+    from takagi.lmi.analysis.pole_region import d_stability_condition as d_stability_condition
+    from takagi.lmi.answer import Answer as Answer
+    from takagi.lmi.answer import Design as Design
+    from takagi.lmi.answer import Try as Try
+    from takagi.lmi.condition.exact import exact_matrices as exact_matrices
+    from takagi.lmi.condition.express import expressed as expressed
+    from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
+    from takagi.lmi.condition.region import Region as Region
+    from takagi.lmi.condition.statements import pose as pose
+    from takagi.lmi.condition.term import LMI as LMI
+    from takagi.lmi.condition.term import Condition as Condition
+    from takagi.lmi.condition.term import Constant as Constant
+    from takagi.lmi.condition.term import Equality as Equality
+    from takagi.lmi.condition.term import Term as Term
+    from takagi.lmi.condition.typeset import latex as latex
+    from takagi.lmi.condition.typeset import markdown as markdown
+    from takagi.lmi.condition.uncertainty import NormBounded as NormBounded
+    from takagi.lmi.condition.unknown import Unknown as Unknown
+    from takagi.lmi.decision.decide import decide as decide
+    from takagi.lmi.decision.decide import optimise as optimise
+    from takagi.lmi.decision.item_rounds import decide_by_rounds as decide_by_rounds
+    from takagi.lmi.decision.item_rounds import optimise_by_rounds as optimise_by_rounds
+    from takagi.lmi.decision.outcome import Outcome as Outcome
+    from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
+    from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
+    from takagi.lmi.equalities.parametrised import Parametrised as Parametrised
+    from takagi.lmi.equalities.parametrised import parametrised as parametrised
+    from takagi.lmi.explaining.explanation import Explanation as Explanation
+    from takagi.lmi.explaining.weaker_requests import explain as explain
+    from takagi.lmi.expressions.expression import Equation as Equation
+    from takagi.lmi.expressions.expression import Expression as Expression
+    from takagi.lmi.expressions.expression import Inequality as Inequality
+    from takagi.lmi.expressions.matrices import He as He
+    from takagi.lmi.expressions.matrices import block as block
+    from takagi.lmi.expressions.matrices import matrix as matrix
+    from takagi.lmi.expressions.matrices import trace as trace
+    from takagi.lmi.gains.attraction.design import attraction_ellipsoid as attraction_ellipsoid
+    from takagi.lmi.gains.attraction.design import attraction_pdc as attraction_pdc
+    from takagi.lmi.gains.cost.condition import lqr_pdc_condition as lqr_pdc_condition
+    from takagi.lmi.gains.cost.regulator import lqr_pdc as lqr_pdc
+    from takagi.lmi.gains.decay.condition import pdc_condition as pdc_condition
+    from takagi.lmi.gains.decay.pdc import pdc as pdc
+    from takagi.lmi.gains.decay.relaxation_table import Ladder as Ladder
+    from takagi.lmi.gains.decay.relaxation_table import relaxation_ladder as relaxation_ladder
+    from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc as hinf_pdc
+    from takagi.lmi.gains.disturbance.energy_gain_sums import (
+        hinf_pdc_condition as hinf_pdc_condition,
+    )
+    from takagi.lmi.gains.disturbance.output_variance import h2_pdc as h2_pdc
+    from takagi.lmi.gains.disturbance.output_variance_sums import (
+        h2_pdc_condition as h2_pdc_condition,
+    )
+    from takagi.lmi.gains.disturbance.peak_gain import peak_pdc as peak_pdc
+    from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition as peak_pdc_condition
+    from takagi.lmi.gains.fuzzy.design import FuzzyDesign as FuzzyDesign
+    from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc as fuzzy_pdc
+    from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
+    from takagi.lmi.gains.given.condition import closed_loop_condition as closed_loop_condition
+    from takagi.lmi.gains.given.ladder import closed_loop_ladder as closed_loop_ladder
+    from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
+    from takagi.lmi.gains.observer import observer as observer
+    from takagi.lmi.gains.observer import observer_condition as observer_condition
+    from takagi.lmi.gains.requirements.rate_limits import with_input_states as with_input_states
+    from takagi.lmi.gains.secant_vertices import secant_vertices as secant_vertices
+    from takagi.lmi.gains.structured.answer import StructuredDesign as StructuredDesign
+    from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
+    from takagi.lmi.gains.structured.slack_matrix import (
+        structured_pdc_condition as structured_pdc_condition,
+    )
+    from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
+    from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
+    from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
+    from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily as LyapunovFamily
+    from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov as PolynomialLyapunov
+    from takagi.lmi.refutation.alternative import Alternative as Alternative
+    from takagi.lmi.refutation.objective_limit import objective_below as objective_below
+    from takagi.lmi.refutation.refutation import exact_no as exact_no
+    from takagi.lmi.refutation.refutation import rigorous_no as rigorous_no
+    from takagi.lmi.relaxation_result import RelaxationResult as RelaxationResult
+    from takagi.lmi.relaxation_result import Rung as Rung
+    from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
+    from takagi.lmi.sums.corner_rules import product_rules as product_rules
+    from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
+    from takagi.lmi.sums.double_sum import Fixed as Fixed
+    from takagi.lmi.sums.double_sum import Part as Part
+    from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
+    from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
+    from takagi.lmi.sums.membership_shape import with_overlap as with_overlap
+    from takagi.lmi.sums.membership_shape import with_shape as with_shape
+    from takagi.lmi.sums.relaxation_sizes import RelaxationSize as RelaxationSize
+    from takagi.lmi.sums.relaxation_sizes import relaxation_size as relaxation_size
+    from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
+    from takagi.lmi.sums.summands import KnownBlock as KnownBlock
+    from takagi.lmi.sums.summands import SumPart as SumPart
+    from takagi.lmi.varying.constant_parameters import polynomial_lyapunov as polynomial_lyapunov
     from takagi.lmi.varying.constant_parameters import (
-        polynomial_lyapunov,
-        polynomial_lyapunov_condition,
+        polynomial_lyapunov_condition as polynomial_lyapunov_condition,
     )
-    from takagi.lmi.varying.robust_gain import robust_hinf_norm, robust_hinf_norm_condition
-    from takagi.lmi.varying.varying_memberships import fuzzy_lyapunov, fuzzy_lyapunov_condition
+    from takagi.lmi.varying.robust_gain import robust_hinf_norm as robust_hinf_norm
+    from takagi.lmi.varying.robust_gain import (
+        robust_hinf_norm_condition as robust_hinf_norm_condition,
+    )
+    from takagi.lmi.varying.varying_memberships import fuzzy_lyapunov as fuzzy_lyapunov
+    from takagi.lmi.varying.varying_memberships import (
+        fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
+    )
 
-__all__ = [
-    "Alternative",
-    "Answer",
-    "Condition",
-    "Constant",
-    "Design",
-    "DoubleSum",
-    "EigenvalueRegion",
-    "Equality",
-    "Equation",
-    "ExactSolution",
-    "Explanation",
-    "Expression",
-    "Extreme",
-    "Fixed",
-    "FuzzyDesign",
-    "He",
-    "Inequality",
-    "KnownBlock",
-    "LMI",
-    "Ladder",
-    "LyapunovFamily",
-    "NormBounded",
-    "Outcome",
-    "Parametrised",
-    "Part",
-    "PolynomialLyapunov",
-    "ProductRules",
-    "Region",
-    "RelaxationResult",
-    "RelaxationSize",
-    "Rung",
-    "StructuredDesign",
-    "SumPart",
-    "Term",
-    "Try",
-    "Unknown",
-    "attraction_ellipsoid",
-    "attraction_pdc",
-    "block",
-    "box_enlargement_condition",
-    "closed_loop_condition",
-    "closed_loop_decay",
-    "closed_loop_ladder",
-    "common_lyapunov",
-    "common_lyapunov_condition",
-    "d_stability",
-    "d_stability_condition",
-    "decide",
-    "decide_by_rounds",
-    "enlarged_loops",
-    "exact_matrices",
-    "exact_no",
-    "exact_solution",
-    "explain",
-    "expressed",
-    "extreme_parameter",
-    "fuzzy_lyapunov",
-    "fuzzy_lyapunov_condition",
-    "fuzzy_pdc",
-    "fuzzy_pdc_condition",
-    "h2_norm",
-    "h2_norm_condition",
-    "h2_pdc",
-    "h2_pdc_condition",
-    "hinf_norm",
-    "hinf_norm_condition",
-    "hinf_pdc",
-    "hinf_pdc_condition",
-    "input_rate_bound",
-    "latex",
-    "lqr_pdc",
-    "lqr_pdc_condition",
-    "markdown",
-    "matrix",
-    "max_box_enlargement",
-    "max_decay_rate",
-    "neighbouring_rules",
-    "objective_below",
-    "observer",
-    "observer_condition",
-    "optimise",
-    "optimise_by_rounds",
-    "parametrised",
-    "pdc",
-    "pdc_condition",
-    "passivity",
-    "passivity_condition",
-    "peak_gain",
-    "peak_gain_condition",
-    "peak_pdc",
-    "peak_pdc_condition",
-    "polynomial_lyapunov",
-    "polynomial_lyapunov_condition",
-    "pose",
-    "product_bounds",
-    "product_rules",
-    "relaxation_ladder",
-    "relaxation_named",
-    "relaxation_size",
-    "rigorous_no",
-    "robust_hinf_norm",
-    "robust_hinf_norm_condition",
-    "robust_lyapunov",
-    "robust_lyapunov_condition",
-    "secant_vertices",
-    "structured_pdc",
-    "structured_pdc_condition",
-    "sweep",
-    "trace",
-    "with_input_states",
-    "with_overlap",
-    "with_shape",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -218,7 +218,7 @@ def _finite(name: str, array: Array) -> None:
 
 
 def _equal_sizes(B: Array) -> Array:
-    """Return B stacked, in units of states and inputs that make its entries of like size."""
+    """Return B stacked, in units of states and inputs in which its entries have similar size."""
     scaled = B
     for _ in range(20):
         row = np.abs(scaled).max(axis=(0, 2))[:, None]

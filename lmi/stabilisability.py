@@ -25,7 +25,7 @@ def check_stabilisable(
     ----------
     A, B : in states and inputs of order one, x = units xhat, so that rounding means something.
     names : of the states; x1, x2, ... when empty.
-    dual : speak of outputs and observation instead.
+    dual : write the message about outputs and observation instead.
     step : sample time T in s of a discrete-time model; None for continuous time.
     """
     found = fixed_mode(A, B, 0.0, step=step)

@@ -22,99 +22,57 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.control_systems.law_systems import law_system
-    from takagi.models.control_systems.plant_systems import nonlinear_system, statespace
-    from takagi.models.equations.solved_rest import solve_rest
-    from takagi.models.equations.step import Step
-    from takagi.models.errors import ModelError
-    from takagi.models.files.library import built_in_models
-    from takagi.models.intervals.interval import Interval
-    from takagi.models.loading import load_model
-    from takagi.models.loops.secant.embedding import Region, SecantRegion, secant_embedding
-    from takagi.models.loops.secant.feedback import Feedback, blended_feedback, product_memberships
-    from takagi.models.loops.secant.matrices import SecantEmbedding
-    from takagi.models.plant.entries import plant_file_schema
-    from takagi.models.plant.plant import Plant
-    from takagi.models.plant.variables import Output, Parameter, Variable
-    from takagi.models.ranges.cell import Cell
-    from takagi.models.ranges.domain import Domain
-    from takagi.models.ranges.sampled import sampled_bounds
-    from takagi.models.reduction.box_refinement import refine
-    from takagi.models.reduction.cell_models import CellModels, ModelCell
-    from takagi.models.reduction.error_bound import ErrorBound
-    from takagi.models.reduction.norm_block import NormBlock
-    from takagi.models.reduction.reduced_model import MergedModel, ReducedModel
-    from takagi.models.reduction.rule_tensor import mode_spectrum
-    from takagi.models.reduction.tensor_reduction import reduce_rules
-    from takagi.models.reduction.vertex_merging import merge_vertices
-    from takagi.models.sector.model import rule_count, sector_model
-    from takagi.models.sector.rule_counting import RuleCount
-    from takagi.models.splines.curve import Curve, interpolate_curve
-    from takagi.models.splines.surface import Surface
-    from takagi.models.splines.table_function import table_function
-    from takagi.models.ts.derivation import Derivation
-    from takagi.models.ts.mat_file import load_ts_model
-    from takagi.models.ts.model import Matrices, TSModel
-    from takagi.models.ts.premise import Premise
-    from takagi.models.turbine.data import Turbine
-    from takagi.models.turbine.full_load import full_load_model
-    from takagi.models.turbine.loader import nrel5mw
-    from takagi.models.turbine.partial_load import partial_load_model
-    from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
+    from takagi.models.control_systems.law_systems import law_system as law_system
+    from takagi.models.control_systems.plant_systems import nonlinear_system as nonlinear_system
+    from takagi.models.control_systems.plant_systems import statespace as statespace
+    from takagi.models.equations.solved_rest import solve_rest as solve_rest
+    from takagi.models.equations.step import Step as Step
+    from takagi.models.errors import ModelError as ModelError
+    from takagi.models.files.library import built_in_models as built_in_models
+    from takagi.models.intervals.interval import Interval as Interval
+    from takagi.models.loading import load_model as load_model
+    from takagi.models.loops.secant.embedding import Region as Region
+    from takagi.models.loops.secant.embedding import SecantRegion as SecantRegion
+    from takagi.models.loops.secant.embedding import secant_embedding as secant_embedding
+    from takagi.models.loops.secant.feedback import Feedback as Feedback
+    from takagi.models.loops.secant.feedback import blended_feedback as blended_feedback
+    from takagi.models.loops.secant.feedback import product_memberships as product_memberships
+    from takagi.models.loops.secant.matrices import SecantEmbedding as SecantEmbedding
+    from takagi.models.plant.entries import plant_file_schema as plant_file_schema
+    from takagi.models.plant.plant import Plant as Plant
+    from takagi.models.plant.variables import Output as Output
+    from takagi.models.plant.variables import Parameter as Parameter
+    from takagi.models.plant.variables import Variable as Variable
+    from takagi.models.ranges.cell import Cell as Cell
+    from takagi.models.ranges.domain import Domain as Domain
+    from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
+    from takagi.models.reduction.box_refinement import refine as refine
+    from takagi.models.reduction.cell_models import CellModels as CellModels
+    from takagi.models.reduction.cell_models import ModelCell as ModelCell
+    from takagi.models.reduction.error_bound import ErrorBound as ErrorBound
+    from takagi.models.reduction.norm_block import NormBlock as NormBlock
+    from takagi.models.reduction.reduced_model import MergedModel as MergedModel
+    from takagi.models.reduction.reduced_model import ReducedModel as ReducedModel
+    from takagi.models.reduction.rule_tensor import mode_spectrum as mode_spectrum
+    from takagi.models.reduction.tensor_reduction import reduce_rules as reduce_rules
+    from takagi.models.reduction.vertex_merging import merge_vertices as merge_vertices
+    from takagi.models.sector.model import rule_count as rule_count
+    from takagi.models.sector.model import sector_model as sector_model
+    from takagi.models.sector.rule_counting import RuleCount as RuleCount
+    from takagi.models.splines.curve import Curve as Curve
+    from takagi.models.splines.curve import interpolate_curve as interpolate_curve
+    from takagi.models.splines.surface import Surface as Surface
+    from takagi.models.splines.table_function import table_function as table_function
+    from takagi.models.ts.derivation import Derivation as Derivation
+    from takagi.models.ts.mat_file import load_ts_model as load_ts_model
+    from takagi.models.ts.model import Matrices as Matrices
+    from takagi.models.ts.model import TSModel as TSModel
+    from takagi.models.ts.premise import Premise as Premise
+    from takagi.models.turbine.data import Turbine as Turbine
+    from takagi.models.turbine.full_load import full_load_model as full_load_model
+    from takagi.models.turbine.loader import nrel5mw as nrel5mw
+    from takagi.models.turbine.partial_load import partial_load_model as partial_load_model
+    from takagi.models.turbine.wind_observer import WindObserver as WindObserver
+    from takagi.models.turbine.wind_observer import wind_observer_model as wind_observer_model
 
-__all__ = [
-    "Cell",
-    "CellModels",
-    "Curve",
-    "Derivation",
-    "Domain",
-    "ErrorBound",
-    "Feedback",
-    "Interval",
-    "Matrices",
-    "MergedModel",
-    "ModelCell",
-    "ModelError",
-    "NormBlock",
-    "Output",
-    "Parameter",
-    "Plant",
-    "Premise",
-    "ReducedModel",
-    "Region",
-    "RuleCount",
-    "SecantEmbedding",
-    "SecantRegion",
-    "Step",
-    "Surface",
-    "TSModel",
-    "Turbine",
-    "Variable",
-    "WindObserver",
-    "blended_feedback",
-    "built_in_models",
-    "full_load_model",
-    "interpolate_curve",
-    "law_system",
-    "load_model",
-    "load_ts_model",
-    "merge_vertices",
-    "mode_spectrum",
-    "nonlinear_system",
-    "nrel5mw",
-    "partial_load_model",
-    "plant_file_schema",
-    "product_memberships",
-    "reduce_rules",
-    "refine",
-    "rule_count",
-    "sampled_bounds",
-    "secant_embedding",
-    "sector_model",
-    "solve_rest",
-    "statespace",
-    "table_function",
-    "wind_observer_model",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

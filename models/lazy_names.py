@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
 
-def lazy_names(
-    package: str, names: Sequence[str]
-) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Return ``__getattr__`` and ``__dir__`` of a package whose ``__all__`` is ``names``.
+def lazy_names(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """Return ``__getattr__`` and ``__dir__`` of a package with the names that it offers.
 
-    The module of each name stands once: in the imports for type checkers, which the package's
-    ``__init__`` has under ``if TYPE_CHECKING``.  They are read when the first name is asked for.
+    Each name is listed once in the package's ``__init__``, with the module that it is in:
+
+        if TYPE_CHECKING:
+            from takagi.models.plant.plant import Plant as Plant
+
+    ``as Plant`` makes the name public for type checkers.  At run time these imports are read, as
+    text, when the first name is asked for; ``__all__`` is made of them.
     """
 
     @cache
@@ -28,11 +31,15 @@ def lazy_names(
             for statement in block.body
             if isinstance(statement, ast.ImportFrom)
             for alias in statement.names
+            if alias.asname
         }
 
     def look_up(name: str) -> object:
-        if name in names:
+        if name == "__all__":
+            return sorted(modules())
+        # Python itself asks for names with two underscores; none of them is offered.
+        if not name.startswith("__") and name in modules():
             return getattr(import_module(modules()[name]), name)
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
-    return look_up, lambda: sorted(names)
+    return look_up, lambda: sorted(modules())

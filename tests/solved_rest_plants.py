@@ -1,4 +1,4 @@
-"""Texts of plants whose rests are no decimals.
+"""Texts of plants whose rests are not decimals.
 
 Sources: Seborg, Edgar, Mellichamp, Doyle, Process Dynamics and Control, example 2.5 (the stirred
 tank, with the figures that are used in the literature); Khalil, Nonlinear Systems, exercise 1.18

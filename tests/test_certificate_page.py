@@ -132,7 +132,7 @@ SENTENCES: list[tuple[str, str, Callable[[Any], Fraction], bool]] = [
     ("README.md", r"to ([\d.]+) m/s²\. Turbulence", lambda s: max(ranges(s)[0].estimate), False),
     ("docs/certificate.md", r"speed within ([\d.]+) rad/s", peak("speed_error"), True),
     ("docs/certificate.md", r"rad/s \(([\d.]+) rpm\)", lambda s: RPM * peak("speed_error")(s), True),
-    ("docs/certificate.md", r"still owes within ([\d.]+) rad/s²", peak("effort_lag"), True),
+    ("docs/certificate.md", r"has not delivered yet within ([\d.]+) rad/s²", peak("effort_lag"), True),
     ("docs/certificate.md", r"the integrator within ([\d.]+) rad/s", peak("integral"), True),
     ("docs/certificate.md", r"rotor speed at most ([\d.]+) % above", overspeed, True),
     ("docs/certificate.md", r"at ([\d.]+) 1/s in one quadratic function", lambda s: number(s["claims"][0]["settling"], "decay_rate", ""), False),

@@ -11,11 +11,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.audit.two_checkers import cross_checked, cross_checked_document
+    from takagi.certificates.audit.two_checkers import cross_checked as cross_checked
+    from takagi.certificates.audit.two_checkers import (
+        cross_checked_document as cross_checked_document,
+    )
 
-__all__ = [
-    "cross_checked",
-    "cross_checked_document",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -18,26 +18,17 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.campaign.bounds import BOUNDS
-    from takagi.certificates.campaign.first_breaks import Break, breaks_of
-    from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
-    from takagi.certificates.campaign.outside import INSIDE, STANDARD, Beyond, beyond_of
-    from takagi.certificates.campaign.runs import Campaign, run_campaign
-    from takagi.certificates.campaign.winds import PLAYERS
+    from takagi.certificates.campaign.bounds import BOUNDS as BOUNDS
+    from takagi.certificates.campaign.first_breaks import Break as Break
+    from takagi.certificates.campaign.first_breaks import breaks_of as breaks_of
+    from takagi.certificates.campaign.loop import CertifiedLoop as CertifiedLoop
+    from takagi.certificates.campaign.loop import certified_loop as certified_loop
+    from takagi.certificates.campaign.outside import INSIDE as INSIDE
+    from takagi.certificates.campaign.outside import STANDARD as STANDARD
+    from takagi.certificates.campaign.outside import Beyond as Beyond
+    from takagi.certificates.campaign.outside import beyond_of as beyond_of
+    from takagi.certificates.campaign.runs import Campaign as Campaign
+    from takagi.certificates.campaign.runs import run_campaign as run_campaign
+    from takagi.certificates.campaign.winds import PLAYERS as PLAYERS
 
-__all__ = [
-    "BOUNDS",
-    "INSIDE",
-    "PLAYERS",
-    "STANDARD",
-    "Beyond",
-    "Break",
-    "Campaign",
-    "CertifiedLoop",
-    "beyond_of",
-    "breaks_of",
-    "certified_loop",
-    "run_campaign",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

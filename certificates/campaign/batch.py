@@ -39,7 +39,7 @@ from takagi.models.arrays import Floats
 
 Tell = Callable[[float], None]
 
-# One run in so many is advanced a second time, with steps half as long and the same inputs.
+# One run in this many is advanced a second time, with steps half as long and the same inputs.
 HALVED_EACH = 20
 # At the start the pitch drive may be at its rate limit and leave it within one step, where the
 # derivative is not smooth. So the steps of the first time constants of the drive are shorter.

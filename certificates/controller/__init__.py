@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.controller.content import bound, gain_file_of
+    from takagi.certificates.controller.content import bound as bound
+    from takagi.certificates.controller.content import gain_file_of as gain_file_of
 
-__all__ = ["bound", "gain_file_of"]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

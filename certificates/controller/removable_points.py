@@ -110,7 +110,7 @@ def _stand_in(
                     "formula": _written(terms, text_data(factor)),
                     "limit": text_data(terms[0]),
                 }
-    raise ModelError("no polynomial was found that stands in for it")
+    raise ModelError("no polynomial was found that is close enough to it there")
 
 
 def _terms(moved: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:

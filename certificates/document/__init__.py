@@ -16,30 +16,18 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.document.certificate_file import (
-        certificate_document,
-        content_of,
-        dumps,
-        effort_sharing_law_data,
-        turbine_data,
+        certificate_document as certificate_document,
     )
-    from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
-    from takagi.certificates.document.plant_embedding import (
-        embedding_claim,
-        law_members,
-        plant_data,
+    from takagi.certificates.document.certificate_file import content_of as content_of
+    from takagi.certificates.document.certificate_file import dumps as dumps
+    from takagi.certificates.document.certificate_file import (
+        effort_sharing_law_data as effort_sharing_law_data,
     )
+    from takagi.certificates.document.certificate_file import turbine_data as turbine_data
+    from takagi.certificates.document.model_data import pdc_law_data as pdc_law_data
+    from takagi.certificates.document.model_data import ts_model_data as ts_model_data
+    from takagi.certificates.document.plant_embedding import embedding_claim as embedding_claim
+    from takagi.certificates.document.plant_embedding import law_members as law_members
+    from takagi.certificates.document.plant_embedding import plant_data as plant_data
 
-__all__ = [
-    "certificate_document",
-    "content_of",
-    "dumps",
-    "effort_sharing_law_data",
-    "embedding_claim",
-    "law_members",
-    "pdc_law_data",
-    "plant_data",
-    "ts_model_data",
-    "turbine_data",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -30,7 +30,7 @@ class EquilibriumCell:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosedLoopEquilibria:
-    """The cells in order of wind, and what they speak of.
+    """The cells in order of wind, and the model and law that they are about.
 
     Attributes
     ----------

@@ -34,47 +34,28 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.requests.all_claims import attempts_at_all
-    from takagi.certificates.requests.box_enlargement import BoxEnlargement
-    from takagi.certificates.requests.decay import Decay
-    from takagi.certificates.requests.exit_probability import ExitProbability
-    from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
-    from takagi.certificates.requests.fuzzy_l2_gain import FuzzyL2Gain
-    from takagi.certificates.requests.gain_rounding import GainRounding
-    from takagi.certificates.requests.h2_norm import H2Norm
-    from takagi.certificates.requests.input_limits import InputLimits
-    from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
-    from takagi.certificates.requests.l2_gain import L2Gain
-    from takagi.certificates.requests.loop.loop import ClaimedLoop, Loop
-    from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
-    from takagi.certificates.requests.peak import Peak
-    from takagi.certificates.requests.pole_region import Poles
-    from takagi.certificates.requests.request import Attempt, Request
-    from takagi.certificates.requests.sampled_loop import SampledLoop
-    from takagi.certificates.requests.transient import Transient
+    from takagi.certificates.requests.all_claims import attempts_at_all as attempts_at_all
+    from takagi.certificates.requests.box_enlargement import BoxEnlargement as BoxEnlargement
+    from takagi.certificates.requests.decay import Decay as Decay
+    from takagi.certificates.requests.exit_probability import ExitProbability as ExitProbability
+    from takagi.certificates.requests.fuzzy_decay import FuzzyDecay as FuzzyDecay
+    from takagi.certificates.requests.fuzzy_l2_gain import FuzzyL2Gain as FuzzyL2Gain
+    from takagi.certificates.requests.gain_rounding import GainRounding as GainRounding
+    from takagi.certificates.requests.h2_norm import H2Norm as H2Norm
+    from takagi.certificates.requests.input_limits import InputLimits as InputLimits
+    from takagi.certificates.requests.invariant_ellipsoid import (
+        InvariantEllipsoid as InvariantEllipsoid,
+    )
+    from takagi.certificates.requests.l2_gain import L2Gain as L2Gain
+    from takagi.certificates.requests.loop.loop import ClaimedLoop as ClaimedLoop
+    from takagi.certificates.requests.loop.loop import Loop as Loop
+    from takagi.certificates.requests.observer import ObservedFeedback as ObservedFeedback
+    from takagi.certificates.requests.observer import ObserverError as ObserverError
+    from takagi.certificates.requests.peak import Peak as Peak
+    from takagi.certificates.requests.pole_region import Poles as Poles
+    from takagi.certificates.requests.request import Attempt as Attempt
+    from takagi.certificates.requests.request import Request as Request
+    from takagi.certificates.requests.sampled_loop import SampledLoop as SampledLoop
+    from takagi.certificates.requests.transient import Transient as Transient
 
-__all__ = [
-    "Attempt",
-    "BoxEnlargement",
-    "ClaimedLoop",
-    "Decay",
-    "ExitProbability",
-    "FuzzyDecay",
-    "FuzzyL2Gain",
-    "GainRounding",
-    "H2Norm",
-    "InputLimits",
-    "InvariantEllipsoid",
-    "L2Gain",
-    "Loop",
-    "ObservedFeedback",
-    "ObserverError",
-    "Peak",
-    "Poles",
-    "Request",
-    "SampledLoop",
-    "Transient",
-    "attempts_at_all",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

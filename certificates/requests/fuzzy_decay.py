@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 BACK_OFF = (1.0, 0.99, 0.9, 0.5, 0.0)
 POLYA = (0, 1, 2, 4, 7)
-# Blends whose weights are multiples of 1/4, at most so many; and how often the blends at which
+# Blends whose weights are multiples of 1/4, at most this many; and how often the blends at which
 # P(h) failed are added to them.
 PARTS, MOST_POINTS, ROUNDS = 4, 81, 10
 

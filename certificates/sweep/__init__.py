@@ -18,7 +18,7 @@ A **map** defines the task at each point.  It is a ``SweepMap`` (frozen dataclas
                of its name, with its own journal
 
 ``point`` gets a ``Task``: ``task.at`` (axis name -> value), ``task.settings``, ``task.shared``.  It
-returns a dict of what JSON knows, without NaN, that holds at least
+returns a dict of JSON values, without NaN, with at least
 
     "verdict"  "PROVED", "PARTLY" (some of what was asked) or "UNDECIDED"
     "reason"   why not all of it is PROVED, in words; None where it is
@@ -31,7 +31,7 @@ A module with maps of a law gives the command line two names, and its figures a 
 
     AXES       the ``AxisKind`` values that ``--over`` knows
     build      ``build(law, turbine, files, axes, tell) -> SweepMap``; raises ``ModelError`` where a
-               value lies outside what the turbine's tables allow, naming the axis and the remedy
+               value lies outside what the turbine's tables allow, naming the axis
     pages      in ``takagi.reports.maps``: ``pages(result: SweepResult) -> {file name: content}``
 
 and a line in ``takagi.cli.verbs.sweep_maps``.  ``run_sweep(map, folder, workers=..., tell=...)``
@@ -59,22 +59,15 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.sweep.axis import Axis, AxisKind, parse_axes
-    from takagi.certificates.sweep.grid import PointResult, SweepMap, SweepResult, Task
-    from takagi.certificates.sweep.journal import Journal, JournalError
-    from takagi.certificates.sweep.runner import run_sweep
+    from takagi.certificates.sweep.axis import Axis as Axis
+    from takagi.certificates.sweep.axis import AxisKind as AxisKind
+    from takagi.certificates.sweep.axis import parse_axes as parse_axes
+    from takagi.certificates.sweep.grid import PointResult as PointResult
+    from takagi.certificates.sweep.grid import SweepMap as SweepMap
+    from takagi.certificates.sweep.grid import SweepResult as SweepResult
+    from takagi.certificates.sweep.grid import Task as Task
+    from takagi.certificates.sweep.journal import Journal as Journal
+    from takagi.certificates.sweep.journal import JournalError as JournalError
+    from takagi.certificates.sweep.runner import run_sweep as run_sweep
 
-__all__ = [
-    "Axis",
-    "AxisKind",
-    "Journal",
-    "JournalError",
-    "PointResult",
-    "SweepMap",
-    "SweepResult",
-    "Task",
-    "parse_axes",
-    "run_sweep",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

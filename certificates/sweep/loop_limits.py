@@ -28,7 +28,7 @@ from takagi.models.loops.effort_sharing.loop_cell import LoopCell
 COEFFICIENTS = {
     "stiffness": "slope of torque over speed (inertia, speed error)",
     "loop_gain": "gain of the loop (inertia, pitch effectiveness, wake)",
-    "lag_gain": "effect of pitch that is owed (wake, effort lag)",
+    "lag_gain": "effect of pitch not delivered yet (wake, effort lag)",
     "share_gain": "share of pitch in the gain (overlap, speed signal)",
     "lag_rate": "pitch drive (rate limit, effort lag, wind rate)",
     "effectiveness_slope": "pitch effectiveness that moves with the wind (wind rate)",
@@ -68,8 +68,8 @@ def what_limits(loop: LoopSettings, winds: WindRange) -> tuple[Limit, ...]:
     here = _mean_error(loop, cells)
     if here == 0:
         raise ModelError(
-            f"{winds.words}: no quadratic function bears a wind error in every cell at these wind "
-            "rates; lower them, the box or the uncertainty"
+            f"{winds.words}: no quadratic function withstands a wind error in every cell at these "
+            "wind rates; lower them, the box or the uncertainty"
         )
     found = [
         Limit(name, _mean_error(loop, [_without(cell, name) for cell in cells]) / here)

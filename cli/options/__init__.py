@@ -17,10 +17,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.cli.options.plant_options import plant_settings
+    from takagi.cli.options.plant_options import plant_settings as plant_settings
 
-__all__ = [
-    "plant_settings",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

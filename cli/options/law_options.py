@@ -59,7 +59,7 @@ WindFilter = Annotated[
         metavar="SECONDS",
         help="Turbines: low-pass on the wind estimate [s]; 12 unless given. A fast one, 0.05, is "
         "for a wind that is measured, by a lidar say: the wind rate that is proved is then larger, "
-        "but an estimate from rotor speed makes the loop swing. Law coherent.",
+        "but with an estimate from rotor speed the loop oscillates. Law coherent.",
     ),
 ]
 # The options that only one kind of law has.

@@ -50,7 +50,7 @@ def uncertainty_asked(
 
     Raises
     ------
-    ModelError : an inertia or a power coefficient that is no interval around 1.
+    ModelError : an inertia or a power coefficient that is not an interval around 1.
     """
     from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
     from takagi.models.loops.effort_sharing.loop_cell import LoopUncertainty

@@ -125,7 +125,7 @@ def _check(options: argparse.Namespace) -> int:
 
 def _c_source(options: argparse.Namespace) -> tuple[str, str]:
     """Return what differs in the C file, and the line that says what was compared."""
-    # Imported here: most checks have no C file, and what compares it is no trusted code.
+    # Imported here: most checks have no C file, and the code that compares it is not trusted code.
     from takagi.reports.code.c.comparison import compared_source
 
     found = compared_source(options.c_source, options.gains)
@@ -137,7 +137,7 @@ def _c_source(options: argparse.Namespace) -> tuple[str, str]:
 
 
 def _asked_margins(written: str) -> AskedMargins:
-    # Imported here, with all that linearises: few ask for it, and it is no trusted code.
+    # Imported here, with all that linearises: few users ask for it, and it is not trusted code.
     from takagi.reports.margins.thresholds import asked_margins
 
     return asked_margins(written)

@@ -69,7 +69,8 @@ def turbine_simulation(
     ripple: Annotated[
         float,
         typer.Option(
-            metavar="SHARE", help="Turbines: three swings of the wind a turn, over the wind [-]."
+            metavar="SHARE",
+            help="Turbines: amplitude of a wind oscillation three times a turn, over the wind [-].",
         ),
     ] = 0.0,
     seed: Annotated[

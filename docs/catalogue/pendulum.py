@@ -81,7 +81,7 @@ file says
 
 """
 
-SIXTEEN_AFTER = r"""### What the bounds are worth
+SIXTEEN_AFTER = r"""### How tight the bounds are
 
 Each bound holds for every point of the box, not for samples: it comes from interval arithmetic
 with outward rounding, cell by cell, and the certificate's checker finds it again. How far a bound

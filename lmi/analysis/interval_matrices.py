@@ -62,7 +62,7 @@ def contraction(P: Floats, low: Floats, high: Floats, disturbance: Floats) -> Co
 
 
 def lyapunov_candidates(corners: Floats) -> list[Floats]:
-    """Return P from Lyapunov equations of the mean of the corners, slow modes weighted in turn.
+    """Return P from Lyapunov equations of the mean of the corners, for several weights.
 
     Parameters
     ----------

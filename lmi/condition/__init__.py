@@ -16,18 +16,11 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.condition.evaluate import lmi_value, margin, smallest_eigenvalues
-    from takagi.lmi.condition.exact import fractions
-    from takagi.lmi.condition.term import Array
-    from takagi.lmi.condition.typeset import lmi_latex
+    from takagi.lmi.condition.evaluate import lmi_value as lmi_value
+    from takagi.lmi.condition.evaluate import margin as margin
+    from takagi.lmi.condition.evaluate import smallest_eigenvalues as smallest_eigenvalues
+    from takagi.lmi.condition.exact import fractions as fractions
+    from takagi.lmi.condition.term import Array as Array
+    from takagi.lmi.condition.typeset import lmi_latex as lmi_latex
 
-__all__ = [
-    "Array",
-    "fractions",
-    "lmi_latex",
-    "lmi_value",
-    "margin",
-    "smallest_eigenvalues",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -24,7 +24,7 @@ def fractions(array: ArrayLike) -> Array:
 
     Raises
     ------
-    ModelError : an entry that is no finite number.
+    ModelError : an entry that is not a finite number.
     """
     source = np.asarray(array, dtype=object)
     result = np.empty(source.shape, dtype=object)

@@ -273,8 +273,8 @@ class Condition:
         titles = [part.name for part in parts]
         if len(set(titles)) != len(titles):
             raise ModelError(
-                f"condition {self.name}: LMIs {titles}; names must differ, for multipliers and "
-                "diagnoses speak of an LMI by its name"
+                f"condition {self.name}: LMIs {titles}; names must differ, because multipliers "
+                "and diagnoses name an LMI"
             )
         for lmi in parts:
             for term in lmi.terms:

@@ -84,7 +84,7 @@ class UncertaintyBlock:
         return bool(np.all(self.E == self.E[:1]) and np.all(self.F == self.F[:1]))
 
     def scaled(self, s: Array, tau: Array) -> UncertaintyBlock:
-        """Return the block in x = s xhat, u = tau uhat, with D and E of like size.
+        """Return the block in x = s xhat, u = tau uhat, with D and E of similar size.
 
         D Delta E is the same for D d and E / d.  Every factor is a power of two.
         """

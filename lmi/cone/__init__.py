@@ -13,15 +13,10 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.cone.duality import least_objective_bound
-    from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
+    from takagi.lmi.cone.duality import least_objective_bound as least_objective_bound
+    from takagi.lmi.cone.program import ConeProgram as ConeProgram
+    from takagi.lmi.cone.program import Raw as Raw
+    from takagi.lmi.cone.program import SolverRow as SolverRow
+    from takagi.lmi.cone.program import cone_program as cone_program
 
-__all__ = [
-    "ConeProgram",
-    "Raw",
-    "SolverRow",
-    "cone_program",
-    "least_objective_bound",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -18,17 +18,18 @@ def nearest_power(values: Array) -> Array:
 
 
 def balanced_states(A: Array) -> Array:
-    """Return s, (n,), powers of two, so that the S^-1 A_i S have rows and columns of like size.
+    """Return s, (n,), powers of two, so that rows and columns of S^-1 A_i S have similar sizes.
 
-    S = diag(s); x = S xhat.  One s for all vertices, from the mean of their absolute values; a
-    state that nothing acts on, or that acts on nothing, is measured in the time of the others.
-    So is a group of states, a disturbance's model say, where the sweeps find no end for it.
-    Balancing removes units (rad against N m) without touching a single significant digit.
+    S = diag(s); x = S xhat.  One s for all vertices, from the mean of their absolute values.  A
+    state that has a row or a column only (nothing acts on it, or it acts on nothing) cannot be
+    balanced: its one entry is made as large as the spectral radius of the mean.  The same is done
+    between groups of states, such as the model of a disturbance, if the sweeps do not converge.
+    Balancing removes the choice of units (rad against N m) and changes no significant digit.
 
     Source: Osborne (1960), On pre-conditioning of matrices, J. ACM 7; Parlett and Reinsch (1969).
     """
     M = np.abs(A.astype(np.float64)).mean(axis=0)
-    # The spectral radius is the same in all units; integrators alone have none, nor a time.
+    # The spectral radius is the same in all units.  It is 0 for integrators alone; then 1 is taken.
     time = float(np.abs(np.linalg.eigvals(M)).max()) or 1.0
     np.fill_diagonal(M, 0.0)
     s, ended = _swept(M, time)
@@ -39,7 +40,7 @@ def balanced_states(A: Array) -> Array:
 
 
 def _swept(M: Array, time: float) -> tuple[Array, bool]:
-    """Return the scales after Osborne's sweeps over M >= 0, and whether they came to rest."""
+    """Return the scales after Osborne's sweeps over M >= 0, and whether they converged."""
     s = np.ones(len(M))
     for _ in range(SWEEPS):
         before = s.copy()
@@ -48,7 +49,7 @@ def _swept(M: Array, time: float) -> tuple[Array, bool]:
             row = float(np.linalg.norm(M[k] * s)) / s[k]
             if row or column:
                 s[k] *= np.sqrt(row / column) if row and column else _alone(row, column, time)
-                # A chain of entries that are nearly zero has no balance: it runs away.
+                # With a chain of entries that are nearly zero the scales would grow without limit.
                 s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
         if np.allclose(s, before, rtol=1e-6):
             return s, True

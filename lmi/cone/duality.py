@@ -1,8 +1,8 @@
-"""What multipliers say about the optimum: bounds that hold whatever the solver's status says.
+"""Bounds on the optimum from multipliers, which do not depend on the solver's status.
 
-Multipliers in the dual cone bound the optimum for every feasible y by what is left of the
-stationarity A' z + q = 0 times the size of y, of which only the y that was found is known: ten
-times its size is allowed for.  So these bounds are good to solver accuracy, and no proof.
+For multipliers z in the dual cone the bound contains the residual A' z + q of the stationarity
+condition times the size of y.  Only the size of the y that was found is known; ten times this size
+is assumed for every feasible y.  So these bounds are as accurate as the solver, and not a proof.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.models.arrays import Floats
 
 ALLOWED = 10.0
-# Share of |b| . |z| by which b . z must be negative to be told from zero.
+# b . z counts as negative if it is below minus this share of |b| . |z|, which exceeds rounding.
 CLEARLY = 1e-6
 
 

@@ -3,5 +3,5 @@
 decide                       feasible or not, the best objective, a better centre
 outcome, answer_check        the best of a solver's tries; check of its numbers
 item_rounds, vertex_rounds   very many items or vertices: the solver is given few, all are checked
-diagnosis                    which items stand in the way, in words
+diagnosis                    which items exclude a solution, in words
 """

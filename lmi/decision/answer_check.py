@@ -1,9 +1,9 @@
 """Check of a solver's numbers from scratch, whatever its status says.
 
-A no is more than a bound on the margin that solvers cannot distinguish from zero: where the numbers
-differ
-in size, so small a margin may be all that there is.  It needs multipliers that leave no unknowns of
-whatever size, in floating point with room for all rounding (``contradiction``), or exact.
+For a no it is not enough that the margin is bounded by a number that solvers cannot distinguish
+from zero: where the entries differ much in size, the largest margin may be as small as that.  A no
+needs multipliers that exclude unknowns of every size, in floating point with an allowance for all
+rounding (``contradiction``), or exact.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def exactly_judged(condition: Condition, found: Outcome) -> Outcome:
 
 
 def _excluded(data: Assembled, program: ConeProgram, raw: Raw) -> bool:
-    """Return whether the multipliers leave no unknowns, of whatever size.
+    """Return whether the multipliers leave no unknowns, of any size.
 
     Without a strict LMI the bound is what it rests on: the weights are those of the tolerances.
     """

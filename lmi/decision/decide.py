@@ -69,7 +69,7 @@ def decide(
     Always solvable when every unknown is bounded, so a failure is the solver's, not the
     condition's.  The condition is feasible with margin exactly when the largest t is positive.
 
-    "infeasible" only where multipliers leave no unknowns of whatever size (``contradiction``), or
+    "infeasible" only where multipliers leave no unknowns of any size (``contradiction``), or
     exact ones were found (``exact_no``): a bound on the margin below what solvers can distinguish
     from zero is none, for a margin may be as small where the numbers differ in size.
 

@@ -1,4 +1,4 @@
-"""Say in words which items of an LMI stand in the way: where the multipliers are largest."""
+"""Say in words which items of an LMI exclude a solution: those with the largest multipliers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def binding_items(
     """
     shares = binding_shares(condition, multipliers, *names)
     if not shares:
-        return "the no rests on no inequality by itself"
+        return "the no depends on no single inequality"
     return f"the no rests on {shares_in_words(shares[:most])}"
 
 
@@ -41,7 +41,7 @@ def asks_for_decay(condition: Condition) -> bool:
     """Return whether a decay rate above 0 is asked for, which might be lowered."""
     given = condition.parameters
     if not {"alpha", "contraction"} & set(given):
-        return True  # the rate is no number of the condition
+        return True  # the rate is not a parameter of the condition
     return given.get("alpha", 0.0) > 0 or given.get("contraction", 1.0) < 1
 
 

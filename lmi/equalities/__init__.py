@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution
-    from takagi.lmi.equalities.parametrised import Parametrised, parametrised
+    from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
+    from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
+    from takagi.lmi.equalities.parametrised import Parametrised as Parametrised
+    from takagi.lmi.equalities.parametrised import parametrised as parametrised
 
-__all__ = ["ExactSolution", "Parametrised", "exact_solution", "parametrised"]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

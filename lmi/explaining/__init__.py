@@ -13,11 +13,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.explaining.smaller_box import on_smaller_box, with_narrower_premise
+    from takagi.lmi.explaining.smaller_box import on_smaller_box as on_smaller_box
+    from takagi.lmi.explaining.smaller_box import with_narrower_premise as with_narrower_premise
 
-__all__ = [
-    "on_smaller_box",
-    "with_narrower_premise",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

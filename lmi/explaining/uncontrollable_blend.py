@@ -71,7 +71,7 @@ def uncontrollable_blend(answer: Answer, model: Any) -> UncontrollableBlend | No
 
 
 def _slow(eigenvalue: float, answer: Answer) -> bool:
-    """Return whether the mode is slower than the condition asks for, so that it is in the way."""
+    """Return whether the mode is slower than the condition asks for: then there is no solution."""
     asked = {} if answer.condition is None else answer.condition.parameters
     if "contraction" in asked:
         return eigenvalue**2 >= asked["contraction"] - REACH

@@ -100,8 +100,8 @@ class _Question:
         condition = answer.condition
         if condition is None or (by is None and [u.name for u in condition.unknowns] != ["P"]):
             raise ModelError(
-                "explain speaks of pdc and of common_lyapunov, but the answer is of another "
-                "question; give by=, the function that was asked"
+                "explain knows the answers of pdc and of common_lyapunov, and this is the answer "
+                "to another question; give by=, the function that was asked"
             )
         return cls(model, by or common_lyapunov, _rate_of(condition, model, options), "", options)
 

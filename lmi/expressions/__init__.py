@@ -13,18 +13,13 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.expressions.expression import Equation, Expression, Inequality, Operators
-    from takagi.lmi.expressions.matrices import He, block, matrix, trace
+    from takagi.lmi.expressions.expression import Equation as Equation
+    from takagi.lmi.expressions.expression import Expression as Expression
+    from takagi.lmi.expressions.expression import Inequality as Inequality
+    from takagi.lmi.expressions.expression import Operators as Operators
+    from takagi.lmi.expressions.matrices import He as He
+    from takagi.lmi.expressions.matrices import block as block
+    from takagi.lmi.expressions.matrices import matrix as matrix
+    from takagi.lmi.expressions.matrices import trace as trace
 
-__all__ = [
-    "Equation",
-    "Expression",
-    "He",
-    "Inequality",
-    "Operators",
-    "block",
-    "matrix",
-    "trace",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -15,14 +15,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.parameter_search.multiplier_bound import excluded_from
-    from takagi.lmi.parameter_search.parameter_path import follow_path
-    from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil
+    from takagi.lmi.parameter_search.multiplier_bound import excluded_from as excluded_from
+    from takagi.lmi.parameter_search.parameter_path import follow_path as follow_path
+    from takagi.lmi.parameter_search.parameter_pencil import ParameterPencil as ParameterPencil
 
-__all__ = [
-    "ParameterPencil",
-    "excluded_from",
-    "follow_path",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

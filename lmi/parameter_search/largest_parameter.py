@@ -117,7 +117,7 @@ def extreme_parameter(
         natural size of the parameter when that is larger.
     step : value -> difference that does not matter; in the place of ``tolerance``.
     limit : stop when the value has passed it.
-    steps : stop after so many.
+    steps : stop after this many.
     worst : reciprocal condition of the unknowns, as far as an LMI bounds it, below which they
         are not used: near a value that is approached but not attained they degenerate.
     centre : hand back the unknowns of largest margin a hair before the value; without, those

@@ -15,11 +15,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite
+    from takagi.lmi.refutation.definiteness import is_definite as is_definite
+    from takagi.lmi.refutation.definiteness import is_semidefinite as is_semidefinite
 
-__all__ = [
-    "is_definite",
-    "is_semidefinite",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -85,7 +85,8 @@ def adjoint(condition: Condition) -> Adjoint:
 
     Raises
     ------
-    ModelError : an entry that is no finite number, or equalities, which have no multipliers here.
+    ModelError : an entry that is not a finite number, or equalities, which have no multipliers
+        here.
     """
     condition.refuse_equalities()
     offsets, variables = {}, 0
@@ -119,7 +120,7 @@ def over_one_denominator(array: Array) -> tuple[Array, int]:
 
     Raises
     ------
-    ModelError : an entry that is no finite number.
+    ModelError : an entry that is not a finite number.
     """
     # Wide integers have more digits than a float, and NaN has a mantissa like any other.
     if array.dtype.kind == "f" and array.dtype.itemsize <= 8 and np.isfinite(array).all():

@@ -59,7 +59,7 @@ class Alternative:
         return not self.fault()
 
     def fault(self) -> str:
-        """Return the reason why it is no proof; an empty text if it is one.
+        """Return the reason why it is not a proof; an empty text if it is one.
 
         Raises
         ------

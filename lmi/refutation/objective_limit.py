@@ -20,7 +20,7 @@ def objective_below(condition: Condition, value: float | Fraction) -> Condition:
 
     Raises
     ------
-    ModelError : a condition without an objective, or a value that is no finite number.
+    ModelError : a condition without an objective, or a value that is not a finite number.
     """
     if not condition.objective:
         raise ModelError(

@@ -81,7 +81,7 @@ def exact_no(
     Raises
     ------
     ModelError : a multiplier of an LMI that is not there, or of another shape; an entry of the
-        condition that is no finite number.
+        condition that is not a finite number.
     """
     numbers: dict[str, Any] = {**condition.parameters, **(parameters or {})}
     exact = replace(condition, parameters=numbers)

@@ -15,12 +15,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.solver.solve import Session, again, attempts
+    from takagi.lmi.solver.solve import Session as Session
+    from takagi.lmi.solver.solve import again as again
+    from takagi.lmi.solver.solve import attempts as attempts
 
-__all__ = [
-    "Session",
-    "again",
-    "attempts",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -12,7 +12,7 @@ import numpy as np
 
 from takagi.lmi.solver.incidence import Incidence
 
-# clarabel is called first if it takes less than so many seconds, or if sdpa is not so many times
+# clarabel is called first if it takes less than this many seconds, or if sdpa is not so many times
 # quicker.
 LONG, CLEARLY = 0.5, 1.5
 ITERATIONS_CLARABEL, ITERATIONS_SDPA = 25, 30

@@ -44,7 +44,7 @@ class DoubleSum:
     gain_rules : g; None where the gains have the rules and the memberships of the vertices, m = h.
     gain_corners : as ``corners``, for the gains' own rules.  Premises of one name are the same.
     active : (r, r), False where h_i h_j = 0 at every state; None where nothing is known.
-    active_rules : at most so many h_i differ from zero at one state; None where nothing is known.
+    active_rules : at most this many h_i differ from zero at one state; None where nothing is known.
     """
 
     rules: int

@@ -46,7 +46,7 @@ def with_overlap(
     bounds : (r, r) b, symmetric; 0 for rules that never act together, inf where nothing is known.
         Above 1/4, for i != j, it is taken as 1/4, which all memberships keep; fractions are
         rounded up.  None for no bounds.
-    active_rules : at most so many rules act at a time.
+    active_rules : at most this many rules act at a time.
 
     Returns
     -------

@@ -72,7 +72,7 @@ def contains(rich: str, poor: str, *, few_active: bool = False) -> bool:
 
     Parameters
     ----------
-    few_active : at most so many rules are known to act at a time that Tanaka and Wang's s is
+    few_active : at most this many rules are known to act at a time that Tanaka and Wang's s is
         smaller than r, and than the number of rules that some rule acts with; Kim and Lee's and
         those above it make no use of that, so they do not contain Tanaka and Wang's then.
     """

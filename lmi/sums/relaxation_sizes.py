@@ -169,7 +169,7 @@ def _unknown(loop: DoubleSum, size: RelaxationSize) -> float:
 
 
 def _members(part: SumPart, rules: float) -> float:
-    """Return about how many members of its unknown a part has in an item of so many rules."""
+    """Return about how many members of its unknown a part has in an item of this many rules."""
     if isinstance(part.member, str):
         return 1.0 if part.member == "first" else rules
     return rules**2
@@ -190,7 +190,7 @@ def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:
 
 
 def _polya(values: int, degree: int, most: int | None = None) -> tuple[int, float]:
-    """Return how many products of d + 2 weights have at most so many different ones, their mean."""
+    """Return how many products of d + 2 weights have at most ``most`` different ones; the mean."""
     sides = range(1, (values if most is None else most) + 1)
     items = [comb(values, t) * comb(degree + 1, t - 1) for t in sides]
     return sum(items), sum(t * count for t, count in zip(sides, items, strict=True)) / sum(items)

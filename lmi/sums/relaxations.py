@@ -1,4 +1,4 @@
-"""Sufficient LMIs for sum_ij h_i h_j Theta_ij < 0 whatever the memberships: named relaxations."""
+"""Sufficient LMIs for sum_ij h_i h_j Theta_ij < 0 for all memberships: named relaxations."""
 
 from __future__ import annotations
 

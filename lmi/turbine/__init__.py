@@ -13,33 +13,25 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.turbine.effort import EffortDesign, EffortSettings, effort_gains
-    from takagi.lmi.turbine.one_step.design import OneStepDesign, effort_loop_reach, one_step_gains
-    from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily, LoopOfGains
-    from takagi.lmi.turbine.one_step.objective import Objective
-    from takagi.lmi.turbine.region_request import FULL_LOAD, PARTIAL_LOAD, Requirement
-    from takagi.lmi.turbine.regional import RegionalGains, RegionGains, region_gains, regional_gains
-    from takagi.lmi.turbine.regional_condition import ActuatorBound, regional_gain_condition
+    from takagi.lmi.turbine.effort import EffortDesign as EffortDesign
+    from takagi.lmi.turbine.effort import EffortSettings as EffortSettings
+    from takagi.lmi.turbine.effort import effort_gains as effort_gains
+    from takagi.lmi.turbine.one_step.design import OneStepDesign as OneStepDesign
+    from takagi.lmi.turbine.one_step.design import effort_loop_reach as effort_loop_reach
+    from takagi.lmi.turbine.one_step.design import one_step_gains as one_step_gains
+    from takagi.lmi.turbine.one_step.loop_of_gains import LoopFamily as LoopFamily
+    from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains as LoopOfGains
+    from takagi.lmi.turbine.one_step.objective import Objective as Objective
+    from takagi.lmi.turbine.region_request import FULL_LOAD as FULL_LOAD
+    from takagi.lmi.turbine.region_request import PARTIAL_LOAD as PARTIAL_LOAD
+    from takagi.lmi.turbine.region_request import Requirement as Requirement
+    from takagi.lmi.turbine.regional import RegionalGains as RegionalGains
+    from takagi.lmi.turbine.regional import RegionGains as RegionGains
+    from takagi.lmi.turbine.regional import region_gains as region_gains
+    from takagi.lmi.turbine.regional import regional_gains as regional_gains
+    from takagi.lmi.turbine.regional_condition import ActuatorBound as ActuatorBound
+    from takagi.lmi.turbine.regional_condition import (
+        regional_gain_condition as regional_gain_condition,
+    )
 
-__all__ = [
-    "ActuatorBound",
-    "EffortDesign",
-    "EffortSettings",
-    "FULL_LOAD",
-    "LoopFamily",
-    "LoopOfGains",
-    "Objective",
-    "OneStepDesign",
-    "PARTIAL_LOAD",
-    "RegionGains",
-    "RegionalGains",
-    "Requirement",
-    "effort_gains",
-    "effort_loop_reach",
-    "one_step_gains",
-    "region_gains",
-    "regional_gain_condition",
-    "regional_gains",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -104,7 +104,7 @@ def membership_rates(space: Space, bounds: RateBounds) -> tuple[Floats, ...]:
     Parameters
     ----------
     bounds : with premises, of |dz_k/dt| in the unit of z_k per second, by name or in order;
-        without, of |dh_i/dt| in 1/s.  One number stands for all, inf is no bound, 0 is constant.
+        without, of |dh_i/dt| in 1/s.  One number stands for all, inf is not a bound, 0 is constant.
 
     Raises
     ------

@@ -77,7 +77,7 @@ def fuzzy_lyapunov(
 ) -> Answer:
     """Return a candidate P(h) > 0 with He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0.
 
-    V = x' P(h) x then decays as V' <= -2 alpha V while the memberships keep to their rates.
+    V = x' P(h) x then decays as V' <= -2 alpha V while the memberships move within these rates.
     Discrete time: V(x+) <= e^(-2 alpha T) V(x).
 
     Parameters
@@ -107,8 +107,8 @@ def fuzzy_lyapunov(
     about P of this degree and these coefficients; the diagnosis says so, or names a blend that is
     unstable by itself.  Nothing is proved here.
 
-    Not promised: that the memberships do keep to these rates.  Where they depend on the state that
-    is to be shown by other means, for instance on a level set.
+    Not promised: that the memberships do move within these rates.  Where they
+    depend on the state, show it by other means, for instance on a level set.
 
     Raises
     ------

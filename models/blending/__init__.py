@@ -14,24 +14,16 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.blending.blending import Actuator, Blending, blending_of
-    from takagi.models.blending.modelling import blended_model
-    from takagi.models.blending.run_time import RunningBlend, RunTimeBlending
-    from takagi.models.blending.substitution import blended_plant
-    from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope, share_range, share_value
+    from takagi.models.blending.blending import Actuator as Actuator
+    from takagi.models.blending.blending import Blending as Blending
+    from takagi.models.blending.blending import blending_of as blending_of
+    from takagi.models.blending.modelling import blended_model as blended_model
+    from takagi.models.blending.run_time import RunningBlend as RunningBlend
+    from takagi.models.blending.run_time import RunTimeBlending as RunTimeBlending
+    from takagi.models.blending.substitution import blended_plant as blended_plant
+    from takagi.models.ramps.exact_effort_ramp import ramp as ramp
+    from takagi.models.ramps.exact_effort_ramp import ramp_slope as ramp_slope
+    from takagi.models.ramps.exact_effort_ramp import share_range as share_range
+    from takagi.models.ramps.exact_effort_ramp import share_value as share_value
 
-__all__ = [
-    "Actuator",
-    "Blending",
-    "RunTimeBlending",
-    "RunningBlend",
-    "blended_model",
-    "blended_plant",
-    "blending_of",
-    "ramp",
-    "ramp_slope",
-    "share_range",
-    "share_value",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

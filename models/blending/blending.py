@@ -67,7 +67,7 @@ class Blending:
     Raises
     ------
     ModelError : an overlap that is not positive, an effort without a range on both sides of 0, one
-        input for both, an error that is no share, an actuator that does not move the plant.
+        input for both, an error that is not a share, an actuator that does not move the plant.
     """
 
     effort: Variable
@@ -144,7 +144,7 @@ class Blending:
 
         Raises
         ------
-        ModelError : the effectiveness there is no rational number.
+        ModelError : the effectiveness there is not a rational number.
         """
         delivered = self.delivered(actuator, self.effort.rest)
         if delivered == 0:

@@ -1,4 +1,4 @@
-"""Numbers of a plant that are no decimals: a decimal next to each, and how far it is at most."""
+"""Numbers of a plant that are not decimals: a decimal next to each, and how far it is at most."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Equations:
 class Factored:
     """A, B, C, D, E with entries in premise symbols, and what each premise stands for.
 
-    ``constants`` gives the value of symbols that may appear in the entries besides.
+    ``constants`` gives the values of other symbols that may appear in the entries.
     """
 
     matrices: Mapping[str, sp.Matrix]

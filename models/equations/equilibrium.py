@@ -83,7 +83,7 @@ def check_equilibrium(
         "--solve-rest) find the inputs that hold the states there"
     )
     if any(not residual.is_rational or _has_table(row) for _, row, residual in left):
-        # exp(350) is no decimal: a ball around one is proved, or a parameter is the rest itself.
+        # exp(350) is not a decimal: a ball around one is proved, or a parameter is the rest itself.
         cure += (
             "; where no decimals do, write rest = 'solve' for a state or input, and its rest is "
             "found in a proved ball; or write the equation with its value at rest, such as "

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Equations in deviations from the equilibrium, and all that a model of them needs besides.
+    """Equations in deviations from the equilibrium, and all else that a model of them needs.
 
     Attributes
     ----------
@@ -41,8 +41,8 @@ class Problem:
     names : states, inputs, outputs, disturbances; None names them by symbol and unit.
     steps : how the equations came from the plant's, for the derivation.
     rest : the plant's variables at the equilibrium, which its deviations are taken from.
-    balls : variable or parameter -> the number that it is, where that is no decimal; it stands in
-        the equations under its symbol.
+    balls : variable or parameter -> the number that it is, where that is not a decimal; the
+        equations contain its symbol.
     """
 
     equations: Equations
@@ -58,12 +58,12 @@ class Problem:
 
     @property
     def where(self) -> Domain:
-        """Where bounds shall hold."""
+        """The domain on which bounds are to hold."""
         return Domain.of_box(self.sides) if self.domain is None else self.domain
 
     @property
     def sides(self) -> dict[sp.Symbol, Interval]:
-        """The box, and the balls of the numbers that are no decimals."""
+        """The box, and the balls of the numbers that are not decimals."""
         return {**self.box, **{ball.symbol: ball.side for ball in self.balls.values()}}
 
     @property
@@ -91,9 +91,9 @@ def problem_of_plant(
 
     Raises
     ------
-    ModelError : the rest values are no equilibrium of the plant, an output depends on more than
+    ModelError : the rest values are not an equilibrium of the plant, an output depends on more than
         states and inputs, the mass matrix may be singular on the domain, or the domain speaks of
-        symbols that are no variables.
+        symbols that are not variables.
     """
     import sympy as sp
 
@@ -198,7 +198,7 @@ def _parameter_sides(plant: Plant, balls: Mapping[sp.Symbol, Ball]) -> dict[sp.S
 
 
 def _with_balls(plant: Plant, rest: Mapping[sp.Symbol, sp.Expr]) -> Plant:
-    """Return the plant at rest with these inputs where one with a range is no decimal, else it."""
+    """Return the plant at rest with these inputs, if one with a range is not a decimal."""
     bent = [v for v in plant.inputs if v.range is not None and not rest[v.symbol].is_Rational]
     if not bent:
         return plant
@@ -297,7 +297,7 @@ def over_box(
         if strange:
             twin = next((v for v in variables if v.name == strange[0].name), None)
             raise ModelError(
-                f"the domain speaks of {', '.join(sorted(map(str, strange)))}; the variables are "
+                f"the domain has {', '.join(sorted(map(str, strange)))}; the variables are "
                 + ", ".join(map(str, variables))
                 + ("" if twin is None else " (symbols declared otherwise are others: real=True?)")
             )

@@ -1,12 +1,14 @@
-"""Parts of an expression that sympy folds away, and whether they have a value on the whole box.
+"""Parts of an expression that sympy removes, and whether they have a value on the whole box.
 
-0 log(x) becomes 0 and sqrt(x)^2 becomes x as soon as they are read, though they have no value where
-x is negative.  The reader notes every part that is not defined everywhere; of those that the result
-does not hold any more the domain is proved here, or the file is refused.
+sympy turns 0 log(x) into 0 and sqrt(x)^2 into x as soon as it reads them, although they have no
+value where x is negative.  The reader notes every part that is not defined everywhere.  If such a
+part is missing from the result, it is proved here that the part is defined on the whole box;
+otherwise the file is refused.
 
-A quotient that cancels, as x^2/x, stands for its limit where its denominator vanishes, if that is a
-product of deviations from the equilibrium or of sums of multiples of them: as in the checker, which
-reads the file too.  0/x and 0 (1/x) are not taken for limits: they need not be written.
+A quotient that cancels, such as x^2/x, has the value of its limit where its denominator vanishes,
+if the denominator is a product of deviations from the equilibrium or of sums of multiples of them.
+The checker, which reads the file too, does the same.  0/x and 0 (1/x) are not given such a value,
+because nobody needs to write them.
 """
 
 from __future__ import annotations

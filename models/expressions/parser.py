@@ -78,7 +78,7 @@ def parse_expression(text: str, scope: Scope) -> sp.Expr:
     ------
     ModelError : with line, column and a caret: a character, name or function that is not known,
         a bracket or operand that is missing, a table with a wrong number of arguments, a value
-        that is no finite real number, or an expression too long, too deep or too large.
+        that is not a finite real number, or an expression too long, too deep or too large.
 
     Not promised: that the expression has a value on a box (1/x is accepted).
     """

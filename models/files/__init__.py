@@ -13,13 +13,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.files.library import built_in_kinds, data_folder
-    from takagi.models.files.units import parse_unit
+    from takagi.models.files.library import built_in_kinds as built_in_kinds
+    from takagi.models.files.library import data_folder as data_folder
+    from takagi.models.files.units import parse_unit as parse_unit
 
-__all__ = [
-    "built_in_kinds",
-    "data_folder",
-    "parse_unit",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -37,7 +37,7 @@ def read_coefficient_table(path: Path) -> CoefficientTable:
 
     Raises
     ------
-    ModelError : with file and line: header incomplete, a cell that is no finite number, rows of
+    ModelError : with file and line: header incomplete, a cell that is not a finite number, rows of
         different length, axes that do not increase, fewer than 4 points in a direction.
     """
     lines = list(enumerate(read_text(path).splitlines(), start=1))

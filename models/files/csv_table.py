@@ -34,8 +34,8 @@ def read_curve(path: Path, *, name: str, units: tuple[Unit, Unit], x_name: str =
 
     Raises
     ------
-    ModelError : with file and line: a cell that is no number, a row that has not two, x that does
-        not increase, fewer than 4 rows.
+    ModelError : with file and line: a cell that is not a number, a row without two numbers, x
+        that does not increase, fewer than 4 rows.
     """
     rows = _rows(path, skip_corner=False)
     for line, row in rows:
@@ -84,7 +84,7 @@ def read_surface(
 
 
 def _rows(path: Path, *, skip_corner: bool) -> list[Row]:
-    """Return (line number, numbers) of every line that is no comment."""
+    """Return (line number, numbers) of every line that is not a comment."""
     found: list[Row] = []
     cells_read = 0
     for line, text in enumerate(read_text(path).splitlines(), start=1):

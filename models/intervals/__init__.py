@@ -12,10 +12,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.intervals.interval import exact
+    from takagi.models.intervals.interval import exact as exact
 
-__all__ = [
-    "exact",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -14,51 +14,33 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.models.laws.effort_sharing.feedforward import Feedforward as Feedforward
     from takagi.models.laws.effort_sharing.feedforward import (
-        Feedforward,
-        known_rate_feedforward,
-        no_feedforward,
+        known_rate_feedforward as known_rate_feedforward,
     )
-    from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains, EffortSharingLaw
-    from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
-    from takagi.models.laws.pdc import PdcLaw
-    from takagi.models.laws.protocol import Command, Law, Measurement
-    from takagi.models.laws.published.coupling_filter import CouplingFilter
-    from takagi.models.laws.published.law import (
-        PaperLaw,
-        PaperRule,
-        PublishedLaw,
-        PublishedRule,
-        paper_law,
-        published_law,
+    from takagi.models.laws.effort_sharing.feedforward import no_feedforward as no_feedforward
+    from takagi.models.laws.effort_sharing.law import CoherentLaw as CoherentLaw
+    from takagi.models.laws.effort_sharing.law import EffortGains as EffortGains
+    from takagi.models.laws.effort_sharing.law import EffortSharingLaw as EffortSharingLaw
+    from takagi.models.laws.effort_sharing.schedule import EffortSchedule as EffortSchedule
+    from takagi.models.laws.effort_sharing.schedule import effort_schedule as effort_schedule
+    from takagi.models.laws.pdc import PdcLaw as PdcLaw
+    from takagi.models.laws.protocol import Command as Command
+    from takagi.models.laws.protocol import Law as Law
+    from takagi.models.laws.protocol import Measurement as Measurement
+    from takagi.models.laws.published.coupling_filter import CouplingFilter as CouplingFilter
+    from takagi.models.laws.published.law import PaperLaw as PaperLaw
+    from takagi.models.laws.published.law import PaperRule as PaperRule
+    from takagi.models.laws.published.law import PublishedLaw as PublishedLaw
+    from takagi.models.laws.published.law import PublishedRule as PublishedRule
+    from takagi.models.laws.published.law import paper_law as paper_law
+    from takagi.models.laws.published.law import published_law as published_law
+    from takagi.models.laws.published.reference_filter import (
+        FilteredReferenceLaw as FilteredReferenceLaw,
     )
-    from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
-    from takagi.models.laws.sampled import SampledLaw
+    from takagi.models.laws.published.reference_filter import ReferenceFilter as ReferenceFilter
+    from takagi.models.laws.sampled import SampledLaw as SampledLaw
 
 # ``coupling_filter`` is imported from its module: function and module share the name.
-__all__ = [
-    "CoherentLaw",
-    "Command",
-    "CouplingFilter",
-    "EffortGains",
-    "EffortSchedule",
-    "EffortSharingLaw",
-    "Feedforward",
-    "FilteredReferenceLaw",
-    "Law",
-    "Measurement",
-    "PaperLaw",
-    "PaperRule",
-    "PdcLaw",
-    "PublishedLaw",
-    "PublishedRule",
-    "ReferenceFilter",
-    "SampledLaw",
-    "effort_schedule",
-    "known_rate_feedforward",
-    "no_feedforward",
-    "paper_law",
-    "published_law",
-]
 
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

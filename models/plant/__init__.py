@@ -18,10 +18,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.plant.design_settings import PlantSettings
+    from takagi.models.plant.design_settings import PlantSettings as PlantSettings
 
-__all__ = [
-    "PlantSettings",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

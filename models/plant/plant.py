@@ -114,7 +114,7 @@ class Plant:
 
     @property
     def values(self) -> dict[sp.Symbol, Fraction]:
-        """Return symbol -> value of the parameters; of one that is no decimal, the decimal next."""
+        """Return symbol -> value of the parameters, or the nearest decimal to it."""
         return {parameter.symbol: parameter.value for parameter in self.parameters}
 
     def _check_scheduling(self) -> None:

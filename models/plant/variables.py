@@ -22,7 +22,7 @@ class Variable:
     unit : SI, e.g. ``"rad/s"``; ``"-"`` for a pure number.
     range : where the model shall hold; None for a variable that no premise may depend on.
     rest : its value at the operating point that the model is written around.
-    within : if the true rest is no decimal: the largest distance of the true rest from ``rest``,
+    within : if the true rest is not a decimal: the largest distance of the true rest from ``rest``,
         the decimal nearest to it. The model is written around the true rest.
     equals : the expression without variables and parameters that such a rest is, e.g. 100*pi; None
         for one that was solved for.
@@ -57,7 +57,7 @@ class Variable:
 class Parameter:
     """A number with a name: exact value, SI unit, and where it comes from.
 
-    If its exact value is no decimal, ``equals`` is that value as an expression without variables
+    If its exact value is not a decimal, ``equals`` is that value as an expression without variables
     and parameters, and ``within`` is its largest distance from ``value``.  ``written`` is the
     unit in its file and is used in texts alone.
     """

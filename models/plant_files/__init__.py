@@ -14,12 +14,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.plant_files.loader import PlantFile, load_plant, plant_files
+    from takagi.models.plant_files.loader import PlantFile as PlantFile
+    from takagi.models.plant_files.loader import load_plant as load_plant
+    from takagi.models.plant_files.loader import plant_files as plant_files
 
-__all__ = [
-    "PlantFile",
-    "load_plant",
-    "plant_files",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

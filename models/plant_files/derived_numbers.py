@@ -100,7 +100,7 @@ class DerivedNumbers:
         return expression.subs({self.found[n].symbol: c for n, c in self.closed.items()})
 
     def _number(self, place: str, expression: sp.Expr) -> tuple[Fraction, Fraction, sp.Expr | None]:
-        """Return value, radius and the exact expression; the last two only if it is no fraction."""
+        """Return value, radius and exact expression; the last two only if it is not a fraction."""
         import sympy as sp
 
         value = self._closed(expression)

@@ -12,13 +12,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.ramps.effort_ramp import effort_ramp_slope
-    from takagi.models.ramps.membership_ramp import Ramp, Shape
+    from takagi.models.ramps.effort_ramp import effort_ramp_slope as effort_ramp_slope
+    from takagi.models.ramps.membership_ramp import Ramp as Ramp
+    from takagi.models.ramps.membership_ramp import Shape as Shape
 
-__all__ = [
-    "Ramp",
-    "Shape",
-    "effort_ramp_slope",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

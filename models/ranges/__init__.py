@@ -22,30 +22,19 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.expressions.evidence_file import evidence_data, evidence_of_data
-    from takagi.models.intervals.interval import Interval, exact
-    from takagi.models.ranges.cell import Cell
-    from takagi.models.ranges.domain import Domain
-    from takagi.models.ranges.evidence import Evidence, replay
-    from takagi.models.ranges.expression_range import expression_value
-    from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
-    from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_value
+    from takagi.models.expressions.evidence_file import evidence_data as evidence_data
+    from takagi.models.expressions.evidence_file import evidence_of_data as evidence_of_data
+    from takagi.models.intervals.interval import Interval as Interval
+    from takagi.models.intervals.interval import exact as exact
+    from takagi.models.ranges.cell import Cell as Cell
+    from takagi.models.ranges.domain import Domain as Domain
+    from takagi.models.ranges.evidence import Evidence as Evidence
+    from takagi.models.ranges.evidence import replay as replay
+    from takagi.models.ranges.expression_range import expression_value as expression_value
+    from takagi.models.ranges.sampled import SampledBounds as SampledBounds
+    from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
+    from takagi.models.splines.exact_spline import ExactSpline as ExactSpline
+    from takagi.models.splines.exact_spline import exact_bounds as exact_bounds
+    from takagi.models.splines.exact_spline import exact_value as exact_value
 
-__all__ = [
-    "Cell",
-    "Domain",
-    "Evidence",
-    "ExactSpline",
-    "Interval",
-    "SampledBounds",
-    "evidence_data",
-    "evidence_of_data",
-    "exact",
-    "exact_bounds",
-    "exact_value",
-    "expression_value",
-    "replay",
-    "sampled_bounds",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

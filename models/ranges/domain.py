@@ -102,7 +102,7 @@ class Domain:
     def moved(self, places: Mapping[sp.Symbol, tuple[sp.Symbol, sp.Expr]]) -> Domain:
         """Return the domain in other variables: x -> (d, r) writes x = r + d.
 
-        A range is moved outward where r is no rational number.
+        A range is moved outward where r is not a rational number.
         """
         return Domain(tuple(_moved(cell, places) for cell in self.cells))
 

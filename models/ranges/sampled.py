@@ -27,7 +27,7 @@ class SampledBounds(NamedTuple):
     Attributes
     ----------
     bounds : contains every sampled value; values between the samples may lie outside.
-    evidence : for ``Premise(evidence=...)``; says "sampled", and that it is no proof.
+    evidence : for ``Premise(evidence=...)``; says "sampled", and that it is not a proof.
     """
 
     bounds: Interval

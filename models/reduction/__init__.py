@@ -19,26 +19,15 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.reduction.box_refinement import refine
-    from takagi.models.reduction.cell_models import CellModels, ModelCell
-    from takagi.models.reduction.error_bound import ErrorBound
-    from takagi.models.reduction.norm_block import NormBlock
-    from takagi.models.reduction.reduced_model import MergedModel, ReducedModel
-    from takagi.models.reduction.rule_tensor import mode_spectrum
-    from takagi.models.reduction.tensor_reduction import reduce_rules
-    from takagi.models.reduction.vertex_merging import merge_vertices
+    from takagi.models.reduction.box_refinement import refine as refine
+    from takagi.models.reduction.cell_models import CellModels as CellModels
+    from takagi.models.reduction.cell_models import ModelCell as ModelCell
+    from takagi.models.reduction.error_bound import ErrorBound as ErrorBound
+    from takagi.models.reduction.norm_block import NormBlock as NormBlock
+    from takagi.models.reduction.reduced_model import MergedModel as MergedModel
+    from takagi.models.reduction.reduced_model import ReducedModel as ReducedModel
+    from takagi.models.reduction.rule_tensor import mode_spectrum as mode_spectrum
+    from takagi.models.reduction.tensor_reduction import reduce_rules as reduce_rules
+    from takagi.models.reduction.vertex_merging import merge_vertices as merge_vertices
 
-__all__ = [
-    "CellModels",
-    "ErrorBound",
-    "MergedModel",
-    "ModelCell",
-    "NormBlock",
-    "ReducedModel",
-    "merge_vertices",
-    "mode_spectrum",
-    "reduce_rules",
-    "refine",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -39,7 +39,7 @@ def refine(
     rest: EquilibriumOption = "given",
     tolerance: Number = "1e-3",
 ) -> CellModels:
-    """Return a model of the plant for each of so many cells of its box, bounds proved cell by cell.
+    """Return a model of the plant for each of many cells of its box, bounds proved cell by cell.
 
     All cells share one factored form x' = A(z) x + B(z) u + E(z) w; in a cell the premises z move
     less, and premises of the same variable move together, so that the vertices of all cells have a
@@ -53,7 +53,7 @@ def refine(
     ----------
     plant : with ranges for the variables that matter; deviations from its rest values are what the
         cells are boxes of, as in ``sector_model``.
-    cells : at most so many; fewer where nothing varies any more.
+    cells : at most this many; fewer where nothing varies any more.
     choice, premises, rest, tolerance : as in ``sector_model``.
 
     Returns

@@ -98,7 +98,7 @@ def _directions(X: Floats) -> tuple[Floats, Floats]:
 
 
 def _balance(sizes: Floats) -> tuple[Floats, Floats]:
-    """Return row and column weights with sizes / (rows columns') of like rows and columns."""
+    """Return weights that make rows and columns of sizes / (rows columns') equally large."""
     rows, columns = np.ones(len(sizes)), np.ones(sizes.shape[1])
     tiny = np.finfo(np.float64).tiny
     for _ in range(BALANCE_ROUNDS):

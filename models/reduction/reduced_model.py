@@ -191,7 +191,7 @@ def _share(name: str, members: Sequence[Premise], weights: Floats) -> Premise:
     def value(**point: float) -> float:
         products = np.ones(1)
         for premise in members:
-            assert premise.evaluate is not None  # or this function is not handed out
+            assert premise.evaluate is not None  # without it, ``value`` is not used
             products = np.outer(products, premise.weights(premise.evaluate(**point))).ravel()
         return float(np.clip(products @ weights, 0.0, 1.0))
 

@@ -14,9 +14,9 @@ MOST_STARTS = 32
 def simplex_weights(points: Floats) -> Floats:
     """Return G (N, d + 1), G >= 0 with rows of sum 1, such that points = G @ (some d + 1 points).
 
-    The corners are not returned: what they stand for is fitted to G.  Every facet of the simplex
-    touches a point.  Of several simplices spanned by points and then widened, the one of least
-    volume is taken; that no other one is smaller is not promised.
+    The corners are not returned, because the caller fits its own values at the corners to G.  Every
+    facet of the simplex touches a point.  Several simplices are spanned by points and then widened,
+    and the one of least volume is taken; a smaller one may exist.
 
     Parameters
     ----------

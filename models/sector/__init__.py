@@ -20,23 +20,14 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.equations.equations import Equations, Factored
-    from takagi.models.ranges.expression_range import expression_range, expression_value
-    from takagi.models.sector.assembly import assemble
-    from takagi.models.sector.factorisation import factor
-    from takagi.models.sector.model import rule_count, sector_model
-    from takagi.models.sector.rule_counting import RuleCount
+    from takagi.models.equations.equations import Equations as Equations
+    from takagi.models.equations.equations import Factored as Factored
+    from takagi.models.ranges.expression_range import expression_range as expression_range
+    from takagi.models.ranges.expression_range import expression_value as expression_value
+    from takagi.models.sector.assembly import assemble as assemble
+    from takagi.models.sector.factorisation import factor as factor
+    from takagi.models.sector.model import rule_count as rule_count
+    from takagi.models.sector.model import sector_model as sector_model
+    from takagi.models.sector.rule_counting import RuleCount as RuleCount
 
-__all__ = [
-    "Factored",
-    "Equations",
-    "RuleCount",
-    "assemble",
-    "expression_range",
-    "expression_value",
-    "factor",
-    "rule_count",
-    "sector_model",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

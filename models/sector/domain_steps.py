@@ -1,4 +1,4 @@
-"""A domain that is no box, in LaTeX."""
+"""A domain that is not a box, in LaTeX."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def check_exact(
 
     First by expansion, over a common denominator too; then at random rational points in ball
     arithmetic, where a ball without 0 refutes; then by sympy's ``simplify`` if the difference is
-    short.  What is left agrees at the points, and the words say that this is no proof.
+    short.  What is left agrees at the points, and the words say that this is not a proof.
 
     Parameters
     ----------

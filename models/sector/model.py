@@ -139,8 +139,8 @@ def sector_model(
     Raises
     ------
     ModelError : the form is not exact, an entry is not multilinear in the premises, a premise
-        cannot be bounded, a variable has no range, the rest values are no equilibrium of the plant,
-        or there are too many rules.
+        cannot be bounded, a variable has no range, the rest values are not an equilibrium of the
+        plant, or there are too many rules.
 
     Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, section 2.2.
     """

@@ -17,72 +17,37 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.simulation.baseline import BaselineLaw
-    from takagi.models.simulation.closed_loop import Diverged, Observer, simulate
-    from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
-    from takagi.models.simulation.history import History
-    from takagi.models.simulation.metrics import Metrics, damage_equivalent_load, measure
-    from takagi.models.simulation.scenario import (
-        Case,
-        Result,
-        paper_scenario,
-        paper_winds,
-        published_scenario,
-        published_winds,
-        run_cases,
-        transition_scenario,
-        transition_winds,
-    )
-    from takagi.models.simulation.speed_filter import SpeedFilter
-    from takagi.models.simulation.turbine_plant import (
-        Flag,
-        Plant,
-        SimulatedTurbine,
-        design_plant,
-        validation_plant,
-    )
-    from takagi.models.simulation.turbulence import same_turbulence, turbulent_wind
-    from takagi.models.simulation.wind import (
-        WindSeries,
-        constant_wind,
-        gust_wind,
-        ramp_wind,
-        step_wind,
-    )
+    from takagi.models.simulation.baseline import BaselineLaw as BaselineLaw
+    from takagi.models.simulation.closed_loop import Diverged as Diverged
+    from takagi.models.simulation.closed_loop import Observer as Observer
+    from takagi.models.simulation.closed_loop import simulate as simulate
+    from takagi.models.simulation.dynamics import equilibrium_state as equilibrium_state
+    from takagi.models.simulation.dynamics import plant_rate as plant_rate
+    from takagi.models.simulation.history import History as History
+    from takagi.models.simulation.metrics import Metrics as Metrics
+    from takagi.models.simulation.metrics import damage_equivalent_load as damage_equivalent_load
+    from takagi.models.simulation.metrics import measure as measure
+    from takagi.models.simulation.scenario import Case as Case
+    from takagi.models.simulation.scenario import Result as Result
+    from takagi.models.simulation.scenario import paper_scenario as paper_scenario
+    from takagi.models.simulation.scenario import paper_winds as paper_winds
+    from takagi.models.simulation.scenario import published_scenario as published_scenario
+    from takagi.models.simulation.scenario import published_winds as published_winds
+    from takagi.models.simulation.scenario import run_cases as run_cases
+    from takagi.models.simulation.scenario import transition_scenario as transition_scenario
+    from takagi.models.simulation.scenario import transition_winds as transition_winds
+    from takagi.models.simulation.speed_filter import SpeedFilter as SpeedFilter
+    from takagi.models.simulation.turbine_plant import Flag as Flag
+    from takagi.models.simulation.turbine_plant import Plant as Plant
+    from takagi.models.simulation.turbine_plant import SimulatedTurbine as SimulatedTurbine
+    from takagi.models.simulation.turbine_plant import design_plant as design_plant
+    from takagi.models.simulation.turbine_plant import validation_plant as validation_plant
+    from takagi.models.simulation.turbulence import same_turbulence as same_turbulence
+    from takagi.models.simulation.turbulence import turbulent_wind as turbulent_wind
+    from takagi.models.simulation.wind import WindSeries as WindSeries
+    from takagi.models.simulation.wind import constant_wind as constant_wind
+    from takagi.models.simulation.wind import gust_wind as gust_wind
+    from takagi.models.simulation.wind import ramp_wind as ramp_wind
+    from takagi.models.simulation.wind import step_wind as step_wind
 
-__all__ = [
-    "BaselineLaw",
-    "Case",
-    "Diverged",
-    "Flag",
-    "History",
-    "Metrics",
-    "Observer",
-    "Plant",
-    "Result",
-    "SimulatedTurbine",
-    "SpeedFilter",
-    "WindSeries",
-    "constant_wind",
-    "damage_equivalent_load",
-    "design_plant",
-    "equilibrium_state",
-    "gust_wind",
-    "measure",
-    "paper_scenario",
-    "paper_winds",
-    "plant_rate",
-    "published_scenario",
-    "published_winds",
-    "ramp_wind",
-    "run_cases",
-    "same_turbulence",
-    "simulate",
-    "step_wind",
-    "transition_scenario",
-    "transition_winds",
-    "turbulent_wind",
-    "validation_plant",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

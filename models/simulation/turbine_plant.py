@@ -43,14 +43,14 @@ class Flag(IntFlag):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedTurbine:
-    """A turbine with what is modelled of it.
+    """A turbine, and which of its effects are simulated.
 
     Attributes
     ----------
     turbine : its figures.
     drive : ``"first-order"``: tau beta' = beta_ref - beta; ``"second-order"``:
         beta'' = w^2 (beta_ref - beta) - 2 zeta w beta'.
-    tower : the first fore-aft mode; the rotor then meets the wind less the hub's velocity, which
+    tower : the first fore-aft mode; the rotor then sees the wind minus the hub's velocity, which
         is ``turbine.tower_share`` of the tower top's.
     torsion : rotor and generator as two masses; the measured speed is then the generator's.
     wake : the wake needs time; torque and thrust answer pitch, wind and speed more at first.
@@ -59,7 +59,7 @@ class SimulatedTurbine:
         [rad/s]; None for none.
     flap : the first collective flap mode.
     torque_lag : first-order lag of the generator torque [s]; None for none.
-    ripple : amplitude of three swings of the wind per turn, over the wind [-]; 0 for none.
+    ripple : amplitude of a wind oscillation with three periods per turn, over the wind [-].
 
     Raises
     ------

@@ -14,12 +14,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.splines.surface import interpolate
-    from takagi.models.splines.table_function import TableFunction
+    from takagi.models.splines.surface import interpolate as interpolate
+    from takagi.models.splines.table_function import TableFunction as TableFunction
 
-__all__ = [
-    "TableFunction",
-    "interpolate",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -1,6 +1,6 @@
 """Ranges of the torque coefficient for a search: ``patch_ranges`` between rational numbers.
 
-The ranges are right up to rounding, so they are no rigorous bounds. A result that a search finds
+The ranges are right up to rounding, so they are not rigorous bounds. A result that a search finds
 with them is enclosed rigorously before anything is claimed.
 """
 

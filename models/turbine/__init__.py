@@ -16,46 +16,25 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.turbine.aerodynamics import (
-        rotor_power,
-        rotor_thrust,
-        rotor_torque,
-        rotor_torque_gradient,
-        tip_speed_ratio,
-    )
-    from takagi.models.turbine.data import Baseline, BaselineController, Figure, FrozenWake, Turbine
-    from takagi.models.turbine.derating import derated
-    from takagi.models.turbine.loader import load_turbine, model_files, nrel5mw
-    from takagi.models.turbine.operating_band import OperatingBand
-    from takagi.models.turbine.trim import (
-        TrimPoint,
-        optimal_tip_speed_ratio,
-        optimal_torque_constant,
-        rated_wind,
-        reference_speed,
-    )
+    from takagi.models.turbine.aerodynamics import rotor_power as rotor_power
+    from takagi.models.turbine.aerodynamics import rotor_thrust as rotor_thrust
+    from takagi.models.turbine.aerodynamics import rotor_torque as rotor_torque
+    from takagi.models.turbine.aerodynamics import rotor_torque_gradient as rotor_torque_gradient
+    from takagi.models.turbine.aerodynamics import tip_speed_ratio as tip_speed_ratio
+    from takagi.models.turbine.data import Baseline as Baseline
+    from takagi.models.turbine.data import BaselineController as BaselineController
+    from takagi.models.turbine.data import Figure as Figure
+    from takagi.models.turbine.data import FrozenWake as FrozenWake
+    from takagi.models.turbine.data import Turbine as Turbine
+    from takagi.models.turbine.derating import derated as derated
+    from takagi.models.turbine.loader import load_turbine as load_turbine
+    from takagi.models.turbine.loader import model_files as model_files
+    from takagi.models.turbine.loader import nrel5mw as nrel5mw
+    from takagi.models.turbine.operating_band import OperatingBand as OperatingBand
+    from takagi.models.turbine.trim import TrimPoint as TrimPoint
+    from takagi.models.turbine.trim import optimal_tip_speed_ratio as optimal_tip_speed_ratio
+    from takagi.models.turbine.trim import optimal_torque_constant as optimal_torque_constant
+    from takagi.models.turbine.trim import rated_wind as rated_wind
+    from takagi.models.turbine.trim import reference_speed as reference_speed
 
-__all__ = [
-    "Baseline",
-    "BaselineController",
-    "Figure",
-    "FrozenWake",
-    "OperatingBand",
-    "TrimPoint",
-    "Turbine",
-    "derated",
-    "load_turbine",
-    "model_files",
-    "nrel5mw",
-    "optimal_tip_speed_ratio",
-    "optimal_torque_constant",
-    "rated_wind",
-    "reference_speed",
-    "rotor_power",
-    "rotor_thrust",
-    "rotor_torque",
-    "rotor_torque_gradient",
-    "tip_speed_ratio",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

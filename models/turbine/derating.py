@@ -10,7 +10,7 @@ torque at which partial load ends moves, and with it trim, schedule, laws and ce
 
 A torque below that of the best tip-speed ratio at omega_set, K (n_g omega_set)^2, would be reached
 before the speed is, and a little above it pitch still raises torque where full load begins.  Both
-are refused; a lower speed set-point goes with such a torque.
+are refused; such a torque needs a lower speed set-point.
 
 The frozen wake's pitch effectiveness stays the published column over wind, which was computed at
 rated power; at the same wind a de-rated rotor is pitched further.
@@ -39,7 +39,7 @@ def derated(
     Parameters
     ----------
     torque_setpoint : [N m], high-speed shaft; None, or the rated torque itself, changes nothing.
-    speed_setpoint : omega_set [rad/s] that goes with it; None takes the rated speed.
+    speed_setpoint : omega_set [rad/s] of the de-rated operation; None takes the rated speed.
 
     Raises
     ------

@@ -201,7 +201,7 @@ def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
             v,
             f"pitching up from {turbine.pitch_min:.4g} rad would raise torque "
             f"(dT/dpitch = {by_pitch:.4g} N m/rad): the rotor is on its stall side there, "
-            "which a larger smallest pitch may cure",
+            "and a larger smallest pitch angle may help",
         )
 
 

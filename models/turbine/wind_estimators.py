@@ -78,7 +78,7 @@ class KalmanWindFilter:
         return _limited(self.turbine, float(state[1]))
 
     def state_rate(self, state: Floats, rotor_speed: float, pitch: float, torque: float) -> Floats:
-        """Return the state's derivative; zero for a reading that is no finite number."""
+        """Return the state's derivative; zero for a reading that is not a finite number."""
         if not math.isfinite(rotor_speed + pitch + torque):
             return np.zeros(5)
         turbine, wind = self.turbine, self.wind_estimate(state)
@@ -141,7 +141,7 @@ class ImmersionInvarianceEstimator:
         return _limited(self.turbine, float(state[0]))
 
     def state_rate(self, state: Floats, rotor_speed: float, pitch: float, torque: float) -> Floats:
-        """Return the state's derivative; zero for a reading that is no finite number."""
+        """Return the state's derivative; zero for a reading that is not a finite number."""
         if not math.isfinite(rotor_speed + pitch + torque):
             return np.zeros(2)
         turbine, wind = self.turbine, self.wind_estimate(state)

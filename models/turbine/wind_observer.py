@@ -169,7 +169,7 @@ class WindObserver:
         """Return (omegahat', vhat') for measured speed [rad/s], pitch [rad] and torque [N m].
 
         torque is the generator's, on the high-speed shaft.  vhat' is zero where it would push
-        vhat further past a limit.  A reading that is no finite number moves nothing.  ``doubts``
+        vhat further past a limit.  A reading that is not a finite number moves nothing.  ``doubts``
         says where else the rate is not the one of the error system.
         """
         if not math.isfinite(rotor_speed + pitch + torque):
@@ -190,9 +190,9 @@ class WindObserver:
     def doubts(
         self, state: Floats, rotor_speed: float, pitch: float, torque: float
     ) -> tuple[str, ...]:
-        """Return why the estimate is finite but not to be trusted at these readings; () if it is.
+        """Return why a finite estimate may be wrong at these readings; () without a reason.
 
-        Named are a reading that is no finite number, a tip-speed ratio or pitch outside the
+        Named are a reading that is not finite, a tip-speed ratio or pitch outside the
         coefficient table (its edge is taken), pitch beyond its limits, an estimate at a limit, and
         a rotor that stalls: there more wind gives less torque.
         """

@@ -20,9 +20,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.appendix.plant_files import plant_appendix
-    from takagi.reports.appendix.turbine_files import appendix_files
+    from takagi.reports.appendix.plant_files import plant_appendix as plant_appendix
+    from takagi.reports.appendix.turbine_files import appendix_files as appendix_files
 
-__all__ = ["appendix_files", "plant_appendix"]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -15,20 +15,11 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.baseline.comparison import (
-        CertificateComparison,
-        Comparison,
-        compare_certificates,
-    )
-    from takagi.reports.baseline.formats import as_data, as_markdown, as_text
+    from takagi.reports.baseline.comparison import CertificateComparison as CertificateComparison
+    from takagi.reports.baseline.comparison import Comparison as Comparison
+    from takagi.reports.baseline.comparison import compare_certificates as compare_certificates
+    from takagi.reports.baseline.formats import as_data as as_data
+    from takagi.reports.baseline.formats import as_markdown as as_markdown
+    from takagi.reports.baseline.formats import as_text as as_text
 
-__all__ = [
-    "CertificateComparison",
-    "Comparison",
-    "as_data",
-    "as_markdown",
-    "as_text",
-    "compare_certificates",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

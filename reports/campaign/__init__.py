@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.campaign.folder import CampaignReport, campaign_files
+    from takagi.reports.campaign.folder import CampaignReport as CampaignReport
+    from takagi.reports.campaign.folder import campaign_files as campaign_files
 
-__all__ = ["CampaignReport", "campaign_files"]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

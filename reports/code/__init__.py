@@ -22,18 +22,11 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.code.baseline import baseline_program
-    from takagi.reports.code.controller_program import ControllerProgram, read_controller
-    from takagi.reports.code.run import ProgramRun
-    from takagi.reports.code.targets import ExportSettings, Precision
+    from takagi.reports.code.baseline import baseline_program as baseline_program
+    from takagi.reports.code.controller_program import ControllerProgram as ControllerProgram
+    from takagi.reports.code.controller_program import read_controller as read_controller
+    from takagi.reports.code.run import ProgramRun as ProgramRun
+    from takagi.reports.code.targets import ExportSettings as ExportSettings
+    from takagi.reports.code.targets import Precision as Precision
 
-__all__ = [
-    "ControllerProgram",
-    "ExportSettings",
-    "Precision",
-    "ProgramRun",
-    "baseline_program",
-    "read_controller",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

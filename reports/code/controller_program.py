@@ -165,7 +165,7 @@ def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerP
 
     Raises
     ------
-    ModelError : the file is no gain file, has no programs, or one that cannot be read.
+    ModelError : the file is not a gain file, has no programs, or one that cannot be read.
     """
     try:
         document = json.loads(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from takagi.reports.margins import LoopResponse, Margins
 
 LEGEND_COLUMNS = 2
-# Below this gain the loop is treated as open: -200 dB is no gain.
+# Below this gain the loop is treated as open: -200 dB is not a gain.
 SILENT = 1e-10
 
 

@@ -12,14 +12,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.plant import plant_gain_file
-    from takagi.reports.gains_file.turbine import gain_file
+    from takagi.reports.gains_file.envelope import dump_gains as dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file as plant_gain_file
+    from takagi.reports.gains_file.turbine import gain_file as gain_file
 
-__all__ = [
-    "dump_gains",
-    "gain_file",
-    "plant_gain_file",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -2,7 +2,7 @@ r"""The gain file of a turbine: everything a controller needs, and what is prove
 
 ``law`` is, number by number, the object inside the certificate, and every other member follows
 from the certificate, so that ``takagi check certificate.json --gains gains.json`` compares the
-whole file.  What is proved is about these decimals.  Every column stands beside its unit in
+whole file.  What is proved is about these decimals.  The unit of every column is in
 ``units``; angles in rad, torque on the high-speed shaft.
 """
 

@@ -20,16 +20,10 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.loops.overshoot import overshoots
-    from takagi.reports.loops.plant_motion import motions, plant_rate
-    from takagi.reports.loops.settling import half_widths, settling_time
+    from takagi.reports.loops.overshoot import overshoots as overshoots
+    from takagi.reports.loops.plant_motion import motions as motions
+    from takagi.reports.loops.plant_motion import plant_rate as plant_rate
+    from takagi.reports.loops.settling import half_widths as half_widths
+    from takagi.reports.loops.settling import settling_time as settling_time
 
-__all__ = [
-    "half_widths",
-    "motions",
-    "overshoots",
-    "plant_rate",
-    "settling_time",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -28,7 +28,7 @@ def half_widths(loop: PlantLoop) -> Floats | None:
 
 
 def settling_time(loop: PlantLoop) -> float | None:
-    """Return T [s] after which every state is below 2 % of its half-width of the set, for good.
+    """Return T [s] after which every state stays below 2 % of its half-width of the set.
 
     From anywhere in {x' P x <= c}, W = x' D x of the proved decay is at first lambda c at most,
     with D <= lambda P; then |x_k| <= (W (D^-1)_kk)^(1/2), and W falls at least as exp(-2 alpha t).

@@ -50,8 +50,8 @@ def effect_figure(result: SweepResult) -> Figure:
             cost = column(result, "energy_cost [%]")
             over.plot(x, cost, color=COLOURS[3], linestyle="--", label="energy cost at rated wind")
             over.legend()
-        _dress(errors, "mean |v \u2212 v$_s$| borne [m/s]")
-        _dress(rates, "mean |v$_s$'| borne [m/s\u00b2]")
+        _dress(errors, "mean |v \u2212 v$_s$| [m/s]")
+        _dress(rates, "mean |v$_s$'| [m/s\u00b2]")
         _dress(over, "overspeed bound [%]")
         _dress(decay, "decay rate [1/s]")
         decay.set_yscale("log")
@@ -66,7 +66,7 @@ def effect_figure(result: SweepResult) -> Figure:
 
 
 def side_by_side_figure(results: Sequence[SweepResult]) -> Figure:
-    """Return a panel per map of one axis: mean |v - v_s| borne, by range of winds."""
+    """Return a panel per map of one axis: mean |v - v_s| of the wind class, by range of winds."""
     across = 3
     rows = -(-len(results) // across)
     with house_style():

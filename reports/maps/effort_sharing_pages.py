@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 KEPT = (
-    "PROVED is the independent checker's word on the emitted decimals. |v - v_s| is the distance "
-    "of the wind from the law's schedule wind and |v_s'| the rate of the schedule wind; both are "
-    "borne at once, in every wind cell, and the rotor speed then never exceeds the overspeed bound."
+    "PROVED means that the independent checker has verified the emitted decimals. |v - v_s| is the "
+    "distance of the wind from the law's schedule wind and |v_s'| the rate of the schedule wind. "
+    "Both may occur at the same time, in every wind cell; the rotor speed then never exceeds the "
+    "overspeed bound."
 )
 
 

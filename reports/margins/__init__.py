@@ -18,102 +18,47 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.margins.disk import (
-        DiskMargin,
-        MimoDiskMargins,
-        disk_margin,
-        mimo_disk_margins,
-    )
-    from takagi.reports.margins.margins import Margins, loop_margins
-    from takagi.reports.margins.response import LoopResponse, loop_response
-    from takagi.reports.margins.running_loop import (
-        WAKES,
-        RunningLoop,
-        linearised_loop,
-        with_inertia,
-    )
-    from takagi.reports.margins.running_over_wind import (
-        Mode,
-        RunningMargins,
-        plant_modes,
-        running_margins,
-        worst_of_sides,
-    )
-    from takagi.reports.margins.running_rest import LoopRest, NoRest, loop_rest
-    from takagi.reports.margins.running_search import (
-        SearchedMargins,
-        searched_margins,
-        wind_ranges,
-        winds_between,
-    )
-    from takagi.reports.margins.sampled_response import broken_loops
-    from takagi.reports.margins.thresholds import (
-        AskedMargins,
-        asked_margins,
-        failed,
-        measured,
-        modes_met,
-    )
-    from takagi.reports.margins.turbine_dynamics import (
-        FirstOrderDrive,
-        SecondOrderDrive,
-        Tower,
-        linear_plant,
-    )
-    from takagi.reports.margins.turbine_loops import (
-        LocalGains,
-        Loops,
-        break_loops,
-        closed_loop_poles,
-        loops_at_trim,
-        pitch_loop,
-        plant_at_trim,
-        torque_loop,
-    )
+    from takagi.reports.margins.disk import DiskMargin as DiskMargin
+    from takagi.reports.margins.disk import MimoDiskMargins as MimoDiskMargins
+    from takagi.reports.margins.disk import disk_margin as disk_margin
+    from takagi.reports.margins.disk import mimo_disk_margins as mimo_disk_margins
+    from takagi.reports.margins.margins import Margins as Margins
+    from takagi.reports.margins.margins import loop_margins as loop_margins
+    from takagi.reports.margins.response import LoopResponse as LoopResponse
+    from takagi.reports.margins.response import loop_response as loop_response
+    from takagi.reports.margins.running_loop import WAKES as WAKES
+    from takagi.reports.margins.running_loop import RunningLoop as RunningLoop
+    from takagi.reports.margins.running_loop import linearised_loop as linearised_loop
+    from takagi.reports.margins.running_loop import with_inertia as with_inertia
+    from takagi.reports.margins.running_over_wind import Mode as Mode
+    from takagi.reports.margins.running_over_wind import RunningMargins as RunningMargins
+    from takagi.reports.margins.running_over_wind import plant_modes as plant_modes
+    from takagi.reports.margins.running_over_wind import running_margins as running_margins
+    from takagi.reports.margins.running_over_wind import worst_of_sides as worst_of_sides
+    from takagi.reports.margins.running_rest import LoopRest as LoopRest
+    from takagi.reports.margins.running_rest import NoRest as NoRest
+    from takagi.reports.margins.running_rest import loop_rest as loop_rest
+    from takagi.reports.margins.running_search import SearchedMargins as SearchedMargins
+    from takagi.reports.margins.running_search import searched_margins as searched_margins
+    from takagi.reports.margins.running_search import wind_ranges as wind_ranges
+    from takagi.reports.margins.running_search import winds_between as winds_between
+    from takagi.reports.margins.sampled_response import broken_loops as broken_loops
+    from takagi.reports.margins.thresholds import AskedMargins as AskedMargins
+    from takagi.reports.margins.thresholds import asked_margins as asked_margins
+    from takagi.reports.margins.thresholds import failed as failed
+    from takagi.reports.margins.thresholds import measured as measured
+    from takagi.reports.margins.thresholds import modes_met as modes_met
+    from takagi.reports.margins.turbine_dynamics import FirstOrderDrive as FirstOrderDrive
+    from takagi.reports.margins.turbine_dynamics import SecondOrderDrive as SecondOrderDrive
+    from takagi.reports.margins.turbine_dynamics import Tower as Tower
+    from takagi.reports.margins.turbine_dynamics import linear_plant as linear_plant
+    from takagi.reports.margins.turbine_loops import LocalGains as LocalGains
+    from takagi.reports.margins.turbine_loops import Loops as Loops
+    from takagi.reports.margins.turbine_loops import break_loops as break_loops
+    from takagi.reports.margins.turbine_loops import closed_loop_poles as closed_loop_poles
+    from takagi.reports.margins.turbine_loops import loops_at_trim as loops_at_trim
+    from takagi.reports.margins.turbine_loops import pitch_loop as pitch_loop
+    from takagi.reports.margins.turbine_loops import plant_at_trim as plant_at_trim
+    from takagi.reports.margins.turbine_loops import torque_loop as torque_loop
 
-__all__ = [
-    "WAKES",
-    "AskedMargins",
-    "DiskMargin",
-    "FirstOrderDrive",
-    "LocalGains",
-    "LoopResponse",
-    "LoopRest",
-    "Loops",
-    "Margins",
-    "MimoDiskMargins",
-    "Mode",
-    "NoRest",
-    "RunningLoop",
-    "RunningMargins",
-    "SearchedMargins",
-    "SecondOrderDrive",
-    "Tower",
-    "asked_margins",
-    "break_loops",
-    "broken_loops",
-    "closed_loop_poles",
-    "disk_margin",
-    "failed",
-    "linear_plant",
-    "linearised_loop",
-    "loop_margins",
-    "loop_response",
-    "loop_rest",
-    "loops_at_trim",
-    "measured",
-    "mimo_disk_margins",
-    "modes_met",
-    "pitch_loop",
-    "plant_at_trim",
-    "plant_modes",
-    "running_margins",
-    "searched_margins",
-    "torque_loop",
-    "wind_ranges",
-    "winds_between",
-    "with_inertia",
-    "worst_of_sides",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

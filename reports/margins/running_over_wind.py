@@ -239,6 +239,6 @@ def _require_sampling(program: SampledLaw, modes: Sequence[Mode]) -> None:
         if program.sample_time > longest:
             raise ModelError(
                 f"the law is sampled every {program.sample_time:g} s, and the {mode.name} mode "
-                f"swings once in {2 * np.pi / mode.frequency:.3g} s: less than "
-                f"{SAMPLES_A_PERIOD:g} samples a swing; sample at least every {longest:.2g} s"
+                f"has a period of {2 * np.pi / mode.frequency:.3g} s: less than "
+                f"{SAMPLES_A_PERIOD:g} samples a period; sample at least every {longest:.2g} s"
             )

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.page.assembly import ReportFiles, render
+    from takagi.reports.page.assembly import ReportFiles as ReportFiles
+    from takagi.reports.page.assembly import render as render
 
-__all__ = ["ReportFiles", "render"]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

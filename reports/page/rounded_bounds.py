@@ -17,12 +17,12 @@ Bound = float | Fraction
 
 
 def at_least(value: Bound, digits: int = 3) -> str:
-    """Return the greatest decimal of so many significant digits that does not exceed the value."""
+    """Return the greatest decimal with these significant digits that does not exceed the value."""
     return shown.at_least(_exact(value), digits)
 
 
 def at_most(value: Bound, digits: int = 3) -> str:
-    """Return the least decimal of so many significant digits that is not below the value."""
+    """Return the least decimal of this many significant digits that is not below the value."""
     return shown.at_most(_exact(value), digits)
 
 

@@ -15,27 +15,19 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.simulation.folder import simulation_files
-    from takagi.reports.simulation.laws import LAW_NAMES, ChosenLaws, chosen_laws
-    from takagi.reports.simulation.runs import Run, Simulation, run_simulation
-    from takagi.reports.simulation.scenarios import SCENARIOS, Scenario, scenario_winds
-    from takagi.reports.simulation.tables import as_csv, as_json, as_markdown, table_rows
+    from takagi.reports.simulation.folder import simulation_files as simulation_files
+    from takagi.reports.simulation.laws import LAW_NAMES as LAW_NAMES
+    from takagi.reports.simulation.laws import ChosenLaws as ChosenLaws
+    from takagi.reports.simulation.laws import chosen_laws as chosen_laws
+    from takagi.reports.simulation.runs import Run as Run
+    from takagi.reports.simulation.runs import Simulation as Simulation
+    from takagi.reports.simulation.runs import run_simulation as run_simulation
+    from takagi.reports.simulation.scenarios import SCENARIOS as SCENARIOS
+    from takagi.reports.simulation.scenarios import Scenario as Scenario
+    from takagi.reports.simulation.scenarios import scenario_winds as scenario_winds
+    from takagi.reports.simulation.tables import as_csv as as_csv
+    from takagi.reports.simulation.tables import as_json as as_json
+    from takagi.reports.simulation.tables import as_markdown as as_markdown
+    from takagi.reports.simulation.tables import table_rows as table_rows
 
-__all__ = [
-    "LAW_NAMES",
-    "SCENARIOS",
-    "ChosenLaws",
-    "Run",
-    "Scenario",
-    "Simulation",
-    "as_csv",
-    "as_json",
-    "as_markdown",
-    "chosen_laws",
-    "run_simulation",
-    "scenario_winds",
-    "simulation_files",
-    "table_rows",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -42,8 +42,9 @@ def filed_laws(
     for name in beside:
         if name != "baseline":
             raise ModelError(
-                f"law {name!r} was asked for beside the law of {path}; only baseline can stand "
-                "beside it, another law is designed anew: simulate it in a run of its own"
+                f"law {name!r} was asked for beside the law of {path}; only baseline can be "
+                "simulated with it, because another law has to be designed: simulate that in "
+                "its own run"
             )
     law = law_from_gains(path, turbine)
     held = law.rated_torque if isinstance(law, EffortSharingLaw) else law.coupling.rated_torque

@@ -113,7 +113,7 @@ class PlantParts:
     without : of ``PARTS``, those that are left out.
     speed_filter : corner of a low-pass on the measured speed, for every law [rad/s]; 0 for none,
         None for each law's own.
-    ripple : three swings of the wind a turn, over the wind [-].
+    ripple : amplitude of a wind oscillation three times a turn, over the wind [-].
 
     Raises
     ------

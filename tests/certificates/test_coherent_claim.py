@@ -186,9 +186,9 @@ def test_a_smaller_size_is_not_proved(name: str, short: Document, reseal: Reseal
 
 @pytest.mark.parametrize("k", range(6))
 def test_a_larger_class_is_not_proved(k: int, short: Document, reseal: Reseal) -> None:
-    """Every cell's wind error is close to what its inequality bears, and a smaller class holds.
+    """Every cell's wind error is close to the largest allowed one, and a smaller class holds.
 
-    The rate is what was asked for; a cell may bear somewhat more of it.
+    The rate is what was asked for; a cell may allow somewhat more of it.
     """
     cell = short["claims"][0]["cells"][k]
     error, rate = cell["wind_error"], cell["wind_rate"]

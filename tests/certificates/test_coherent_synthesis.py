@@ -88,7 +88,7 @@ def mean_error(found: EffortSharingGainDesign) -> float:
 def test_one_step_proves_more_wind_and_no_cell_bears_less(
     built: Built, near_rated: EffortSharingLaw
 ) -> None:
-    """Both are PROVED by the checker; the joint gains bear more on average and at the weakest."""
+    """Both are PROVED; the joint gains allow more wind error, on average and at least."""
     two = synthesised(built, near_rated, "two-step")
     one = synthesised(built, near_rated, "one-step")
     assert verdict(built, two) is Verdict.PROVED is verdict(built, one)
@@ -107,7 +107,7 @@ def test_one_step_proves_more_wind_and_no_cell_bears_less(
 def test_a_given_function_is_taken_where_it_holds_and_replaced_where_not(
     built: Built, near_rated: EffortSharingLaw
 ) -> None:
-    """P of the two-step analysis stays P; one that no cell bears, or outside the box, does not."""
+    """P of the two-step analysis stays P; one that fails everywhere or leaves the box does not."""
     first = effort_sharing_candidate(built.turbine, near_rated)
     assert first.P is not None
     rates = [Fraction(cell.wind_rate) for cell in first.cells]

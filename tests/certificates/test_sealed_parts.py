@@ -16,7 +16,7 @@ from tests.certificates.kinds.claims import law_data, model_data
 
 @pytest.fixture(scope="module")
 def sealed() -> dict[str, Any]:
-    """A proved certificate of x' = -x + u under u = -x, with the margin to bear any change here."""
+    """A proved certificate of x' = -x + u under u = -x; no change here exceeds its margin."""
     claim = {"name": "decay", "kind": "decay", "P": [[1]], "decay_rate": 1}
     model, gains = model_data([[[-1]]], B=[[[1]]]), law_data([[[1]]])
     return certificate_document(model=model, gains=gains, claims=[claim], provenance={})

@@ -157,7 +157,7 @@ def test_vertices_that_make_no_sense(name: str, vertices: object, message: str) 
     ],
 )
 def test_inputs_that_make_no_sense(name: str, inputs: object, message: str) -> None:
-    """Inputs that do nothing, depend on one another, do not fit or are no numbers."""
+    """Inputs that do nothing, depend on one another, do not fit or are not numbers."""
     with pytest.raises(ModelError, match=message):
         call(name, B=inputs)
 

@@ -139,7 +139,7 @@ def test_a_name_outside_the_folder_is_refused(tmp_path: Path, name: str) -> None
 
 
 def test_a_link_is_followed_and_stays_a_link(tmp_path: Path) -> None:
-    """The user linked the file to where it shall be."""
+    """The user linked the file to where it must be."""
     (tmp_path / "target").write_text("old")
     (tmp_path / "link").symlink_to("target")
 

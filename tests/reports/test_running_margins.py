@@ -103,7 +103,7 @@ def test_sampled_integrator_has_its_textbook_margins() -> None:
 
 
 def test_a_delay_of_whole_samples_is_exact() -> None:
-    """The loop bears as many late samples as its delay margin holds, and no more."""
+    """The loop stays stable with as many late samples as its delay margin says, and no more."""
     gain, period = 1.5, 0.1
     margin = loop_margins(scalar_loop([[1.0]], [gain * period], [1.0], period)).delay
 
@@ -404,7 +404,9 @@ def test_the_picture_needs_a_line_and_as_many_figures_as_winds() -> None:
 
 
 def test_slow_sampling_is_refused_with_what_fits() -> None:
-    with pytest.raises(ModelError, match=r"torsion mode swings once.*sample at least every 0\.1 s"):
+    with pytest.raises(
+        ModelError, match=r"torsion mode has a period.*sample at least every 0\.1 s"
+    ):
         running_margins(
             nrel5mw(), law_with(5.0), swinging()[1], [12.0], speed_filter=8.0, sample_time=0.2
         )

@@ -24,7 +24,7 @@ ADDED = ("_idle", "_effort_rest", "_rest")
 
 
 class Comparison(Protocol):
-    """What the comparison of the whole plant lends to that of its blend."""
+    """The methods of the plant's comparison that the comparison of its blend uses."""
 
     plant: PlantNodes
 

@@ -239,7 +239,7 @@ def _tables(found: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
 
 
 def _numbers_digest(path: Path) -> str:
-    """Return the SHA-256 of a table's numbers, row by row; cells that are no numbers are empty."""
+    """Return the SHA-256 of a table's numbers, row by row; cells that are not numbers are empty."""
     try:
         lines = (
             file_content(path, what="table", largest=LARGEST_TABLE).decode("utf-8-sig").splitlines()

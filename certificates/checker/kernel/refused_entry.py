@@ -15,7 +15,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
 class _Odd(NamedTuple):
-    """Stands for an entry that is refused; ``why`` is what the reader says of it."""
+    """Takes the place of an entry that is refused; ``why`` is the reader's message."""
 
     why: str
 

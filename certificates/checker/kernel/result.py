@@ -23,7 +23,7 @@ class Found:
     Attributes
     ----------
     verdict : final; the code that writes the sentence runs afterwards and cannot change it.
-    words : the module of ``takagi.certificates.checker.words`` that writes the sentence.
+    words : the module of ``takagi.certificates.checker.words.sentences`` that writes the sentence.
     given : the arguments of that module's ``said``, which returns (name, text).
     """
 

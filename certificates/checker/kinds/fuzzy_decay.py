@@ -12,7 +12,7 @@ the power ``polya``; then every coefficient must be positive definite:
 
 with rho^2 <= e^(-2 alpha T).  In discrete time the weights may jump freely: P at the next sample is
 a convex combination of the P_b, the Bernstein coefficients of P.  In continuous time the claim
-assumes that the weights keep the rates [1/s].  A rate that is null is no bound, and P must not
+assumes that the weights keep the rates [1/s].  A rate that is null is not a bound, and P must not
 depend on these weights.  The weights of a secant embedding are averages that cannot be evaluated:
 there P must not depend on any weight.
 

@@ -9,7 +9,7 @@
     quotient_form       N / x^k where x may vanish;  linear_sum: a sum in place of x
     ranges              bounds and signs over a box, by bisection
     reading             the plant of a certificate as nodes;  trim: the trims of law and plant
-    balls               numbers that are no decimals, and rests that were solved for
+    balls               numbers that are not decimals, and rests that were solved for
     vertices            entries that are multi-affine in the premises, and their corners
     sector_embedding, secant_embedding    the claims that the model contains the plant
     blend, effort_blend                   the claim that two actuators share one effort

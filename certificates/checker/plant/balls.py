@@ -1,4 +1,4 @@
-r"""Numbers that are no decimals: derived parameters, and rests that were solved for.
+r"""Numbers that are not decimals: derived parameters, and rests that were solved for.
 
 A certificate gives such a number as a ball: a decimal c and a radius r.  In the graph it is a
 variable with the range [c - r, c + r].  Two kinds are proved here, before anything uses them:

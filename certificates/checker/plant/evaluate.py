@@ -92,7 +92,7 @@ class Evaluator:
     def exact_ends(self, root: int, box: Box) -> tuple[Fraction, Fraction] | None:
         """Return a bracket whose ends are exact, except where functions are evaluated.
 
-        It serves a bound that the node attains and that is no decimal, such as
+        It serves a bound that the node attains and that is not a decimal, such as
         1/(2 + cos(x)) >= 1/3: rounding alone would put the range beyond the bound.
         """
         found: dict[int, Ends | None] = {}

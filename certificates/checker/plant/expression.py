@@ -44,7 +44,7 @@ def read_expression(written: object, graph: Graph, scope: Scope, where: str) -> 
 
     Raises
     ------
-    CertificateError : ``written`` is no text, has an unknown sign, name or function, a missing
+    CertificateError : ``written`` is not a text, has an unknown sign, name or function, a missing
         bracket, an exponent that is not constant, or is too long or too deeply nested.
     """
     if not isinstance(written, str) or len(written) > LONGEST:

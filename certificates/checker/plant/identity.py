@@ -89,7 +89,7 @@ class Algebra:
 
         Raises
         ------
-        Refused : it is no polynomial in its variables with rational coefficients.
+        Refused : it is not a polynomial in its variables with rational coefficients.
         """
         while True:
             try:
@@ -179,7 +179,7 @@ class Algebra:
     def _whole(self, kind: str, part: object, c: Fraction) -> int:
         """Return c divided by the unit of this part.
 
-        If it is no integer the unit becomes the common divisor of both, and ``_Finer`` is raised.
+        If it is no integer, the unit becomes the common divisor of both, and ``_Finer`` is raised.
         """
         unit = self.units.setdefault((kind, part), abs(c))
         count = c / unit

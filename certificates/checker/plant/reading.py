@@ -5,7 +5,7 @@
 A variable with an equilibrium value other than 0 has a name and a ``symbol`` for its deviation.
 Equations use names, premises use names and symbols, entries use only premise names.
 
-A number that is no decimal is given as a ball, ``{"value": c, "within": r}``.  It is a parameter
+A number that is not a decimal is given as a ball, ``{"value": c, "within": r}``.  It is a parameter
 that ``equals`` an expression without variables, or the rest of a state or input, with or without
 such an expression.  In the graph it is a variable with the range [c - r, c + r]; the variable for
 the rest of x is called ``x_rest``, and premises may use it.  ``balls`` proves that the number lies
@@ -54,7 +54,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Ball:
-    """The ball of a number that is no decimal; ``equals`` is None for a rest solved for."""
+    """The ball of a number that is not a decimal; ``equals`` is None for a rest solved for."""
 
     name: str
     middle: Fraction
@@ -117,7 +117,7 @@ def read_plant(model: Any, where: str) -> PlantNodes:
     Raises
     ------
     CertificateError : a part is missing, too large or has a wrong form, a name is used twice, or a
-        text is no expression; the message has the place in the file.
+        text is not an expression; the message has the place in the file.
     """
     return _Reading(model, where).whole()
 
@@ -202,7 +202,7 @@ class _Reading:
         return read_expression(value, self.graph, Scope({}), where)
 
     def ball(self, name: str, given: dict[str, Any], where: str) -> int:
-        """Return the variable of a number that is no decimal, and store its ball."""
+        """Return the variable of a number that is not a decimal, and store its ball."""
         middle, radius = (
             self.rational(member(given, key, where), f"{where}.{key}")
             for key in ("value", "within")

@@ -15,8 +15,8 @@ their trim, and the entries A(z), B(z), ... of the embedding.  It has five steps
 4. Each entry is a polynomial of degree at most one in each premise.  Step 2 uses this polynomial.
 5. So A(z) is the blend of the vertices A_i, which the checker computes at the bounds' corners.
 
-If the plant has numbers that are no decimals (``balls``), these are proved first.  Step 2 then uses
-f minus its value at rest instead of f; ``balls`` proves that this value is 0.
+If the plant has numbers that are not decimals (``balls``), these are proved first.  Step 2 then
+uses f minus its value at rest instead of f; ``balls`` proves that this value is 0.
 
 Step 1 has one exception: a variable x_j whose range contains 0 and that divides, as in sin(x)/x, or
 a sum of multiples of variables in its place, as in sin(x + y)/(x + y) (``linear_sum``).  Where it

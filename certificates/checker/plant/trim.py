@@ -10,7 +10,7 @@ from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.reading import PlantNodes
 
-# A law's trim is written in decimals: it may differ so much from an equilibrium that is no decimal.
+# A law's trim is written in decimals, an equilibrium may be irrational: they may differ by this.
 SLACK = Fraction(1, 10**12)
 
 

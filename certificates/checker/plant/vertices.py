@@ -25,8 +25,8 @@ def multi_affine_entries(plant: PlantNodes) -> dict[str, list[list[MultiAffine]]
 
     Raises
     ------
-    CertificateError : an entry is no polynomial with rational coefficients and degree at most one
-        in each premise.
+    CertificateError : an entry is not a polynomial with rational coefficients and degree at most
+        one in each premise.
     """
     algebra = Algebra(plant.graph)
     return {

@@ -10,12 +10,12 @@ MANY = 400
 
 
 def at_least(value: Fraction, digits: int) -> str:
-    """Return the greatest decimal of so many digits that does not exceed the value."""
+    """Return the greatest decimal of this many digits that does not exceed the value."""
     return _shown(value, Context(prec=digits, rounding=ROUND_FLOOR))
 
 
 def at_most(value: Fraction, digits: int) -> str:
-    """Return the least decimal of so many digits that is not below the value."""
+    """Return the least decimal of this many digits that is not below the value."""
     return _shown(value, Context(prec=digits, rounding=ROUND_CEILING))
 
 

@@ -20,30 +20,24 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX as DEFAULT_BOX
     from takagi.certificates.claims.turbine.effort_sharing import (
-        DEFAULT_BOX,
-        DEFAULT_UNCERTAINTY,
-        effort_sharing_candidate,
-        effort_sharing_claim,
+        DEFAULT_UNCERTAINTY as DEFAULT_UNCERTAINTY,
+    )
+    from takagi.certificates.claims.turbine.effort_sharing import (
+        effort_sharing_candidate as effort_sharing_candidate,
+    )
+    from takagi.certificates.claims.turbine.effort_sharing import (
+        effort_sharing_claim as effort_sharing_claim,
     )
     from takagi.certificates.claims.turbine.published import (
-        published_candidate,
-        published_claim,
-        published_law_data,
-        with_overlaps,
+        published_candidate as published_candidate,
     )
-    from takagi.certificates.claims.turbine.wind_rate_claim import rate_range
+    from takagi.certificates.claims.turbine.published import published_claim as published_claim
+    from takagi.certificates.claims.turbine.published import (
+        published_law_data as published_law_data,
+    )
+    from takagi.certificates.claims.turbine.published import with_overlaps as with_overlaps
+    from takagi.certificates.claims.turbine.wind_rate_claim import rate_range as rate_range
 
-__all__ = [
-    "DEFAULT_BOX",
-    "DEFAULT_UNCERTAINTY",
-    "effort_sharing_candidate",
-    "effort_sharing_claim",
-    "published_candidate",
-    "published_claim",
-    "published_law_data",
-    "rate_range",
-    "with_overlaps",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -112,11 +112,11 @@ def largest_wind_errors(
     tell : called with a word on progress.
     """
     stated = np.round(P * SHRINK, 4)
-    borne = [
+    classes = [
         cell_class(stated, *each)
         for each in zip(loops.cells, loops.rates, loops.error, strict=True)
     ]
-    corners = [loop_vertices(each.cell) for each in borne]
+    corners = [loop_vertices(each.cell) for each in classes]
     if tell is not None:
         tell("the largest common decay rate")
     settling, common = _settling(stated, corners)
@@ -124,11 +124,11 @@ def largest_wind_errors(
     return EffortSharingCandidate(
         box=loops.box,
         uncertainty=loops.uncertainty,
-        cells=tuple(each.cell for each in borne),
+        cells=tuple(each.cell for each in classes),
         P=stated,
-        multipliers=np.array([round(each.multiplier, 7) for each in borne]),
-        wind_error=np.array([each.wind_error for each in borne]),
-        wind_rate=np.array([float(each.cell.wind_rate) for each in borne]),
+        multipliers=np.array([round(each.multiplier, 7) for each in classes]),
+        wind_error=np.array([each.wind_error for each in classes]),
+        wind_rate=np.array([float(each.cell.wind_rate) for each in classes]),
         decay_rate=np.floor(RESERVE * np.array(decay) * 1e5) / 1e5,
         settling_P=settling,
         common_rate=common,

@@ -85,23 +85,23 @@ def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) ->
 
     The wind error is 0 if P fails even at constant schedule wind.
     """
-    at_rest = _borne(P, loop.enclosed(0), loop.widest_error)
+    at_rest = _largest_class(P, loop.enclosed(0), loop.widest_error)
     least = min(LEAST_ERROR * asked_error, LEAST_AT_REST * at_rest.wind_error)
     if at_rest.wind_error == 0:
         return at_rest
     for _ in range(STEPS):
-        found = _borne(P, loop.enclosed(rate), loop.widest_error)
+        found = _largest_class(P, loop.enclosed(rate), loop.widest_error)
         if found.wind_error >= least:
             return found
         rate = calmer(rate, LOWER)
     return at_rest
 
 
-def _borne(P: Floats, cell: LoopCell, widest: Fraction) -> CellClass:
+def _largest_class(P: Floats, cell: LoopCell, widest: Fraction) -> CellClass:
     v = loop_vertices(cell)
     error, alpha = largest_scale(P, v.A, v.fixed, v.per_wind_error, limit=float(widest))
-    borne = math.floor(RESERVE * error * 1e5) / 1e5
-    return CellClass(cell, alpha if borne else 1.0, borne)
+    allowed = math.floor(RESERVE * error * 1e5) / 1e5
+    return CellClass(cell, alpha if allowed else 1.0, allowed)
 
 
 def _down(value: float) -> Fraction:

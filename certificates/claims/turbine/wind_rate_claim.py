@@ -199,9 +199,9 @@ def _full_load(cells: Sequence[Mapping[str, Any]], wind_filter: float) -> RateRa
     while first and cells[first - 1]["wind_rate"] >= asked:
         first -= 1
     upper = cells[first:]
-    borne = min(cell["wind_error"] for cell in upper)
-    asked = min(asked, math.floor(RATE_SHARE * borne / wind_filter * 1e4) / 1e4)
-    error = math.floor((borne - wind_filter * asked) * 1e4 * (1 + 1e-12)) / 1e4
+    allowed = min(cell["wind_error"] for cell in upper)
+    asked = min(asked, math.floor(RATE_SHARE * allowed / wind_filter * 1e4) / 1e4)
+    error = math.floor((allowed - wind_filter * asked) * 1e4 * (1 + 1e-12)) / 1e4
     if asked <= 0 or error < LEAST_ERROR:
         return None
     ends = np.array([upper[0]["wind"][0], upper[-1]["wind"][1]], dtype=np.float64)

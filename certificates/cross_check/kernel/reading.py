@@ -162,7 +162,7 @@ def line(owner: Any, key: str) -> str:
 
     Raises
     ------
-    Refusal : it is no text, or has characters that cannot be printed on one line.
+    Refusal : it is not a text, or has characters that cannot be printed on one line.
     """
     found = entry(owner, key)
     if type(found) is not str or not found.isprintable():

@@ -69,7 +69,7 @@ def parsed(written: object, constants: Mapping[str, Tree] | None = None) -> Tree
 
     Raises
     ------
-    Refusal : ``written`` is neither, is no expression, or is too long or too deeply nested.
+    Refusal : ``written`` is neither, is not an expression, or is too long or too deeply nested.
     """
     if isinstance(written, Written):
         return number(_decimal(written))

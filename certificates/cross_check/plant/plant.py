@@ -75,7 +75,7 @@ class TreePlant:
 
     ``f``, ``mass``, ``outputs`` : trees in the symbols of variables, with values of parameters.
     ``entries`` : trees in the names of premises, by the letter of the matrix.
-    ``balls`` : names of numbers that are no decimals, each known by a middle and a radius.
+    ``balls`` : names of numbers that are not decimals, each known by a middle and a radius.
     """
 
     states: list[Variable]
@@ -101,7 +101,7 @@ def read_plant(model: Any) -> TreePlant:
 
     Raises
     ------
-    Refusal : a part is missing or does not fit, or a name stands for two things.
+    Refusal : a part is missing or does not fit, or a name has two meanings.
     """
     meaning: dict[str, Tree] = {}
     tables, parameters = (model.get(key, {}) for key in ("tables", "parameters"))
@@ -225,7 +225,7 @@ def _calls(tree: Tree) -> list[str]:
 
 
 def _ball(written: dict[str, Any]) -> Side:
-    """Return the ends of the interval in which a number that is no decimal lies."""
+    """Return the ends of the interval in which a number that is not a decimal lies."""
     middle, radius = _constant(entry(written, "value")), _constant(entry(written, "within"))
     if not 0 < radius < abs(middle):
         raise Refusal("a number that is no decimal needs a radius that leaves 0 outside")

@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
+    from takagi.certificates.design.given.turbine_law import (
+        effort_sharing_law_from_data as effort_sharing_law_from_data,
+    )
+    from takagi.certificates.design.given.turbine_law import read_law as read_law
 
-__all__ = [
-    "effort_sharing_law_from_data",
-    "read_law",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

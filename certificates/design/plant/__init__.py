@@ -3,7 +3,7 @@
 result          the finished design
 design          how it is made: model, gains as they are emitted, certificate
 gains           what is asked, as a question to the solver layer
-obstacle        which wish is in the way where there are no gains, in a sentence
+obstacle        which requirement excludes gains, in a sentence
 many_rules      which gains are sought where there are many rules; how long that takes:
                 work_estimate
 secant_model    a model of slopes, for gains that need no measured premise
@@ -17,24 +17,15 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import certify_plant, design_plant
+    from takagi.certificates.design.plant.design import certify_plant as certify_plant
+    from takagi.certificates.design.plant.design import design_plant as design_plant
+    from takagi.certificates.design.plant.many_rules import gain_choice as gain_choice
     from takagi.certificates.design.plant.many_rules import (
-        gain_choice,
-        gains_of_few_premises,
-        model_of_premises,
+        gains_of_few_premises as gains_of_few_premises,
     )
-    from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.certificates.design.plant.work_estimate import effects, work_of
+    from takagi.certificates.design.plant.many_rules import model_of_premises as model_of_premises
+    from takagi.certificates.design.plant.result import PlantDesign as PlantDesign
+    from takagi.certificates.design.plant.work_estimate import effects as effects
+    from takagi.certificates.design.plant.work_estimate import work_of as work_of
 
-__all__ = [
-    "PlantDesign",
-    "certify_plant",
-    "design_plant",
-    "effects",
-    "gain_choice",
-    "gains_of_few_premises",
-    "model_of_premises",
-    "work_of",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -1,7 +1,7 @@
 """Starts for a design that needs some, where none were given.
 
 A damping, a fastest pole, a bound on gains, or the largest decay rate with limited inputs: each
-means something only together with the states from which the limits shall be kept.  The starts
+means something only together with the states from which the limits are to be kept.  The starts
 taken are a share of the largest box, in the proportions of the states' ranges, from which any
 gains keep all limits.
 """

@@ -31,7 +31,7 @@ ONE_GAIN = "common-gain"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Errorless:
-    """The plant whose actuators do what they are told, and its model."""
+    """The plant with actuators without error, and its model."""
 
     plant: Plant
     model: TSModel

@@ -1,12 +1,12 @@
 """The decay rate of a design for which none was asked: rates that double, until one costs too much.
 
 Inputs with limits: the rates go from 1/32 to 2 of the box's crossing rate, the least over the
-states of (largest rate of change in the box, with inputs at their limits) / (half-width).  Ranges
-of states and inputs alone decide it: a fast pole, of a winding say, has no effect.  The set is the
-largest ellipsoid in which all limits hold.  The last rate is taken before one at which some state
-with a range, alone, may start less than three fifths as far off rest as in the largest set of all,
-or another share by ``wished_effort``.  Where a state has no range the slowest law has a set without
-measure there, which nobody asked for.
+states of (largest rate of change in the box, with inputs at their limits) / (half-width).  It
+depends on the ranges of states and inputs only: a fast pole, for example of a winding, has no
+effect.  The set is the largest ellipsoid in which all limits hold.  The last rate is taken before
+one at which some state with a range, alone, may start less than three fifths as far off rest as in
+the largest set of all (another share by ``wished_effort``).  States without a range do not count,
+because the slowest law may allow them any start, which nobody asked for.
 
 Other plants: the rates go from 1/128 to 1/2 of the plant's own fastest pole at a vertex (in
 discrete time, of 1/T), and a doubling may at most double the commands: with gains K and V = x' P x
@@ -41,7 +41,7 @@ def moderate(
     price: Price,
     counted: NDArray[np.bool_] | None = None,
 ) -> tuple[Design, str]:
-    """Return the design at the last of ``rates`` that is worth its price, and a note that says so.
+    """Return the design at the last of ``rates`` that does not cost too much, and a note about it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Why there are no gains, in a sentence: which wish is in the way, and what to change."""
+"""Why there are no gains, in a sentence: which requirement excludes them, and what to change."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
 
 DECAY = "decay"
-# How the label of an inequality begins -> the wish that it stands for.
+# How the label of an inequality begins -> the requirement that it expresses.
 _WISHES = {
     "disc": "fastest",
     "sector": "damping",

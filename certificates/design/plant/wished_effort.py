@@ -1,4 +1,4 @@
-"""A plain wish for a small, moderate or large effort, in numbers.
+"""The words small, moderate and large effort, in numbers.
 
 small      inputs may use half of their ranges; a rate is taken only if it leaves four fifths of the
            largest set; without limits of inputs gains of half the norm are tried at the same rate

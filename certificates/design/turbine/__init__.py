@@ -17,14 +17,10 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
-    from takagi.certificates.design.turbine.published_law import designed_law
-    from takagi.certificates.design.turbine.scale import default_settings
+    from takagi.certificates.design.turbine.effort_sharing_gains import (
+        EffortSharingGainDesign as EffortSharingGainDesign,
+    )
+    from takagi.certificates.design.turbine.published_law import designed_law as designed_law
+    from takagi.certificates.design.turbine.scale import default_settings as default_settings
 
-__all__ = [
-    "EffortSharingGainDesign",
-    "default_settings",
-    "designed_law",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

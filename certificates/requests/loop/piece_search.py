@@ -31,7 +31,7 @@ from takagi.models.arrays import Floats
 
 FAILED = re.compile(r"rules? (\d+)(?: and (\d+))?$")
 # The largest number of pieces for one request. MOST_WORK bounds it further for large loops: EACH
-# stands for the constant part of the work for a blend, beside the fourth power of the order.
+# is the constant part of the work for a blend; the fourth power of the order is added to it.
 MOST_PIECES, MOST_WORK, EACH = 2000, 3e7, 2000
 
 

@@ -14,19 +14,11 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, disturbance_channel
-    from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of
-    from takagi.lmi.analysis.disturbance.output_variance import variance_shown
-    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown
-    from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
+    from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel as DisturbanceChannel
+    from takagi.lmi.analysis.disturbance.channel import disturbance_channel as disturbance_channel
+    from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of as energy_gain_of
+    from takagi.lmi.analysis.disturbance.output_variance import variance_shown as variance_shown
+    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown as peak_shown
+    from takagi.lmi.analysis.disturbance.reachable_set import OneVertex as OneVertex
 
-__all__ = [
-    "DisturbanceChannel",
-    "OneVertex",
-    "disturbance_channel",
-    "energy_gain_of",
-    "peak_shown",
-    "variance_shown",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -141,7 +141,7 @@ def disturbance_channel(
     disturbed = given["E"] is not None and 0 not in np.shape(given["E"])
     if not disturbed and (given["B"] is None or 0 in np.shape(given["B"])):
         raise ModelError("there is no disturbance and no input; E (or B) is needed")
-    # D leads from the input to the output, so it is no part of the path from E.
+    # D leads from the input to the output, so it is not part of the path from E.
     unused = ("B", "D") if disturbed else ("E",)
     arrays, _ = vertex_arrays(
         A,

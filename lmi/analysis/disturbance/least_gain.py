@@ -54,7 +54,7 @@ def least_gain(
     ----------
     scales : (n,) engineering range of each state; None balances the vertices.
     pose, shown : the condition, and what its unknowns show.
-    decay_rate : alpha in 1/s that the condition asks for besides.
+    decay_rate : alpha in 1/s that the condition also asks for.
     noise : the disturbance is white.
     infinite : why no gain is finite; empty when it may be.
     guess : of P; asked first, without scales.

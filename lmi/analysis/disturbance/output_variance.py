@@ -54,7 +54,7 @@ def h2_norm_condition(
 ) -> Condition:
     """Pose He(P A_i) + C_i' C_i < 0 and trace(B_i' P B_i) < nu at every vertex; nu is least.
 
-    In discrete time A_i' P A_i - P in the place of He(P A_i), and trace(D_i' D_i) besides.
+    In discrete time A_i' P A_i - P in the place of He(P A_i), and trace(D_i' D_i) is added.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def h2_norm(
 
 
 def variance_shown(channel: DisturbanceChannel, P: Floats) -> tuple[float, Floats]:
-    """Return (nu, kappa P): the least multiple of P that meets the vertices, and what it shows.
+    """Return (nu, kappa P): the least multiple of P that holds at the vertices, and its bound nu.
 
     kappa = max_i lambda_max(C_i F_i^-1 C_i') with F_i of ``motion_of``; inf when V does not fall
     at a vertex.

@@ -92,7 +92,7 @@ def _gain(
 def _loops(
     task: AttractionRequest, Q: Unknown, gain: Unknown | Array | None
 ) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
-    """Return the double sums, the unknowns they need besides Q and M, and the input's limits."""
+    """Return the double sums, their unknowns other than Q and M, and the input's limits."""
     A, B = task.A, task.B
     r, m = len(A), B.shape[2]
     options = _Options(weight=_weight(task), discrete=task.step is not None, corners=task.corners)

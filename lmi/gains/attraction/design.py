@@ -45,7 +45,7 @@ def attraction_ellipsoid(
     """Return P of the largest {x' P x <= 1} that no trajectory leaves, with V' <= -2 alpha V in it.
 
     Every trajectory that starts in the ellipsoid tends to 0, for memberships that move in any
-    way, and keeps every limit.  V = x' P x as it is: its level 1 is meant, so P is not scaled.
+    way, and keeps every limit.  P is not scaled: the ellipsoid is the level 1 of V = x' P x.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ from takagi.lmi.condition.unknown import Unknown, triangle
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
-    """An objective for Q, with what it needs: its LMIs are no claims, only an epigraph."""
+    """An objective for Q, with what it needs: its LMIs are not claims, only an epigraph."""
 
     objective: Mapping[str, Array]
     unknowns: tuple[Unknown, ...] = ()

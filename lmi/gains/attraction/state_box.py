@@ -20,8 +20,8 @@ def state_box_of(
 
     Raises
     ------
-    ModelError : shapes, numbers, a model whose domain is no box, a box of the model that 0 is not
-        inside, or that holds an input beyond which the model says nothing and which no limit keeps.
+    ModelError : shapes, numbers, a model whose domain is not a box, a box of the model without 0
+        inside, or with the range of an input that no limit keeps.
     """
     if getattr(model, "domain", None) is not None:
         raise ModelError(

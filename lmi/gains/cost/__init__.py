@@ -13,13 +13,8 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.lmi.gains.cost.guaranteed_cost import (
-        guaranteed_cost_condition,
-        guaranteed_cost_gain,
+        guaranteed_cost_condition as guaranteed_cost_condition,
     )
+    from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_gain as guaranteed_cost_gain
 
-__all__ = [
-    "guaranteed_cost_condition",
-    "guaranteed_cost_gain",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

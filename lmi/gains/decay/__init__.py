@@ -14,14 +14,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.gains.decay.design import decided
-    from takagi.lmi.gains.decay.limited_outcome import stopped_by_limit
-    from takagi.lmi.gains.decay.request import decay_request
+    from takagi.lmi.gains.decay.design import decided as decided
+    from takagi.lmi.gains.decay.limited_outcome import stopped_by_limit as stopped_by_limit
+    from takagi.lmi.gains.decay.request import decay_request as decay_request
 
-__all__ = [
-    "decay_request",
-    "decided",
-    "stopped_by_limit",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -112,7 +112,7 @@ class DoubleSums:
     Attributes
     ----------
     Q, M : the unknowns that they share.
-    unknowns, lmis : what they need besides.
+    unknowns, lmis : that they need in addition.
     """
 
     Q: Unknown

@@ -19,7 +19,7 @@ from takagi.lmi.sums.relaxations import Relaxation
 # Largest input effort nu, in inputs and states of order one, that is tried; the others only when
 # the first is not enough, in better units or without: huge gains cost the solver digits.
 EFFORTS = (1e4, 1e6, 1e8)
-# The share in the bound on the margin from which the largest Q of the condition stands in the way.
+# The share in the bound on the margin from which the limit on Q may be what excludes gains.
 HELD = 1e-3
 # How far inside its limits an ellipsoid is put, in the squares of them.
 INSIDE = 2.0
@@ -46,7 +46,7 @@ def stopped_by_limit(found: LimitedOutcome) -> bool:
     them, a no counts where the bound on the margin is below zero by more than its multipliers leave
     to any Q and gains of the sizes that the condition allows.  The bound itself counts what is left
     of stationarity for unknowns about as large as those that were found only (``cone/duality``):
-    where gains exist far from those, that is no bound.
+    where gains exist far from those, that is not a bound.
     """
     outcome, data = found.outcome, found.data
     if not found.task.limits.level or outcome.status == "candidate":

@@ -76,7 +76,7 @@ def pdc(
         x+ = A x without unit.  Of moving memberships it says what its quadratic function does.
     uncertainty : ``NormBounded``, or several: the decay holds for every plant that they allow.
     overlap : (r, r) bounds on h_i h_j, 0 for rules that never act together, inf for not known.
-    active_rules : at most so many rules act at a time.  Of other memberships nothing is said.
+    active_rules : at most this many rules act at a time.  Of other memberships nothing is said.
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
         "unknown", and its diagnosis reports it.  None for no limit.
 

@@ -248,7 +248,7 @@ def _with_tries(design: Design, tries: tuple[Try, ...]) -> Design:
 
 
 def _held(found: _Solved, gains: Floats) -> float:
-    """Return the margin with M = K Q of the gains as they are handed out, rounded as they are."""
+    """Return the margin with M = K Q, K the rounded gains that are returned."""
     Q, M = found.outcome.values["Q"], found.outcome.values["M"]
     K = found.units.posed_gains(gains[: len(M)])
     return margin(found.condition, {**found.outcome.values, "M": K @ Q})

@@ -49,7 +49,7 @@ def hinf_pdc(
     performance : (C1, D12, D11) of z = C1 x + D12 u + D11 w, (r, ., .) or (., .), where the
         model's y is not what is to be kept small; the last ones may be None or left out.
     relaxation : as for ``pdc``.
-    decay_rate : alpha in 1/s that the undisturbed loop must show besides.
+    decay_rate : alpha in 1/s that the undisturbed loop must also show.
     disturbance_energy : integral (or sum) of |w|^2 for which the limits below must hold.
     input_limit, initial_box, initial_ball, state_box : as for ``pdc``, on x' P x <= 1, which holds
         all states that disturbances of that energy reach from rest, and those that the undisturbed

@@ -43,7 +43,7 @@ def h2_pdc(
     ----------
     model, performance : the plant, as for ``hinf_pdc``.
     relaxation : as for ``pdc``.
-    decay_rate : alpha in 1/s that the undisturbed loop must show besides.
+    decay_rate : alpha in 1/s that the undisturbed loop must also show.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
     tolerance : how far above the least sqrt(nu) the gains may be, relative; see ``hinf_pdc``.
     sample_time : T in s where the model cannot say.

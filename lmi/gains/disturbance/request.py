@@ -26,7 +26,7 @@ from takagi.models.errors import ModelError
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DisturbanceRequest:
-    """A plant, and what its gains must do besides keeping the output small.
+    """A plant, and the other requirements on its gains.
 
     Attributes
     ----------

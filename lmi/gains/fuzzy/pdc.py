@@ -87,7 +87,7 @@ def fuzzy_pdc(
     decay_rate : alpha in 1/s that must hold.
     relaxation : as for ``pdc``.
     slack : "common", one G for all rules; "rules", one a rule, in discrete time: the law is
-        then u = -M(h) G(h)^-1 x, which is no blend of gains.
+        then u = -M(h) G(h)^-1 x, which is not a blend of gains.
     rates : "corners" of the velocities; or "slack", one matrix for all rates, without premises.
     epsilons : tried in this order in continuous time until there are gains; relative to the time
         of the vertices.

@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.gains.given.condition import closed_loop_condition
-    from takagi.lmi.gains.given.ladder import closed_loop_ladder
-    from takagi.lmi.gains.given.largest_decay import closed_loop_decay
+    from takagi.lmi.gains.given.condition import closed_loop_condition as closed_loop_condition
+    from takagi.lmi.gains.given.ladder import closed_loop_ladder as closed_loop_ladder
+    from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
 
-__all__ = ["closed_loop_condition", "closed_loop_decay", "closed_loop_ladder"]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

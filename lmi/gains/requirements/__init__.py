@@ -16,15 +16,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.gains.requirements.given_limits import GivenLimits
-    from takagi.lmi.gains.requirements.limits import Limits, limits_of
-    from takagi.lmi.gains.requirements.requirements import Requirements
+    from takagi.lmi.gains.requirements.given_limits import GivenLimits as GivenLimits
+    from takagi.lmi.gains.requirements.limits import Limits as Limits
+    from takagi.lmi.gains.requirements.limits import limits_of as limits_of
+    from takagi.lmi.gains.requirements.requirements import Requirements as Requirements
 
-__all__ = [
-    "GivenLimits",
-    "Limits",
-    "Requirements",
-    "limits_of",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

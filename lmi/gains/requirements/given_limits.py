@@ -1,4 +1,4 @@
-"""What a caller asks of gains besides their purpose, as the keywords of ``pdc`` give it."""
+"""Further requirements on gains, as the keywords of ``pdc`` give them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Limits on how fast the inputs move: the input as a state, exact.
 
 With u' = v (or u+ = u + v) a state of the model, limits on u are limits on states, limits on v are
-input limits, and nothing is lost; the law is dynamic.  What a design without that keeps is told by
-``input_rate_bound``.
+input limits, and nothing is lost; the law is dynamic.  ``input_rate_bound`` gives the rates that a
+design without these states needs.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a design must do besides decaying, and for which plants and memberships: as double sums."""
+"""Requirements on a design in addition to decay, and its plants and memberships: as double sums."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Requirements:
     region : of the closed loop's eigenvalues, in 1/s; of x+ = A x without unit.
     uncertainty : blocks D Delta [E, F] of the model, in the coordinates of the condition.
     overlap : (r, r), bounds on h_i h_j.
-    active_rules : at most so many rules act at a time.
+    active_rules : at most this many rules act at a time.
     """
 
     region: EigenvalueRegion | None = None

@@ -16,7 +16,7 @@ from takagi.models.arrays import Floats
 
 # The number of steps to find a stable loop, and the number of steps to give it a decay margin.
 TOWARDS_DECAY, WITH_ROOM = 30, 2
-# Each start takes at most so many steps and stops at such a relative gain; then only the best
+# Each start takes at most this many steps and stops at such a relative gain; then only the best
 # starts go on, and the last number says how many.
 EXPLORED, ENOUGH, PURSUED = 15, 3e-4, 2
 MOST = 80

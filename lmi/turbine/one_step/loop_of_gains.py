@@ -6,7 +6,7 @@ which have kinks.  Each gamma therefore has two secants, one for larger and one 
 and every combination of secants is a corner.  This is conservative at a kink.  Elsewhere both
 secants agree to first order, and nearly equal corners are removed.
 
-The linear functions are no bounds: the gains that a step proposes are enclosed again.
+The linear functions are not bounds: the gains that a step proposes are enclosed again.
 """
 
 from __future__ import annotations

@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
+    from takagi.models.laws.effort_sharing.schedule import (
+        frozen_wake_effectiveness as frozen_wake_effectiveness,
+    )
 
-__all__ = [
-    "frozen_wake_effectiveness",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -15,14 +15,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.laws.published.coupling_filter import Variant
-    from takagi.models.laws.published.law import PublishedLawName
-    from takagi.models.laws.published.regional_schedule import RegionalSchedule
+    from takagi.models.laws.published.coupling_filter import Variant as Variant
+    from takagi.models.laws.published.law import PublishedLawName as PublishedLawName
+    from takagi.models.laws.published.regional_schedule import RegionalSchedule as RegionalSchedule
 
-__all__ = [
-    "PublishedLawName",
-    "RegionalSchedule",
-    "Variant",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -14,17 +14,13 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.loops.effort_sharing.cells import CellLoop, effort_sharing_cells
-    from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
-    from takagi.models.loops.effort_sharing.vertices import loop_vertices
+    from takagi.models.loops.effort_sharing.cells import CellLoop as CellLoop
+    from takagi.models.loops.effort_sharing.cells import (
+        effort_sharing_cells as effort_sharing_cells,
+    )
+    from takagi.models.loops.effort_sharing.loop_cell import LoopBox as LoopBox
+    from takagi.models.loops.effort_sharing.loop_cell import LoopCell as LoopCell
+    from takagi.models.loops.effort_sharing.loop_cell import LoopUncertainty as LoopUncertainty
+    from takagi.models.loops.effort_sharing.vertices import loop_vertices as loop_vertices
 
-__all__ = [
-    "CellLoop",
-    "LoopBox",
-    "LoopCell",
-    "LoopUncertainty",
-    "effort_sharing_cells",
-    "loop_vertices",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

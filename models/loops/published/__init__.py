@@ -12,21 +12,11 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.loops.published.cells import (
-        PublishedCell,
-        disturbance_bound,
-        enclosed_cell,
-        wind_breaks,
-    )
-    from takagi.models.loops.published.tables import LoopFigures, loop_figures
+    from takagi.models.loops.published.cells import PublishedCell as PublishedCell
+    from takagi.models.loops.published.cells import disturbance_bound as disturbance_bound
+    from takagi.models.loops.published.cells import enclosed_cell as enclosed_cell
+    from takagi.models.loops.published.cells import wind_breaks as wind_breaks
+    from takagi.models.loops.published.tables import LoopFigures as LoopFigures
+    from takagi.models.loops.published.tables import loop_figures as loop_figures
 
-__all__ = [
-    "LoopFigures",
-    "PublishedCell",
-    "disturbance_bound",
-    "enclosed_cell",
-    "loop_figures",
-    "wind_breaks",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

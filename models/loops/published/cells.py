@@ -86,7 +86,7 @@ def enclosed_cell(
 def wind_breaks(figures: LoopFigures, low: float, high: float) -> list[float]:
     """Return the winds between which tables and reference speed are smooth, ends included.
 
-    Where the reference speed bends is no decimal: two breaks enclose such a wind.
+    Where the reference speed bends is not a decimal: two breaks enclose such a wind.
     """
     nodes = {*figures.partial.trim.wind, *figures.full.trim.wind}
     radius, per_ratio = figures.radius, figures.optimal_ratio

@@ -36,7 +36,7 @@ def self_test(program: ControllerProgram, c: CSource, settings: ExportSettings) 
     bad = f"in.{c.inputs[program.inputs[0].name]}"
     absolute = "fabsf" if suffix else "fabs"
     title = comment(program.name)
-    return f"""/* {word}_test.c: known answers of {title}; returns 0 if all is well. */
+    return f"""/* {word}_test.c: test of {title} with known outputs; returns 0 if it passes. */
 #include "{word}.h"
 
 #include <math.h>
@@ -48,7 +48,7 @@ static const {word}_real given[SAMPLES][{n}] = {{
 {given}
 }};
 
-/* What the law sends, computed by takagi from the gain file. */
+/* Correct outputs, computed by takagi from the gain file. */
 static const {word}_real wanted[SAMPLES][{m}] = {{
 {wanted}
 }};
@@ -73,7 +73,7 @@ int main(void)
     int off = 0;
     int k;
     if ({word}_init(&state, {c.sample_time}{suffix}) != 0u) {{
-        printf("init refuses its own sample time\\n");
+        printf("init refuses the sample time of the law\\n");
         return 1;
     }}
     for (k = 0; k < SAMPLES; k++) {{
@@ -81,7 +81,7 @@ int main(void)
 {got}    }}
     {bad} = ({word}_real)NAN;
     if (({word}_step(&state, &in, &out) & {W}_INPUT_NOT_FINITE) == 0u || !({finite})) {{
-        printf("an input that is not finite is not told, or sent on\\n");
+        printf("an input that is not finite sets no status bit, or reaches an output\\n");
         off++;
     }}
     printf("%s: %d samples, %d values off\\n", off == 0 ? "good" : "BAD", SAMPLES, off);
@@ -153,7 +153,7 @@ int main(void)
     {c.word}_outputs out;
     int k;
 
-    /* Once, with the time from one step to the next in s. */
+    /* Call this once, with the time between two steps in s. */
     if ({c.word}_init(&state, {c.sample_time}{suffix}) != 0u) {{
         return 1;
     }}
@@ -186,10 +186,10 @@ def page(program: ControllerProgram, c: CSource, settings: ExportSettings) -> st
         f"| {bit} | `{W}_{name}` | {text} |\n" for bit, name, text in sorted(STATUS_BITS)
     )
     fixed = (
-        f"The law is one in discrete time: {c.sample_time} s, and no other time is taken."
+        f"The law is in discrete time with {c.sample_time} s; no other sample time is accepted."
         if program.sample_time is not None
-        else f"`{word}_init` takes the time from one step to the next in s; a state without a good "
-        f"one starts with {c.sample_time} s."
+        else f"`{word}_init` takes the time between two steps in s; a state without a valid time "
+        f"starts with {c.sample_time} s."
     )
     kept_table = f"\n## Kept from step to step\n\n| name | unit | meaning |\n|---|---|---|\n{kept}"
     proof = f"""
@@ -206,8 +206,8 @@ The numbers in `{word}.c` are the {origin}, in {settings.precision}.
     cc -std=c99 -O2 -ffp-contract=off {word}.c {word}_test.c -lm -o {word}_test && ./{word}_test
     cc -std=c99 -O2 -ffp-contract=off {word}.c {word}_example.c -lm -o {word}_example
 
-`{word}_test` has known answers and returns 0. Do not compile with `-ffast-math`: it takes away the
-checks for numbers that are not finite, and `{word}.c` refuses it.
+`{word}_test` compares outputs with known ones and returns 0 if they agree. Do not compile with
+`-ffast-math`: it removes the checks for numbers that are not finite, and `{word}.c` refuses it.
 {proof}
 ## Inputs
 
@@ -222,7 +222,7 @@ at rest. Outside the range the input is used as it is, and a status bit says so.
 | name | unit | meaning |
 |---|---|---|
 {outputs}
-Outputs are always finite. What would not be finite keeps what was sent last.
+Outputs are always finite. If a result is not finite, the output keeps its last value.
 {kept_table if kept else ""}
 ## Status bits
 
@@ -232,7 +232,7 @@ Outputs are always finite. What would not be finite keeps what was sent last.
 `{word}_message(status)` says the most serious one in words. {fixed}
 
 There is no allocation, no recursion and no variable outside `{word}_state`. It holds no pointer, so
-it can be copied, stored and put back as it is.
+it can be copied, stored and restored byte by byte.
 """
 
 

@@ -55,7 +55,9 @@ def compared_source(path: Path, gains: Path) -> SourceComparison:
     program, c = _written_again(path, text, gains)
     header = path.with_name(f"{c.word}.h")
     if not header.is_file():
-        raise ModelError(f"{path}: its header {header.name} must stand beside it, to be compared")
+        raise ModelError(
+            f"{path}: its header {header.name} must be in the same folder, to be compared"
+        )
     places = _places(program, c)
     differences: list[str] = []
     numbers = 0

@@ -70,7 +70,7 @@ EXPORTED Status FMI(SetDebugLogging)(void *given, Boolean on, size_t count, cons
     (void)on;
     (void)count;
     (void)names;
-    return given == NULL ? RUN_ERROR : RUN_OK; /* warnings and errors are always told */
+    return given == NULL ? RUN_ERROR : RUN_OK; /* warnings and errors are always reported */
 }
 
 EXPORTED void *FMI(Instantiate)(Text name, int kind, Text token, Text resources,
@@ -289,7 +289,7 @@ EXPORTED Status FMI(DeSerializeFMUstate)(void *given, const char bytes[], size_t
     return RUN_OK;
 }
 
-/* What does not exist here: none can be read or set. */
+/* Variables of these types do not exist: none can be read or set. */
 #define NONE(NAME, KIND)                                                                           \
     EXPORTED Status NAME(void *given, const Reference references[], size_t count, KIND values[])   \
     {                                                                                              \

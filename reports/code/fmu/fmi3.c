@@ -1,7 +1,7 @@
 /* fmi3.c: the functions of FMI 3.0 for co-simulation.
  *
  * Types and functions are those of the standard (fmi-standard.org/docs/3.0).  No function for model
- * exchange, scheduled execution, clocks or derivatives is supported; each is there and says so.
+ * exchange, scheduled execution, clocks or derivatives is supported; each returns an error.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -53,7 +53,7 @@ EXPORTED Status FMI(SetDebugLogging)(void *given, bool on, size_t count, const c
     (void)on;
     (void)count;
     (void)names;
-    return given == NULL ? RUN_ERROR : RUN_OK; /* warnings and errors are always told */
+    return given == NULL ? RUN_ERROR : RUN_OK; /* warnings and errors are always reported */
 }
 
 EXPORTED void *FMI(InstantiateCoSimulation)(const char *name, const char *token,
@@ -338,7 +338,7 @@ NO_VARIABLES(UInt64, uint64_t)
 NO_VARIABLES(Boolean, bool)
 NO_VARIABLES(String, Text)
 
-/* Functions that are not supported: no argument is looked at. */
+/* Functions that are not supported: the arguments are ignored. */
 #define UNSUPPORTED(NAME, ...)                                                                     \
     EXPORTED Status NAME(void *given, __VA_ARGS__);                                                \
     EXPORTED Status NAME(void *given, __VA_ARGS__)

@@ -306,7 +306,7 @@ def _row(numbers: Sequence[Any]) -> tuple[Decimal, ...]:
 def _decimal(number: Any) -> Decimal:
     """Return a number of a certificate, which may be a fraction: then to 28 digits.
 
-    Of a number that is no decimal it is the decimal that stands with its ball.
+    Of a number that is not a decimal it is the decimal that stands with its ball.
     """
     if isinstance(number, Mapping):
         return _decimal(number["value"])

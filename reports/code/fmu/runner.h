@@ -1,10 +1,10 @@
 /* runner.h: time, samples and messages of an FMU, the same for FMI 2.0 and 3.0.
  *
- * The law runs at start + k T, k = 0, 1, ...; what it sends is held until the next sample.  A
+ * The law runs at start + k T, k = 0, 1, ...; its outputs are held until the next sample.  A
  * communication step from t to t + h runs the samples with t <= start + k T < t + h, with the
- * inputs as they were set for the step.
+ * inputs that were set for the step.
  *
- * model.h holds what differs from FMU to FMU.
+ * model.h has the parts that differ from FMU to FMU.
  */
 #ifndef RUNNER_H
 #define RUNNER_H
@@ -30,24 +30,24 @@
 #define JOIN(PREFIX, NAME) PREFIX##NAME
 #define JOINED(PREFIX, NAME) JOIN(PREFIX, NAME)
 
-/* As FMI 2.0 and 3.0 count them. */
+/* The numbers of FMI 2.0 and 3.0. */
 enum { RUN_OK = 0, RUN_WARNING = 1, RUN_DISCARD = 2, RUN_ERROR = 3 };
 enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED, FAILED };
 enum { MESSAGE_SIZE = 400 };
 
-/* Two times count as one within this share of the sample time. */
+/* Two times are equal if they differ by less than this share of the sample time. */
 static const double SLACK = 1e-6;
 static const double MOST_SAMPLES = 1e9; /* of one communication step */
 
-/* All that lasts from call to call; it holds no pointer and is copied as it is. */
+/* The state between calls. It has no pointer, so it can be copied byte by byte. */
 typedef struct snapshot {
     char token[sizeof MODEL_TOKEN];
     int mode;
     unsigned told;  /* status bits that were logged: each is logged once */
     double start;   /* s, of the first sample */
     double time;    /* s, the communication point */
-    double reached; /* s, what the model has moved to */
-    double samples; /* how many have run */
+    double reached; /* s, time that the model has reached */
+    double samples; /* number of samples so far */
     model model;
 } snapshot;
 
@@ -88,7 +88,7 @@ static int run_set(snapshot *now, size_t place, double value)
     return 1;
 }
 
-/* What is sent at the start, tried on a copy: the first sample itself runs in the first step. */
+/* The outputs at the start, from a copy of the state: the first step runs the first sample. */
 static void run_preview(snapshot *now)
 {
     model trial = now->model;
@@ -141,7 +141,7 @@ static int run_terminate(snapshot *now, char *say)
     return RUN_OK;
 }
 
-/* Say each status bit once; a command at a limit is a state of things and no warning. */
+/* Report each status bit once; a command at a limit is normal operation, not a warning. */
 static int run_warns(snapshot *now, unsigned status, char *say)
 {
     const unsigned fresh = status & ~now->told & ~(unsigned)MODEL_AT_LIMIT;
@@ -220,7 +220,7 @@ static int run_step(snapshot *now, double at, double step, char *say)
     return run_warns(now, status, say);
 }
 
-/* A snapshot as bytes: itself, and a sum over it (FNV-1a) that damage changes. */
+/* A snapshot as bytes: the state and its checksum (FNV-1a), which shows damage. */
 enum { STORED_SIZE = sizeof(snapshot) + 8 };
 
 static void run_sum(const unsigned char *bytes, unsigned char *sum)

@@ -16,10 +16,10 @@ from takagi.reports.code.identifiers import identifiers
 from takagi.reports.code.matlab.words import RESERVED
 
 STATUS = (
-    (1, "an input was no finite number; its last good value stood in"),
+    (1, "an input was not finite; its last good value was used"),
     (2, "an input was outside the range in which the model holds; nothing is proved there"),
-    (4, "the sample time was not usable; the last good one stood in"),
-    (8, "a result was no finite number; outputs and kept values stayed as they were"),
+    (4, "the sample time was not usable; the last good one was used"),
+    (8, "a result was not finite; outputs and kept values did not change"),
 )
 
 FUNCTIONS = """
@@ -54,7 +54,7 @@ y = Y(k) + (Y(k + 1) - Y(k))/(X(k + 1) - X(k))*(limit(x, X(1), X(end)) - X(k));
 end
 
 function y = mix(R, Y, w)
-% Rules that are blended by the weights w of the premises.
+% The sum of Y over the rules, weighted by products of the premises' weights w.
 if numel(Y) == 1
     y = Y(1);
     return
@@ -227,7 +227,7 @@ class _Writing:
 
     def _after(self) -> Iterator[str]:
         program, names = self.program, self.names
-        yield "% All that is kept changes at once, if every result is a finite number."
+        yield "% All kept values are updated together, and only if every result is finite."
         yield "ready = true;"
         yield "next = state.kept;"
         for one in program.kept:

@@ -1,9 +1,9 @@
 """The target `st`: a function block in Structured Text (IEC 61131-3), and a README.
 
 The block stores its kept values and its last outputs, and reads each input once in a cycle.  An
-input that is no number, or larger than any measurement, is replaced by its last good value; before
-the first good value by one of the gain file.  If a result is no number, kept values and outputs
-stay as they are.  ``status`` tells which of these cases occurred.
+input that is not a number, or larger than any measurement, is replaced by its last good value;
+before the first good value by one of the gain file.  If a result is not a number, kept values and
+outputs do not change.  ``status`` says which of these cases occurred.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ LARGEST_ARRAY = 8192
 DEFAULT_SAMPLE_TIME = Decimal("0.01")
 
 STATUS = (
-    (1, "an input is no number or too large; its last good value stands in"),
+    (1, "an input is not a number or too large; its last good value is used"),
     (2, "an input is outside the range in which the model holds; nothing is proved there"),
-    (4, "the sample time is not usable; the last good one stands in"),
-    (8, "a result is no number; outputs and kept values stay as they were"),
+    (4, "the sample time is not usable; the last good one is used"),
+    (8, "a result is not a number; outputs and kept values do not change"),
 )
 
 
@@ -182,7 +182,7 @@ class _Block:
             for step in stage.assignments:
                 found.assign(step)
         say("")
-        say("(* what is kept until the next sample; all of it changes at once *)")
+        say("(* values that are kept until the next sample; all are updated together *)")
         for kept in program.kept:
             say(f"{self.word[f'{kept.name} after']} := {found.text(kept.next)};")
         results = [self.inside[one.name] for one in program.outputs]

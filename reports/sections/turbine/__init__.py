@@ -19,14 +19,8 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.page.assembly import ReportFiles
-    from takagi.reports.sections.turbine.gains import gains_section
-    from takagi.reports.sections.turbine.page import report_html
+    from takagi.reports.page.assembly import ReportFiles as ReportFiles
+    from takagi.reports.sections.turbine.gains import gains_section as gains_section
+    from takagi.reports.sections.turbine.page import report_html as report_html
 
-__all__ = [
-    "ReportFiles",
-    "gains_section",
-    "report_html",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -148,7 +148,7 @@ def test_the_surface_s_end_is_seen(document: Data) -> None:
         (all_rates("schedule_rate", 0.99), "the schedule wind is faster than stated", WIND_RATE),
         (
             all_rates("schedule_rate", 1.01),
-            "the schedule wind is faster than the loop bears",
+            "the schedule wind is faster than the claim allows",
             WIND_RATE,
         ),
         (estimate_error(1.02), "the schedule wind is further off", WIND_RATE),

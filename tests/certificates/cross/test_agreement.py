@@ -73,7 +73,7 @@ def test_many_damaged_certificates_are_seen_alike(whole: dict[str, Data], reduce
 
 @pytest.mark.parametrize("lower", ["text", "upper"])
 def test_a_law_s_own_weights_sum_to_one(whole: dict[str, Data], lower: str) -> None:
-    """A premise that is no number, or a constant beside rules for two ends: refused by both."""
+    """A premise that is not a number, or a constant beside rules for two ends: refused by both."""
     refused = 0
     for document in whole.values():
         gains = document["gains"]

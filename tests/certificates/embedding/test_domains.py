@@ -121,7 +121,7 @@ def test_parameters_in_exponents_are_read_by_both() -> None:
 
 
 def test_zero_times_a_number_without_value_is_no_rest() -> None:
-    """0 log(-1) is no number, so that nothing rests there."""
+    """0 log(-1) is not a number, so that nothing rests there."""
     wrong = document("-x")
     wrong["model"]["states"][0] |= {"rest": "0*log(0 - 1)", "symbol": "dx"}
     wrong = certificate_document(

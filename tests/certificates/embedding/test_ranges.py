@@ -49,7 +49,7 @@ ATTAINED = [
 
 @pytest.mark.parametrize(("premise", "lower", "upper"), ATTAINED)
 def test_bounds_that_are_attained_are_proved(premise: str, lower: str, upper: str) -> None:
-    """Also where they are no decimals; and an end moved inward by 1e-7 is not."""
+    """Also where they are not decimals; and an end moved inward by 1e-7 is not."""
     equation = f"x*({premise})"
     assert said_of(one_state(equation, premise, lower, upper)).verdict is Verdict.PROVED
     narrow = str(Fraction(upper) - Fraction(1, 10**7))

@@ -93,7 +93,7 @@ def test_wrong_secants_are_not_proved(what: str) -> None:
 
 
 def test_products_of_premises_are_refused() -> None:
-    """The mean of a product is no product of means."""
+    """The mean of a product is not a product of means."""
     data = plant_data(secant_model(pendulum()))
     name = data["embedding"]["premises"][0]["name"]
     other = data["embedding"]["premises"][1]["name"]

@@ -178,7 +178,7 @@ def test_entries_that_weights_do_not_blend_are_refused(written: str) -> None:
 
 
 def test_a_premise_with_agreeing_bounds_is_a_constant() -> None:
-    """x' = 3 x with z = 3 is one vertex; z = x with agreeing bounds is no constant."""
+    """x' = 3 x with z = 3 is one vertex; z = x with agreeing bounds is not a constant."""
     assert said_of(one_state("3*x", "3", 3, 3)).verdict is Verdict.PROVED
     assert said_of(one_state("x^2", "x", 1, 1)).verdict is Verdict.UNDECIDED
 

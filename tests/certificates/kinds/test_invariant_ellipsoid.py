@@ -293,7 +293,7 @@ def test_library_plants_have_a_region_of_attraction(name: str) -> None:
 
 @given(st.fractions(max_denominator=10**6).filter(lambda end: end > 0), st.booleans())
 def test_emitted_box_lies_inside_the_models(end: Fraction, negative: bool) -> None:
-    """1/3 is no decimal: the file's box must not reach beyond what the model was derived on."""
+    """1/3 is not a decimal: the file's box must not reach beyond what the model was derived on."""
     side = (-2 * end, -end) if negative else (end, 2 * end)
     model = TSModel([[[-1.0]]], box={"z [-]": side})
 

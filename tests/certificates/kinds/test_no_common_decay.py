@@ -75,7 +75,7 @@ def test_a_blend_is_decided_at_its_threshold() -> None:
 
 
 def test_a_rule_alone_is_no_pair() -> None:
-    """A number names a rule: the pair, which was number 1 once, is no blend."""
+    """A number names a rule: the pair, which was number 1 once, is not a blend."""
     model, K = opposed(5.0)
     data, gains = model_data(model.A.tolist(), B=model.B.tolist()), law_data(K)
 

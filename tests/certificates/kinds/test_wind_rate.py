@@ -126,7 +126,7 @@ def test_the_least_wind_rate_is_the_threshold(
 def test_a_wind_cell_ends_between_the_nodes_of_a_range(
     known: dict[str, Any], reseal: Any, more: float, verdict: str
 ) -> None:
-    """phi rises through a cell that bears less than the next: its upper end is the threshold."""
+    """phi rises through a cell that allows less than the next: its upper end is the threshold."""
     known = deepcopy(known)
     cells, tau = known["claims"][0]["cells"], known["gains"]["wind_filter"]
     # Less than is proved is proved as well.

@@ -40,7 +40,7 @@ def surface(kind: str = "wavy") -> Spline:
     """Return a spline of two arguments over [0, 3] and [-1, 1].
 
     ``wavy`` : cells of three widths, and coefficients without symmetry; ``thirds`` : knots that
-    are no decimals; ``steep`` : coefficients that leave the size that is bounded.
+    are not decimals; ``steep`` : coefficients that leave the size that is bounded.
     """
     inner = {"wavy": "0.5 1.75", "thirds": "1/3 2/3", "steep": "0.001"}[kind]
     x = fractions(f"0 0 0 0 {inner} 3 3 3 3")

@@ -123,7 +123,7 @@ def test_a_range_outside_the_tables_is_refused(loop: LoopSettings) -> None:
 def test_a_claim_on_a_range_speaks_of_its_winds_alone_and_can_be_broken(
     loop: LoopSettings,
 ) -> None:
-    """The checker names the range's own winds; a larger wind error than is borne is not proved."""
+    """The checker names the range's own winds; it refuses a wind error above the proved one."""
     part = replace(loop, law=law_on(loop.law, HAND_OVER.low, HAND_OVER.high))
     found = widest_candidate(part)
     nodes = part.law.schedule.wind

@@ -80,7 +80,7 @@ def test_a_moving_schedule_lowers_the_lags_rate() -> None:
 
 @pytest.mark.parametrize("part", ["wind error", "wind rate", "lag disturbance"])
 def test_disturbances_are_rounded_up(part: str) -> None:
-    """Half a unit of the seventh decimal beyond the largest disturbance that the set bears."""
+    """Half a unit of the seventh decimal beyond the largest disturbance that the set withstands."""
 
     def failing(units: Fraction) -> str:
         size = units / 10**7

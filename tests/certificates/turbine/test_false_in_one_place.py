@@ -48,7 +48,7 @@ def test_a_disturbance_is_worst_where_its_parts_have_opposite_signs() -> None:
     """x' = -x + d, |d_i| <= delta: the set x'Px <= 1 keeps the rest x = d for each sign, or none.
 
     For P = [[2, -1], [-1, 2]] the rests d = delta (1, 1) have V = 2 delta^2, and those of opposite
-    signs V = 6 delta^2; the inequality with alpha = 1 bears delta < 1/sqrt(6) = 0.408.
+    signs V = 6 delta^2; the inequality with alpha = 1 allows delta < 1/sqrt(6) = 0.408.
     """
     P = [[F(2), F(-1)], [F(-1), F(2)]]
     A = [[F(-1), F(0)], [F(0), F(-1)]]

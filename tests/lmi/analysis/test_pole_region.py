@@ -31,7 +31,7 @@ def companion() -> Floats:
 
 
 def holds_exactly(answer: Answer) -> bool:
-    """Return whether every LMI of the answer holds in rationals; its scale is no claim."""
+    """Return whether every LMI of the answer holds in rationals; its scale is not a claim."""
     assert answer.condition is not None
     return all(
         positive_definite(F)

@@ -69,7 +69,7 @@ def test_shares_say_once_of_what_they_are() -> None:
     )
     assert told.startswith("the no rests on vertex 1 of 2 (") and told.count("multipliers") == 1
     assert f"  {told}\n" in str(explain(answer, lpj12()))
-    assert binding_items(answer.condition, {}) == "the no rests on no inequality by itself"
+    assert binding_items(answer.condition, {}) == "the no depends on no single inequality"
 
 
 def test_the_rate_of_a_common_p_is_the_largest_one() -> None:
@@ -184,7 +184,7 @@ def test_a_model_need_not_be_one_of_ours() -> None:
 def test_an_answer_to_another_question_is_refused() -> None:
     """The message says what can be explained; misuse of what is asked again is not swallowed."""
     norm = hinf_norm(-np.eye(2), np.ones((2, 1)), np.ones((1, 2)))
-    with pytest.raises(ModelError, match="explain speaks of pdc and of common_lyapunov"):
+    with pytest.raises(ModelError, match="explain knows the answers of pdc and of common_lyapunov"):
         explain(norm, -np.eye(2))
     with pytest.raises(ModelError, match="input_limit has shape"):
         explain(pdc(kim_lee_problem()), kim_lee_problem(), input_limit=[1.0, 2.0])

@@ -14,7 +14,7 @@ A = np.array([[[0.0, 1.0], [-1.0, -0.4]], [[0.0, 1.0], [-1.5, -0.5]]])
 
 
 class PanicException(BaseException):
-    """Bears the name of what clarabel raises where its own code panics."""
+    """It has the name of what clarabel raises where its own code panics."""
 
 
 class Broken:

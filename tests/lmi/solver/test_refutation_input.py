@@ -1,4 +1,4 @@
-"""What an exact no reads: entries that are no numbers, wide integers, conditions of nothing."""
+"""What an exact no reads: entries that are not numbers, wide integers, conditions of nothing."""
 
 from __future__ import annotations
 

@@ -273,7 +273,7 @@ def test_a_norm_far_above_the_least(monkeypatch: pytest.MonkeyPatch, norm: objec
 
 
 def test_an_ellipsoid_that_is_not_the_largest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A tenth of the largest is no answer to "the largest"."""
+    """A tenth of the largest is not an answer to "the largest"."""
     monkeypatch.setattr(stages, "attempts", off_by(0.1))
     answer = attraction_ellipsoid(A, state_box=[1.0, 1.0], measure="trace")
 

@@ -95,7 +95,7 @@ def test_with_time_enough_the_answer_is_the_same(name: str) -> None:
 
 
 def test_a_limit_that_is_no_time_is_refused() -> None:
-    """Zero, a negative number, and what is no number."""
+    """Zero, a negative number, and what is not a number."""
     for wrong in (0.0, -1.0, "long", float("nan")):
         with pytest.raises(ModelError, match="time_limit is"):
             common_lyapunov(A, time_limit=wrong)  # type: ignore[arg-type]

@@ -55,7 +55,7 @@ def test_blends_that_cannot_occur_rule_nothing_out() -> None:
 
 
 def test_of_two_premises_only_products_are_asked_for() -> None:
-    """The mean of opposite corners is no product: (1/2, 0, 0, 1/2) is not among the blends."""
+    """The mean of opposite corners is not a product: (1/2, 0, 0, 1/2) is not among the blends."""
     rng = np.random.default_rng(0)
     A, B = rng.standard_normal((4, 2, 2)), rng.standard_normal((4, 2, 1))
     plain = pdc_condition(TSModel(A, B), relaxation=at_points(2))

@@ -335,7 +335,7 @@ def test_objectives_out_of_range_are_misuse(change: dict[str, Any]) -> None:
 
 
 def test_misuse_is_named(near_rated: LoopOfGains) -> None:
-    """No objective, a count below 0, a row of the wrong length, a class that nothing bears."""
+    """No objective, a count below 0, a row of the wrong length, a class that no gains allow."""
     with pytest.raises(ModelError, match="at least one objective"):
         Objective(wind_class=0.0)
     with pytest.raises(ModelError, match="steps = -1"):

@@ -1,4 +1,4 @@
-"""A law that swings in OpenFAST swings on the validation plant, and rests where it rests there.
+"""A law that oscillates in OpenFAST oscillates on the validation plant, and rests where it rests.
 
 Sources: README.md here.
 """

@@ -117,7 +117,7 @@ def test_the_header_is_compared_too(design: Path, tmp_path: Path, capsys: Captur
     assert f"{header}, line " in capsys.readouterr().err
     header.unlink()
     assert checked(design, source) == 2
-    assert "its header truck_with_trailer.h must stand beside it" in capsys.readouterr().err
+    assert "its header truck_with_trailer.h must be in the same folder" in capsys.readouterr().err
 
 
 def test_what_joins_lines_is_refused(design: Path, tmp_path: Path) -> None:

@@ -174,7 +174,7 @@ int main(void)
 
 @pytest.mark.parametrize("file", ["split_range.fmu", "split_range_loop.fmu"])
 def test_bad_calls_under_sanitizers(file: str, tmp_path: Path) -> None:
-    """Values that are no numbers, references that do not exist, states with a damaged byte."""
+    """Values that are not numbers, references that do not exist, states with a damaged byte."""
     if shutil.which("cc") is None:
         pytest.skip("no cc on this machine")
     _, made = exported(plant_file("split_range", tmp_path))

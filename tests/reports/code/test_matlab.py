@@ -101,7 +101,7 @@ def test_every_function_of_the_language(tmp_path: Path) -> None:
 
 
 def test_bad_inputs_leave_finite_commands(tmp_path: Path) -> None:
-    """Bit 1 for what is no number, 2 for what is out of range, 4 for a time that is none."""
+    """Bit 1 for what is not a number, 2 for what is out of range, 4 for a time that is none."""
     program = read_controller(plant_file("cart_pole", tmp_path))
     rest = {one.name: float(one.rest or 0) for one in program.inputs}
     first = program.inputs[0].name

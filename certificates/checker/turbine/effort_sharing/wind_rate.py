@@ -133,9 +133,9 @@ def _outside_class(one: Range, law: Law, cells: list[Any], filter_: Fraction) ->
         for s in (*inside, *ends):
             phi = one.at(one.schedule, s)
             if phi > rate:
-                return "the schedule wind may move faster than the loop bears at {}", s
+                return "the schedule wind may move faster than the loop's claim allows at {}", s
             if one.error + filter_ * phi > error:
-                return "the schedule wind may lag further than the loop bears at {}", s
+                return "the schedule wind may lag further than the loop's claim allows at {}", s
     return None
 
 

@@ -39,7 +39,7 @@ def said(
 
 
 def _balls(plant: PlantNodes) -> str:
-    """Return the clauses about numbers that are no decimals."""
+    """Return the clauses about numbers that are not decimals."""
     rests = {v.ball.name: v.name for v in (*plant.states, *plant.inputs) if v.ball}
 
     def told(names: list[str]) -> str:

@@ -17,7 +17,7 @@ def said(
     Parameters
     ----------
     feedback : whether it is about the loop with u = -K xhat, not about the error alone.
-    secants : whether a part of the plant is told by slopes.
+    secants : whether a part of the plant is described by slopes.
     """
     what = "the loop with u = -K xhat" if feedback else "the error x - xhat of the observer"
     assumed = "premises that the observer measures"

@@ -64,7 +64,7 @@ def _words(overlaps: Overlaps) -> str:
 
 
 def _shown(spans: list[Span]) -> str:
-    """Return ranges, rounded so that none is wider than what it stands for."""
+    """Return ranges, rounded so that none is wider than the exact one."""
     if len(spans) > FEW_SPANS and len({high - low for low, high in spans}) == 1:
         return _windows([low for low, _ in spans], spans[0][1] - spans[0][0])
     shown = [f"{at_most(low, 8)} to {at_least(high, 8)}" for low, high in spans[:MOST_SPANS]]

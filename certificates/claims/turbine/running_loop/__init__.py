@@ -16,26 +16,16 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.running_loop.candidate import (
-        inequality_failure,
-        running_candidate,
+        inequality_failure as inequality_failure,
     )
-    from takagi.certificates.claims.turbine.running_loop.running import Machine, Running
-    from takagi.certificates.claims.turbine.running_loop.signals import (
-        Signals,
-        combined,
-        decay_form,
+    from takagi.certificates.claims.turbine.running_loop.candidate import (
+        running_candidate as running_candidate,
     )
-    from takagi.certificates.claims.turbine.running_loop.subject import loop_subject
+    from takagi.certificates.claims.turbine.running_loop.running import Machine as Machine
+    from takagi.certificates.claims.turbine.running_loop.running import Running as Running
+    from takagi.certificates.claims.turbine.running_loop.signals import Signals as Signals
+    from takagi.certificates.claims.turbine.running_loop.signals import combined as combined
+    from takagi.certificates.claims.turbine.running_loop.signals import decay_form as decay_form
+    from takagi.certificates.claims.turbine.running_loop.subject import loop_subject as loop_subject
 
-__all__ = [
-    "Machine",
-    "Running",
-    "Signals",
-    "combined",
-    "decay_form",
-    "inequality_failure",
-    "loop_subject",
-    "running_candidate",
-]
-
-__getattr__, __dir__ = lazy_names(__name__, __all__)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -1,4 +1,4 @@
-"""Corner matrices of the coherent loop, what their inequalities bear, and what a cell is told."""
+"""Corner matrices of the coherent loop, what their inequalities allow, and what a cell is told."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ SIZES = (
 
 
 def of_thresholds(cell: str, part: int) -> Named:
-    """Yield about the largest number of each kind that the corner inequalities bear, over 10^7."""
+    """Yield about the largest number of each kind that the corner inequalities allow, over 10^7."""
     about, claim = stated(cell), read(cell)["claims"][0]
     P = matrix(claim, "P", "claim")
     for name in SIZES[part::5]:

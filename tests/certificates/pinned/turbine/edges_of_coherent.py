@@ -124,7 +124,7 @@ class _Quotient:
 
 
 def of_rest_pitch() -> Named:
-    """Yield the pitch of a rest about the end of the table, whose last place is no decimal."""
+    """Yield the pitch of a rest about the end of the table, whose last place is not a decimal."""
     last = point(F(1, 3) - EDGE)[0]
     for low, high in product((last - 5, last, last + 1), repeat=2):
         if low <= high:

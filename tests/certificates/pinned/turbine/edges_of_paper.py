@@ -126,7 +126,7 @@ def of_regions() -> Named:
 
 
 def of_loop() -> Named:
-    """Yield rates, choices, slopes and cases of the loop at limits that are no decimals."""
+    """Yield rates, choices, slopes and cases of the loop at limits that are not decimals."""
     zero, one = Dual(ZERO, ()), Dual(UNIT, ())
     for value in (THIRD.low, THIRD.high, THIRD.high + 1):
         at: Any = Told(
