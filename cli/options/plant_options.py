@@ -147,9 +147,9 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     if given.get("solve_rest"):
         changes["rest"] = "solve inputs"
     if given.get("sample_time") is not None:
-        changes["sample_time"] = _time("--sample-time", given["sample_time"])
+        changes["sample_time"] = time_asked("--sample-time", given["sample_time"])
     if given.get("horizon") is not None:
-        changes["horizon"] = _time("--horizon", given["horizon"])
+        changes["horizon"] = time_asked("--horizon", given["horizon"])
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
     if given.get("settle") is not None:
@@ -237,14 +237,19 @@ def _settling_rate(written: str) -> float:
     """Return the decay rate [1/s] of a settling time."""
     from takagi.models.plant.design_settings import settling_rate
 
-    time = _time("--settle", written)
+    time = time_asked("--settle", written)
     if time <= 0:
         raise ModelError(f"option --settle: {written!r} was given; a time above 0 is needed")
     return settling_rate(time)
 
 
-def _time(option: str, written: str) -> float:
-    """Return a time in s of a text such as 10ms; a number alone is in s."""
+def time_asked(option: str, written: str) -> float:
+    """Return a time in s of a text such as 10ms; a number alone is in s.
+
+    Raises
+    ------
+    ModelError : a text of another form, or a unit that is none of time; names the option.
+    """
     match = _PAIR.fullmatch(f"time={written}")
     if match is None:
         raise ModelError(f"option {option}: {written!r} was given; a time such as 10ms is needed")
