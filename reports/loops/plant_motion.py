@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +25,8 @@ TIMES = 7.0
 LONGEST = 1e3
 # A motion is ended at this multiple of the box (or ellipsoid) size.
 FAR = 20.0
+# The number of corners doubles with each uncertain parameter.
+MOST_ENDS = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,11 +53,17 @@ class PlantMotion:
     acting: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
 
-def plant_rate(plant: Plant) -> Callable[[Floats, Floats], Floats]:
+def plant_rate(
+    plant: Plant, uncertain: Mapping[str, Fraction] | None = None
+) -> Callable[[Floats, Floats], Floats]:
     """Return (x, u) -> x' of the plant itself, disturbances at rest; x(t + T) in discrete time.
 
     Evaluated from the plant's equations in floating point, apart from any model of it; of a blended
     plant from those that were written, with its two actuators.
+
+    Parameters
+    ----------
+    uncertain : parameter -> value, of those that are known within a range only; others rest.
     """
     import sympy as sp
 
@@ -65,7 +75,8 @@ def plant_rate(plant: Plant) -> Callable[[Floats, Floats], Floats]:
         return RunTimeBlending(blending).rate()
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    values |= {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
+    outside = {v.symbol: (uncertain or {}).get(v.name, v.rest) for v in plant.disturbances}
+    values |= {s: sp.Rational(*value.as_integer_ratio()) for s, value in outside.items()}
     symbols = [v.symbol for v in (*plant.states, *plant.inputs)]
     rows = [sp.sympify(row).subs(values) for row in plant.equations]
     right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
@@ -121,18 +132,20 @@ def motions(
     *,
     duration: float | None = None,
     errors: Mapping[str, float] | None = None,
+    uncertain: Mapping[str, Fraction] | None = None,
 ) -> tuple[PlantMotion, ...]:
     """Return the motions from the given deviations, all over the same time [s].
 
     Parameters
     ----------
     errors : blended actuator -> delta, the relative error of its effect on the plant.
+    uncertain : uncertain parameter -> its value in these motions; others have their middle value.
 
     Raises
     ------
     ModelError : errors of a plant without a blend, or of no blended actuator.
     """
-    rate = plant_rate(loop.plant)
+    rate = plant_rate(loop.plant, uncertain)
     if errors:
         from takagi.models.blending.blending import blending_of
         from takagi.models.blending.run_time import RunTimeBlending
@@ -144,6 +157,19 @@ def motions(
     move = _iterated if loop.discrete else _integrated
     end = horizon(loop) if duration is None else duration
     return tuple(move(loop, rate, name, np.asarray(x0, float), end) for name, x0 in begin)
+
+
+def uncertain_ends(plant: Plant) -> list[dict[str, Fraction]]:
+    """Return values of the uncertain parameters at the corners of their ranges; [] without any.
+
+    With many parameters: all at their lower, and all at their upper ends.
+    """
+    ends = {v.name: (v.range.lower, v.range.upper) for v in plant.uncertain if v.range is not None}
+    if not ends:
+        return []
+    if 2 ** len(ends) > MOST_ENDS:
+        return [{name: pair[k] for name, pair in ends.items()} for k in (0, 1)]
+    return [dict(zip(ends, corner, strict=True)) for corner in product(*ends.values())]
 
 
 def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:

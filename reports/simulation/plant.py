@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -51,6 +52,9 @@ def simulate_plant(
 ) -> PlantSimulation:
     """Return the motions of the plant itself under the design's law, disturbances at rest.
 
+    Each start is run with uncertain parameters in the middle, and again at the ends of their
+    ranges.
+
     Parameters
     ----------
     starts : state -> value in SI, not named ones at rest; None takes the corners of the box, drawn
@@ -62,7 +66,7 @@ def simulate_plant(
     ModelError : a state that the plant does not have, or a duration that is not positive.
     """
     from takagi.reports.loops.plant_loop import plant_loop
-    from takagi.reports.loops.plant_motion import motions
+    from takagi.reports.loops.plant_motion import motions, uncertain_ends
 
     if duration is not None and not 0 < duration < np.inf:
         raise ModelError(f"duration = {duration:g} s was given; it must be positive")
@@ -71,7 +75,11 @@ def simulate_plant(
         begin, scale = corner_starts(loop)
     else:
         begin, scale = [_start(loop, given) for given in starts], 1.0
-    return PlantSimulation(loop, motions(loop, begin, duration=duration), scale)
+    runs = motions(loop, begin, duration=duration)
+    for values in uncertain_ends(design.plant):
+        named = [(f"{words}; {_values(values)}", x) for words, x in begin]
+        runs += motions(loop, named, duration=duration, uncertain=values)
+    return PlantSimulation(loop, runs, scale)
 
 
 def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
@@ -164,6 +172,10 @@ def _start(loop: PlantLoop, given: Mapping[str, float]) -> Start:
             )
     x = np.array([given.get(name, rest) for name, rest in zip(own, loop.state, strict=True)])
     return _words(loop, x - loop.state), x - loop.state
+
+
+def _values(values: Mapping[str, Fraction]) -> str:
+    return ", ".join(f"{name} = {float(value):.4g}" for name, value in values.items())
 
 
 def _words(loop: PlantLoop, deviation: Floats) -> str:

@@ -101,6 +101,10 @@ def _in_share(expression: sp.Expr) -> bool:
     return any(str(symbol) in (SHARE, f"delta_{SHARE}") for symbol in expression.free_symbols)
 
 
+def _unknown(model: TSModel) -> str:
+    return "uncertain parameters" if blend_of(model) is None else "the errors of the actuators"
+
+
 def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple[str, ...]]:
     """Return the settings, with one gain for all rules where a premise is not known to the law.
 
@@ -112,8 +116,8 @@ def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple
         return asked, ()
     if asked.relaxation not in (None, ONE_GAIN):
         raise ModelError(
-            f"relaxation {asked.relaxation!r} makes a gain for each rule, but the errors of the "
-            f"blended actuators are not known to a law; leave it out, or give {ONE_GAIN!r}"
+            f"relaxation {asked.relaxation!r} makes a gain for each rule, but {_unknown(model)} "
+            f"are not known to a law; leave it out, or give {ONE_GAIN!r}"
         )
-    note = "the errors of the actuators are not measured: one gain for all rules"
+    note = f"{_unknown(model)} are not measured: one gain for all rules"
     return replace(asked, relaxation=ONE_GAIN), (note,)
