@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,12 @@ if TYPE_CHECKING:
 Rate = Callable[[Floats, Floats, Floats], Floats]
 
 
-def right_side(plant: Plant, moving: Sequence[Variable] = ()) -> Rate:
+def right_side(
+    plant: Plant,
+    moving: Sequence[Variable] = (),
+    *,
+    fixed: Mapping[str, Fraction] | None = None,
+) -> Rate:
     """Return (x, u, w) -> x' of the plant, or x(t + T) in discrete time; all in SI.
 
     Evaluated from the plant's equations.  Of a blended plant these are the ones that were written,
@@ -25,6 +31,8 @@ def right_side(plant: Plant, moving: Sequence[Variable] = ()) -> Rate:
     Parameters
     ----------
     moving : the disturbances that w has, in its order; all others keep their rest values.
+    fixed : name -> value of disturbances, such as uncertain parameters, in place of their rest;
+        not of a blended plant.
     """
     import sympy as sp
 
@@ -37,7 +45,7 @@ def right_side(plant: Plant, moving: Sequence[Variable] = ()) -> Rate:
     free = [v.symbol for v in moving]
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {
-        v.symbol: sp.Rational(*v.rest.as_integer_ratio())
+        v.symbol: sp.Rational(*(fixed or {}).get(v.name, v.rest).as_integer_ratio())
         for v in plant.disturbances
         if v.symbol not in free
     }

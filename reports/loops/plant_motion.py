@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +37,8 @@ TIMES = 7.0
 LONGEST = 1e3
 # A motion is ended at this multiple of the box (or ellipsoid) size.
 FAR = 20.0
+# The number of corners doubles with each uncertain parameter.
+MOST_ENDS = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,13 +75,19 @@ class PlantMotion:
     missed: int = 0
 
 
-def plant_rate(plant: Plant) -> Callable[[Floats, Floats], Floats]:
+def plant_rate(
+    plant: Plant, uncertain: Mapping[str, Fraction] | None = None
+) -> Callable[[Floats, Floats], Floats]:
     """Return (x, u) -> x' of the plant itself, disturbances at rest; x(t + T) in discrete time.
 
     Evaluated from the plant's equations in floating point, apart from any model of it; of a blended
     plant from those that were written, with its two actuators, held within their ranges.
+
+    Parameters
+    ----------
+    uncertain : parameter -> value, of those that are known within a range only; others rest.
     """
-    rate, none = right_side(plant), np.zeros(0)
+    rate, none = right_side(plant, fixed=uncertain), np.zeros(0)
     return lambda x, u: rate(x, u, none)
 
 
@@ -120,6 +130,7 @@ def motions(
     duration: float | None = None,
     errors: Mapping[str, float] | None = None,
     outside: Outside | None = None,
+    uncertain: Mapping[str, Fraction] | None = None,
 ) -> tuple[PlantMotion, ...]:
     """Return the motions from the given deviations, all over the same time [s].
 
@@ -127,6 +138,7 @@ def motions(
     ----------
     errors : blended actuator -> delta, the relative error of its effect on the plant.
     outside : disturbances that move, noise, and a law in samples; None for none of them.
+    uncertain : uncertain parameter -> its value in these motions; others have their middle value.
 
     Raises
     ------
@@ -134,7 +146,7 @@ def motions(
         can be simulated.
     """
     end = horizon(loop) if duration is None else duration
-    experiment = experiment_of(loop, outside or Outside(), errors=errors)
+    experiment = experiment_of(loop, outside or Outside(), errors=errors, uncertain=uncertain)
     found = []
     for name, deviation in begin:
         x0 = np.asarray(deviation, float)
@@ -162,10 +174,17 @@ class Outside:
 
 
 def experiment_of(
-    loop: PlantLoop, outside: Outside, *, errors: Mapping[str, float] | None = None
+    loop: PlantLoop,
+    outside: Outside,
+    *,
+    errors: Mapping[str, float] | None = None,
+    uncertain: Mapping[str, Fraction] | None = None,
 ) -> Experiment:
     """Return the loop as an experiment, see ``motions``."""
-    rate = _rate(loop.plant, outside.moving, errors)
+    if errors:
+        rate = _rate_with_errors(loop.plant, outside.moving, errors)
+    else:
+        rate = right_side(loop.plant, outside.moving, fixed=uncertain)
     n = len(loop.names)
     limits = [_ends(v) for v in loop.plant.inputs]
     if loop.blend is not None:
@@ -186,9 +205,9 @@ def experiment_of(
     )
 
 
-def _rate(plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float] | None) -> Rate:
-    if not errors:
-        return right_side(plant, moving)
+def _rate_with_errors(
+    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float]
+) -> Rate:
     from takagi.models.blending.blending import blending_of
     from takagi.models.blending.run_time import RunTimeBlending
 
@@ -222,6 +241,19 @@ def _commands(loop: PlantLoop, moving: Sequence[Variable]) -> Commands:
 def _ends(variable: Variable) -> tuple[float, float]:
     side = variable.range
     return (-np.inf, np.inf) if side is None else (float(side.lower), float(side.upper))
+
+
+def uncertain_ends(plant: Plant) -> list[dict[str, Fraction]]:
+    """Return values of the uncertain parameters at the corners of their ranges; [] without any.
+
+    With many parameters: all at their lower, and all at their upper ends.
+    """
+    ends = {v.name: (v.range.lower, v.range.upper) for v in plant.uncertain if v.range is not None}
+    if not ends:
+        return []
+    if 2 ** len(ends) > MOST_ENDS:
+        return [{name: pair[k] for name, pair in ends.items()} for k in (0, 1)]
+    return [dict(zip(ends, corner, strict=True)) for corner in product(*ends.values())]
 
 
 def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:

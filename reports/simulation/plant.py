@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
+from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -51,6 +52,9 @@ def simulate_plant(
 
     Inputs are cut at the ends of their ranges, as actuators would.
 
+    Each start is run with uncertain parameters in the middle, and again at the ends of their
+    ranges.
+
     Parameters
     ----------
     starts : state -> value in SI, not named ones at rest; None takes the corners of the box, drawn
@@ -65,7 +69,7 @@ def simulate_plant(
         positive or ends before a disturbance begins, or a law in samples where there can be none.
     """
     from takagi.reports.loops.plant_loop import plant_loop
-    from takagi.reports.loops.plant_motion import horizon, motions
+    from takagi.reports.loops.plant_motion import horizon, motions, uncertain_ends
 
     if duration is not None and not 0 < duration < np.inf:
         raise ModelError(f"duration = {duration:g} s was given; it must be positive")
@@ -87,6 +91,9 @@ def simulate_plant(
         last = max((signal.last for _, signal in asked.disturbances), default=0.0)
         duration = horizon(loop) + last
     run = motions(loop, begin, duration=duration, outside=comes)
+    for values in uncertain_ends(design.plant):
+        named = [(f"{words}; {_values(values)}", x) for words, x in begin]
+        run += motions(loop, named, duration=duration, outside=comes, uncertain=values)
     return PlantSimulation(loop, run, design, scale, asked)
 
 
@@ -253,6 +260,10 @@ def _start(loop: PlantLoop, given: Mapping[str, float]) -> Start:
             )
     x = np.array([given.get(name, rest) for name, rest in zip(own, loop.state, strict=True)])
     return _words(loop, x - loop.state), x - loop.state
+
+
+def _values(values: Mapping[str, Fraction]) -> str:
+    return ", ".join(f"{name} = {float(value):.4g}" for name, value in values.items())
 
 
 def _words(loop: PlantLoop, deviation: Floats) -> str:

@@ -101,6 +101,10 @@ def _in_share(expression: sp.Expr) -> bool:
     return any(str(symbol) in (SHARE, f"delta_{SHARE}") for symbol in expression.free_symbols)
 
 
+def _unknown(model: TSModel) -> str:
+    return "uncertain parameters" if blend_of(model) is None else "the errors of the actuators"
+
+
 def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple[str, ...]]:
     """Return the settings, with one gain for all rules where a premise is not known to the law.
 
@@ -109,8 +113,8 @@ def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple
     ModelError : another relaxation was asked for.
     """
     if any(unknown_premises(model)):
-        cause = "the errors of the blended actuators are not known to a law"
-        note = "the errors of the actuators are not measured: one gain for all rules"
+        cause = f"{_unknown(model)} are not known to a law"
+        note = f"{_unknown(model)} are not measured: one gain for all rules"
     elif commanded := _commanded_premises(model):
         cause = f"{', '.join(commanded)} depends on an input, which the law knows only afterwards"
         note = f"{cause}: one gain for all rules"

@@ -18,6 +18,7 @@ import numpy as np
 from takagi.certificates.design.plant.blend_regions import ONE_GAIN, expanded
 from takagi.certificates.design.plant.gains import FoundGains, find_gains
 from takagi.certificates.design.plant.work_estimate import WorkEstimate, effects, work_of
+from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.arrays import Indices
 from takagi.models.ts.model import TSModel
 
@@ -101,6 +102,29 @@ def gains_of_few_premises(
     note = (
         f"gains that depend on {names} alone, sought with the other premises in the middle of "
         f"their ranges and proved with all {len(model.A)} rules"
+    )
+    return replace(found, design=expanded(found.design, rules), notes=(note, *found.notes))
+
+
+def gains_of_known_premises(
+    plant: Plant, model: TSModel, asked: PlantSettings
+) -> FoundGains | None:
+    """Return gains that depend on the premises without uncertain parameters.
+
+    They are sought with the other premises in the middle of their ranges.  None where no premise is
+    uncertain or known, or where the smaller model has no gains.
+    """
+    unknown = unknown_premises(model)
+    kept = [k for k, hidden in enumerate(unknown) if not hidden]
+    if not any(unknown) or not kept or plant.blending is not None or asked.relaxation is not None:
+        return None
+    smaller, rules = model_of_premises(model, kept)
+    found = find_gains(plant, smaller, asked)
+    if not found.design.found:
+        return None
+    note = (
+        "gains that depend on the premises without uncertain parameters, sought with the others in "
+        f"the middle of their ranges and proved with all {len(model.A)} rules"
     )
     return replace(found, design=expanded(found.design, rules), notes=(note, *found.notes))
 
