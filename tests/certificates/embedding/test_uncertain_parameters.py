@@ -20,7 +20,7 @@ from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
 from takagi.models import Plant, load_model
 from takagi.models.plant import PlantSettings
-from takagi.reports.loops.plant_motion import plant_rate, uncertain_ends
+from takagi.reports.loops import plant_rate, uncertain_ends
 from takagi.reports.simulation.plant import simulate_plant
 from tests.certificates.kinds.test_damage import resealed
 
@@ -177,7 +177,7 @@ def test_the_plant_file_says_which_parameters_are_uncertain(tmp_path: Path) -> N
 
 def read(model: Any) -> Any:
     from takagi.certificates.checker.kernel.reader import read_text
-    from takagi.certificates.document.certificate_file import dumps
+    from takagi.certificates.document import dumps
 
     return read_text(dumps({"model": model}), "model")["model"]
 
