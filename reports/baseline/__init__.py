@@ -3,6 +3,7 @@
     claim_figures    the numbers by which a claim is stronger or weaker, kind by kind
     comparison       two certificates: every figure of the old one that the new one does not keep
     changes          the parameters, gains and options that differ
+    words            what it means that a figure is better or worse
     formats          the comparison as a table, Markdown, or plain data
 
 Names are looked up when they are used.
@@ -15,20 +16,29 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.reports.baseline.changes import listed_changes
     from takagi.reports.baseline.comparison import (
         CertificateComparison,
         Comparison,
+        Moved,
         compare_certificates,
+        gain_sizes,
     )
     from takagi.reports.baseline.formats import as_data, as_markdown, as_text
+    from takagi.reports.baseline.words import gain_words, word_of
 
 __all__ = [
     "CertificateComparison",
     "Comparison",
+    "Moved",
     "as_data",
     "as_markdown",
     "as_text",
     "compare_certificates",
+    "gain_sizes",
+    "gain_words",
+    "listed_changes",
+    "word_of",
 ]
 
 __getattr__, __dir__ = lazy_names(__name__, __all__)
