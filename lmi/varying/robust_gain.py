@@ -33,7 +33,7 @@ from takagi.lmi.analysis.disturbance.channel import (
     near_least,
 )
 from takagi.lmi.analysis.loop_pairs import gain_stack
-from takagi.lmi.answer import Answer
+from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
     Vertices,
     input_stack,
@@ -215,6 +215,7 @@ def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None)
         outcome.as_answer(condition, s),
         family=lyapunov_in_states(outcome, task.loop, s, basis, size),
         gain=_shown(condition, outcome) * units.output / units.disturbance,
+        objective_unit=ObjectiveUnit("gain", units.output / units.disturbance),
         tries=(*stable.tries, *outcome.tries),
     )
 
