@@ -59,9 +59,11 @@ def _rest(value: object) -> object:
 
 
 def _parameter(value: object) -> object:
-    """Return the fields of a parameter that is an expression or a range alone."""
+    """Return the fields of a parameter that is a number, an expression or a range alone."""
     if isinstance(value, list):
         return {"range": value}
+    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
+        return {"value": value}
     if not isinstance(value, str):
         return value
     ends = RANGE.fullmatch(value)
@@ -348,11 +350,11 @@ class PlantEntry(_Entry):
 def plant_file_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of plant files."""
     found = PlantEntry.model_json_schema()
-    # A parameter may be its expression or range alone; the validator makes its fields of it.
+    # A parameter may be its number, expression or range alone; the validator makes fields of it.
     (named,) = found["properties"]["parameters"]["patternProperties"].values()
     ends = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
     text = {"type": "string", "maxLength": 4000}
-    named |= {"anyOf": [{"$ref": named.pop("$ref")}, text, ends]}
+    named |= {"anyOf": [{"$ref": named.pop("$ref")}, {"type": "number"}, text, ends]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "takagi plant file",

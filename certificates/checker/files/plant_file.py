@@ -198,7 +198,7 @@ class Comparison:
             raise self.error(f"{where} depends on itself there, or on too many others")
         if name not in self.derived:
             entry = theirs[name]
-            written = entry if isinstance(entry, str) else _get(entry, "value")
+            written = _get(entry, "value") if isinstance(entry, dict) else entry
             if isinstance(written, str) and not NUMBER.fullmatch(written):
                 for other in sorted(set(NAME.findall(written)) & set(theirs)):
                     self.parameter(other, theirs, (*above, name))
