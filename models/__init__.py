@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.models.arrays import Floats as Floats
     from takagi.models.control_systems.law_systems import law_system as law_system
     from takagi.models.control_systems.plant_systems import nonlinear_system as nonlinear_system
     from takagi.models.control_systems.plant_systems import statespace as statespace

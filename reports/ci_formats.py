@@ -118,18 +118,18 @@ def sarif(checked: CheckedFile, *, source: str) -> str:
 def markdown(checked: CheckedFile, *, source: str) -> str:
     """Return a Markdown summary: the verdict, a table of the claims, the checker's messages."""
     lines = [
-        f"## {_cell(source)}: {checked.verdict.name}",
+        f"## {markdown_cell(source)}: {checked.verdict.name}",
         "",
         "| Verdict | Claim | |",
         "|---|---|---|",
     ]
     lines += [
-        f"| {claim.verdict.name} | {_cell(name)} | {_cell(claim.text)} |"
+        f"| {claim.verdict.name} | {markdown_cell(name)} | {markdown_cell(claim.text)} |"
         for name, claim in _named(checked)
     ]
     told = [*_assumed(checked), *checked.messages]
     if told:
-        lines += ["", *(f"- {_cell(line)}" for line in told)]
+        lines += ["", *(f"- {markdown_cell(line)}" for line in told)]
     return "\n".join(lines) + "\n"
 
 
@@ -175,7 +175,8 @@ def _location(source: str) -> dict[str, object]:
     return {"physicalLocation": {"artifactLocation": artifact, "region": {"startLine": 1}}}
 
 
-def _cell(text: str) -> str:
+def markdown_cell(text: str) -> str:
+    """Return a text as one line that is safe in a cell of a Markdown table."""
     return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from takagi.certificates.document.model_data import ts_model_data as ts_model_data
     from takagi.certificates.document.plant_embedding import embedding_claim as embedding_claim
     from takagi.certificates.document.plant_embedding import law_members as law_members
+    from takagi.certificates.document.plant_embedding import plant_and_claim as plant_and_claim
     from takagi.certificates.document.plant_embedding import plant_data as plant_data
 
 __getattr__, __dir__ = lazy_names(__name__)

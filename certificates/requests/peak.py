@@ -23,6 +23,7 @@ from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.quadratic_motion import best_multiplier
 from takagi.certificates.requests.loop.valid_level import input_bounds, largest_level
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.lmi.analysis.disturbance.peak_to_peak import largest_eigenvalue
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -143,7 +144,7 @@ def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
     C, D : (N, p, n), (N, p, q).
     ellipsoid : X, where x'Xx <= 1 for |w| <= 1.
     """
-    spread = _largest(C @ np.linalg.solve(ellipsoid, C.transpose(0, 2, 1)))
+    spread = largest_eigenvalue(C @ np.linalg.solve(ellipsoid, C.transpose(0, 2, 1)))
     if not D.any():
         return float(np.sqrt(spread)), 0.0
     whole = np.concatenate([C, D], axis=2)
@@ -151,7 +152,7 @@ def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
 
     def gamma(t: float) -> float:
         weight = block_diag((1 - t) * ellipsoid, t * np.eye(q))
-        return _largest(whole @ np.linalg.solve(weight, whole.transpose(0, 2, 1)))
+        return largest_eigenvalue(whole @ np.linalg.solve(weight, whole.transpose(0, 2, 1)))
 
     best = minimize_scalar(gamma, bounds=(1e-6, 1 - 1e-6), method="bounded")
     share = float(f"{best.x:.6g}")
@@ -178,11 +179,6 @@ def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, held: float
     if np.isfinite(level):
         limits.append(0.999 * float(np.sqrt(level / held)))
     return rounded_down(min(limits), 4)
-
-
-def _largest(matrices: Floats) -> float:
-    symmetric = (matrices + matrices.transpose(0, 2, 1)) / 2
-    return float(np.linalg.eigvalsh(symmetric)[:, -1].max())
 
 
 def _claim(

@@ -183,8 +183,8 @@ def _point(
 
 
 def _flush_folder(folder: Path) -> None:
-    # A new file is safe on disk only after its folder is flushed too.  Windows cannot open folders,
-    # flush.
+    # A new file is safe on disk only after its folder is flushed too.  Windows cannot open folders
+    # and needs no flush.
     if os.name != "posix":
         return
     handle = os.open(folder, os.O_RDONLY)

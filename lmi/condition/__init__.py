@@ -22,5 +22,6 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.exact import fractions as fractions
     from takagi.lmi.condition.term import Array as Array
     from takagi.lmi.condition.typeset import lmi_latex as lmi_latex
+    from takagi.lmi.condition.uncertainty import Uncertainty as Uncertainty
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.lmi.cone.assemble import pack as pack
+    from takagi.lmi.cone.assemble import unpack as unpack
+    from takagi.lmi.cone.balance import balanced_states as balanced_states
     from takagi.lmi.cone.duality import least_objective_bound as least_objective_bound
     from takagi.lmi.cone.program import ConeProgram as ConeProgram
     from takagi.lmi.cone.program import Raw as Raw

@@ -97,7 +97,7 @@ def adjoint(condition: Condition) -> Adjoint:
     for number, lmi in enumerate(condition.lmis):
         width = triangle(lmi.size)
         for item in range(lmi.count):
-            blocks.append(Block(number, item, start + item * width + _places(lmi.size)))
+            blocks.append(Block(number, item, start + item * width + packed_places(lmi.size)))
         for term in lmi.terms:
             factor = 1 if term.parameter is None else condition.parameters[term.parameter]
             found = _term_entries(term, lmi, start, offsets[term.unknown.name])
@@ -161,7 +161,7 @@ class _Entries:
         return _Entries(self.row, self.column, value, denominator)
 
 
-def _places(size: int) -> Indices:
+def packed_places(size: int) -> Indices:
     """Return (size, size): where entry (a, b) appears in the upper triangle, column by column."""
     a, b = np.indices((size, size))
     low, high = np.minimum(a, b), np.maximum(a, b)
@@ -195,7 +195,9 @@ def _term_entries(term: Term, lmi: LMI, start: int, offset: int) -> _Entries:
     mirrored = rows != columns or term.plus_transpose
     value = value * (2 if mirrored else 1)
     place = (
-        start + item[i] * triangle(lmi.size) + _places(lmi.size)[a + rows.start, b + columns.start]
+        start
+        + item[i] * triangle(lmi.size)
+        + packed_places(lmi.size)[a + rows.start, b + columns.start]
     )
     return _Entries(offset + member[i] * term.unknown.entries + entry, place, value, D)
 
@@ -209,7 +211,11 @@ def _constant_entries(constant: Constant, lmi: LMI, start: int) -> _Entries:
     rows, columns = lmi.spans(constant.at)
     N, D = _spread_integers(constant.value, (lmi.count, *constant.shape))
     item, a, b = np.nonzero(N)
-    place = start + item * triangle(lmi.size) + _places(lmi.size)[a + rows.start, b + columns.start]
+    place = (
+        start
+        + item * triangle(lmi.size)
+        + packed_places(lmi.size)[a + rows.start, b + columns.start]
+    )
     value = N[item, a, b] * (2 if rows != columns else 1)
     return _Entries(np.zeros_like(item), place, value, D)
 

@@ -16,7 +16,7 @@ from scipy.linalg import qr
 
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import triangle
-from takagi.lmi.refutation.adjoint import Adjoint
+from takagi.lmi.refutation.adjoint import Adjoint, packed_places
 from takagi.models.arrays import Floats, Indices
 
 # Pairs of tolerances: eigenvalues below the first, relative to the largest one of a multiplier,
@@ -242,10 +242,3 @@ def _identity(n: int) -> Array:
     one = np.full((n, n), 0, dtype=object)
     one[range(n), range(n)] = 1
     return one
-
-
-def packed_places(size: int) -> Indices:
-    """Return (size, size): where entry (a, b) appears in the upper triangle, column by column."""
-    a, b = np.indices((size, size))
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    return np.asarray(high * (high + 1) // 2 + low)

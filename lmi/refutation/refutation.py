@@ -27,11 +27,11 @@ from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import Assembled, Cone, assemble, unpack
 from takagi.lmi.cone.program import ConeProgram
-from takagi.lmi.refutation.adjoint import Adjoint, adjoint
+from takagi.lmi.refutation.adjoint import Adjoint, adjoint, packed_places
 from takagi.lmi.refutation.alternative import Alternative, multiplier_entries
 from takagi.lmi.refutation.exact_multipliers import exact_near
 from takagi.lmi.refutation.indefinite import function_that_decays
-from takagi.lmi.refutation.multiplier_face import Face, faces_near, open_face, packed_places
+from takagi.lmi.refutation.multiplier_face import Face, faces_near, open_face
 from takagi.lmi.solver.solve import attempts
 from takagi.models.arrays import Floats, Indices
 

@@ -18,5 +18,7 @@ if TYPE_CHECKING:
     from takagi.lmi.solver.solve import Session as Session
     from takagi.lmi.solver.solve import again as again
     from takagi.lmi.solver.solve import attempts as attempts
+    from takagi.lmi.solver.time_limit import limited as limited
+    from takagi.lmi.solver.time_limit import out_of_time as out_of_time
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -15,6 +15,8 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.models.files.library import built_in_kinds as built_in_kinds
     from takagi.models.files.library import data_folder as data_folder
+    from takagi.models.files.library import resolve_model as resolve_model
+    from takagi.models.files.turbine_units import to_si as to_si
     from takagi.models.files.units import parse_unit as parse_unit
 
 __getattr__, __dir__ = lazy_names(__name__)

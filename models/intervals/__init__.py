@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.models.intervals.dual import Dual as Dual
     from takagi.models.intervals.interval import exact as exact
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -15,6 +15,7 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import CertificateComparison, Moved
 from takagi.reports.baseline.words import verdict, word_of
+from takagi.reports.ci_formats import markdown_cell
 
 _LARGEST = 10**300
 # Digits of a figure: more than the first where two that differ would look the same.
@@ -46,19 +47,19 @@ def as_text(found: CertificateComparison, *, source: str) -> str:
 
 def as_markdown(found: CertificateComparison, *, source: str) -> str:
     """Return the comparison for a pull request: every figure that moved, and what changed."""
-    lines = [f"### {_escaped(_head(found, source))}", ""]
+    lines = [f"### {markdown_cell(_head(found, source))}", ""]
     rows = list(_rows(found))
     if rows:
         lines += [
             "| | Means | Claim | Figure | | Old | New | Change |",
             "|---|---|---|---|---|---|---|---|",
         ]
-        lines += ["| " + " | ".join(map(_escaped, row)) + " |" for row in rows]
+        lines += ["| " + " | ".join(map(markdown_cell, row)) + " |" for row in rows]
         lines.append("")
-    lines += [f"- lost: {_escaped(f'{name}: {why}')}" for name, why in found.lost.items()]
-    lines += [f"- new: {_escaped(name)}" for name in found.added]
-    lines += [f"- gains: {_escaped(one)}" for one in _gains(found)]
-    lines += [f"- changed: {_escaped(line)}" for line in listed_changes(found.changed)]
+    lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in found.lost.items()]
+    lines += [f"- new: {markdown_cell(name)}" for name in found.added]
+    lines += [f"- gains: {markdown_cell(one)}" for one in _gains(found)]
+    lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(found.changed)]
     return "\n".join(lines).rstrip() + "\n"
 
 
@@ -154,7 +155,3 @@ def _number(value: Fraction | float, digits: int) -> str:
 def _plain(value: Fraction | float) -> float | None:
     """Return a float; None for what is infinite, and for what no float can hold."""
     return float(value) if -_LARGEST < value < _LARGEST else None
-
-
-def _escaped(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")

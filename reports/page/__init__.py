@@ -17,5 +17,11 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.reports.page.assembly import ReportFiles as ReportFiles
     from takagi.reports.page.assembly import render as render
+    from takagi.reports.page.readable_latex import readable as readable
+    from takagi.reports.page.text import Section as Section
+    from takagi.reports.page.text import at_least as at_least
+    from takagi.reports.page.text import decimal as decimal
+    from takagi.reports.page.text import significant as significant
+    from takagi.reports.page.text import with_decimals as with_decimals
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -10,8 +10,11 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker.kernel.reader import digest, read_text
-from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
+from takagi.certificates.claims.turbine import (
+    EffortSharingCandidate,
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.lmi.turbine import EffortSettings, effort_gains
 from takagi.models import Turbine, nrel5mw

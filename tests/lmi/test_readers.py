@@ -24,7 +24,8 @@ from takagi.lmi import (
 )
 from takagi.lmi.condition import fractions, lmi_value, smallest_eigenvalues
 from takagi.lmi.condition.item_labels import Labels
-from takagi.lmi.cone.assemble import assemble, pack, unpack
+from takagi.lmi.cone import pack, unpack
+from takagi.lmi.cone.assemble import assemble
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

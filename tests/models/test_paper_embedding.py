@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import Interval, ModelError, nrel5mw
-from takagi.models.intervals.dual import Dual, larger
+from takagi.models.intervals import Dual
+from takagi.models.intervals.dual import larger
 from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.coupling_filter import coupling_filter

@@ -27,8 +27,8 @@ from takagi.reports.design_folder import design_files
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles
-from takagi.reports.page import render
-from takagi.reports.page.text import Section, at_least, at_most, powers, significant, with_decimals
+from takagi.reports.page import Section, at_least, render, significant, with_decimals
+from takagi.reports.page.text import at_most, powers
 from takagi.reports.sections.turbine import gains_section
 from takagi.reports.sections.turbine.cells import cells_section
 from takagi.reports.sections.turbine.loops import poles_section

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.effort_sharing import (
         effort_sharing_claim as effort_sharing_claim,
     )
+    from takagi.certificates.claims.turbine.largest_wind_error import (
+        EffortSharingCandidate as EffortSharingCandidate,
+    )
     from takagi.certificates.claims.turbine.published import (
         published_candidate as published_candidate,
     )

@@ -117,10 +117,12 @@ def peak_shown(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[flo
     if min(np.linalg.eigvalsh(left).min(), np.linalg.eigvalsh(P)[0]) <= 0:
         return np.inf, P
     # A disturbance that reaches no state leaves any ellipsoid, however small, invariant.
-    mu = max(_largest(direct + reach.transpose(0, 2, 1) @ np.linalg.solve(left, reach)), 1e-30)
+    mu = max(
+        largest_eigenvalue(direct + reach.transpose(0, 2, 1) @ np.linalg.solve(left, reach)), 1e-30
+    )
     spread = C @ np.linalg.solve(sigma * P, C.transpose(0, 2, 1))
     if not D.any():
-        return float(np.sqrt(mu * _largest(spread))), sigma * P / mu
+        return float(np.sqrt(mu * largest_eigenvalue(spread))), sigma * P / mu
     q = reach.shape[2]
     total = np.zeros((len(D), q + D.shape[1], q + D.shape[1]))
     total[:, q:, :q], total[:, :q, q:] = -D, -D.transpose(0, 2, 1)
@@ -128,14 +130,15 @@ def peak_shown(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[flo
     def gamma(logarithm: float) -> float:
         t = np.exp(logarithm)
         total[:, :q, :q], total[:, q:, q:] = t * mu * np.eye(q), spread / t
-        return _largest(total)
+        return largest_eigenvalue(total)
 
-    middle = 0.5 * np.log(max(_largest(spread), 1e-300) / mu)
+    middle = 0.5 * np.log(max(largest_eigenvalue(spread), 1e-300) / mu)
     best = minimize_scalar(gamma, bounds=(middle - 10.0, middle + 10.0), method="bounded")
     return float(best.fun), sigma * P / mu
 
 
-def _largest(matrices: Floats) -> float:
+def largest_eigenvalue(matrices: Floats) -> float:
+    """Return the largest eigenvalue of the symmetric parts of (N, n, n) matrices."""
     symmetric = (matrices + matrices.transpose(0, 2, 1)) / 2
     return float(np.linalg.eigvalsh(symmetric)[:, -1].max())
 

@@ -23,8 +23,7 @@ from takagi.certificates.document import (
     plant_data,
 )
 from takagi.certificates.requests import ClaimedLoop, SampledLoop
-from takagi.models import ModelError, TSModel
-from takagi.models.arrays import Floats
+from takagi.models import Floats, ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 from tests.certificates.weights.cells import cubic
 from tests.reports.plant_designs import design_of

@@ -15,8 +15,7 @@ from takagi.certificates.checker.files.model_content import OtherModel, model_co
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.design.given.kept_model import law_for
 from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import content_of, dumps
-from takagi.certificates.document.plant_embedding import plant_and_claim
+from takagi.certificates.document import content_of, dumps, plant_and_claim
 from takagi.cli.main import main
 from takagi.models import sector_model
 from takagi.models.plant import PlantSettings

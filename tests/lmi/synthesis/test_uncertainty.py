@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import DoubleSum, EigenvalueRegion, NormBounded, Unknown, robust_lyapunov
-from takagi.lmi.condition.uncertainty import Uncertainty
+from takagi.lmi.condition import Uncertainty
 from takagi.lmi.gains.requirements.closed_loop import closed_loop
 from takagi.lmi.gains.requirements.region_sums import region_sums
 from takagi.lmi.gains.requirements.robust_sums import with_uncertainty

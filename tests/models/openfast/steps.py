@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from takagi.models.arrays import Floats
+from takagi.models import Floats
 from takagi.models.simulation import SimulatedTurbine
 from takagi.models.simulation.dynamics import dynamics, loads
 from takagi.models.turbine import nrel5mw

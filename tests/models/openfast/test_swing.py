@@ -15,8 +15,7 @@ import pytest
 
 from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
-from takagi.models import WindObserver
-from takagi.models.arrays import Floats
+from takagi.models import Floats, WindObserver
 from takagi.models.laws import EffortSharingLaw, SampledLaw
 from takagi.models.simulation import SimulatedTurbine, simulate, step_wind, validation_plant
 from takagi.models.turbine import nrel5mw

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.models import Plant
-from takagi.models.plant.file_units import file_unit, shown_rate, shown_time
+from takagi.models.plant import file_unit, shown_time
+from takagi.models.plant.file_units import shown_rate
 from takagi.models.plant_files import load_plant
 
 TEXT = """

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.models import Plant
-from takagi.models.arrays import Floats
+from takagi.models import Floats, Plant
 from takagi.models.laws import SampledLaw
 from takagi.models.simulation import SimulatedTurbine, WindSeries, simulate
 from takagi.models.simulation.dynamics import dynamics
