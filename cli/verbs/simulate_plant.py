@@ -20,6 +20,7 @@ from takagi.cli.terminal.files import tell_none
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
+    from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
     from takagi.reports.simulation.plant import PlantSimulation
 
@@ -38,6 +39,14 @@ def plant_simulation(
             metavar="STATE=VALUE,...",
             help="Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. "
             "May be repeated; without it: the corners of the box, drawn in to the proved set.",
+        ),
+    ] = None,
+    reference: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE,...",
+            help="Plants with references: a jump from rest, such as angle_wanted=20deg. May be "
+            "repeated; without it and --start: the largest jumps that are proved.",
         ),
     ] = None,
 ) -> None:
@@ -62,7 +71,10 @@ def simulate(
         require_folder_place(out, files=_FILES, folders=_FOLDERS)
     states = source.entry.all_states
     starts = [values_in_si("--start", [text], states) for text in options["start"] or []]
-    asked = {name: options[name] for name in options if name not in ("gains", "start")}
+    signals = _references(source)
+    jumps = [values_in_si("--reference", [text], signals) for text in options["reference"] or []]
+    own = ("gains", "start", "reference")
+    asked = {name: options[name] for name in options if name not in own}
     if duration is not None and not 0 < duration < float("inf"):
         raise ModelError(f"option --duration: {duration:g} was given; it must be positive")
     if options["gains"] is not None:
@@ -76,7 +88,12 @@ def simulate(
         from takagi.reports.simulation import plant as simulation
 
         tell("runs")
-        found = simulation.simulate_plant(design, starts=starts or None, duration=duration)
+        found = simulation.simulate_plant(
+            design,
+            starts=starts or ([] if jumps else None),
+            references=jumps or None,
+            duration=duration,
+        )
         if out is not None:
             from takagi.reports.output import write_folder
 
@@ -90,6 +107,18 @@ def simulate(
     else:
         _print(found, data, written)
     return PROVED if found.all_ended else UNPROVED
+
+
+def _references(source: PlantFile) -> dict[str, VariableEntry]:
+    """Return the references with the units that the file gives them."""
+    from takagi.models.plant.entries import VariableEntry
+
+    entry, found = source.entry, {}
+    for name, one in entry.reference.items():
+        followed = entry.outputs.get(one.follow, entry.states.get(one.follow))
+        own = "-" if followed is None else followed.unit
+        found[name] = VariableEntry(unit=one.unit or own)
+    return found
 
 
 def _print(found: PlantSimulation, data: Mapping[str, Any], written: list[str]) -> None:

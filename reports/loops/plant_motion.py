@@ -42,6 +42,8 @@ class PlantMotion:
     value : (k,) V / level; empty where there is no proved function or no level.
     whole : False if the motion diverged, or reached a state where the plant is undefined.
     acting : (k, 2), the commands of the two actuators of a blend; empty without one.
+    rest : (n,), the deviation at which it comes to rest, if that is not 0: the last state of a
+        motion after a jump of a reference; empty for 0.
     """
 
     name: str
@@ -51,6 +53,7 @@ class PlantMotion:
     value: Floats
     whole: bool = True
     acting: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    rest: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 def plant_rate(
@@ -63,7 +66,7 @@ def plant_rate(
 
     Parameters
     ----------
-    uncertain : parameter -> value, of those that are known within a range only; others rest.
+    uncertain : signal -> value, of uncertain parameters, references and disturbances; others rest.
     """
     import sympy as sp
 
@@ -139,7 +142,7 @@ def motions(
     Parameters
     ----------
     errors : blended actuator -> delta, the relative error of its effect on the plant.
-    uncertain : uncertain parameter -> its value in these motions; others have their middle value.
+    uncertain : uncertain parameter or other signal -> its value in these motions; others rest.
 
     Raises
     ------
@@ -193,7 +196,7 @@ def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
 
     nan if it does not.
     """
-    size = np.abs(motion.state)
+    size = np.abs(motion.state - motion.rest if motion.rest.size else motion.state)
     late = np.flatnonzero(np.any(size > share * size.max(axis=0), axis=1))
     if not motion.whole or (late.size and late[-1] == len(size) - 1):
         return float("nan")

@@ -1,5 +1,7 @@
 r"""One sample of a plant's law by rules as a program: u = u* - sum_i h_i(z) K_i (x - x*).
 
+With references the law has integral states, xi' = h(x) - r, which it keeps from sample to sample.
+
 A single gain in ``K`` applies to all rules; only a law without premises has no weights. With a
 blend the law commands the rate of the effort U. The program integrates this rate and shares U
 between the two actuators.
@@ -37,6 +39,7 @@ class _Writing:
     def __init__(self, model: Any, law: Any, own: Any) -> None:
         self.model, self.law, self.near = model, law, own.get("removable", {})
         self.blending = law.get("blending")
+        self.references = law.get("references", [])
         self.taken = _plant_names(model, law)
         self.names: dict[str, tuple[str, str]] = {}
         self.reads: list[Part] = []
@@ -47,9 +50,10 @@ class _Writing:
     def whole(self) -> Part:
         variables = _variables(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
+        integrals = {one["integral"] for one in self.references}
         for k, variable in enumerate(variables):
             name, unit = variable["name"], variable["unit"]
-            if name != effort:
+            if name != effort and name not in integrals:
                 self.reads.append(read(name, unit, "measured"))
             self.names[self.own(f"{name}_rest")] = (f"law.trim.state.{k}", unit)
         deviations = [self.deviation(v) for v in variables]
@@ -61,6 +65,8 @@ class _Writing:
             self.command(k, variable, inputs, variables, deviations, weights)
         if self.blending:
             self.actuators()
+        for one in self.references:
+            self.integral(one, inputs, variables)
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
 
@@ -156,6 +162,31 @@ class _Writing:
         for k, end in enumerate(ends):
             self.names[end] = (f"{path}.{k}", unit)
         return f"limit({wanted}, {ends[0]}, {ends[1]})"
+
+    # ------------------------------------------------------------------ references
+
+    def integral(self, one: Any, inputs: Any, states: Any) -> None:
+        """Write the integral of h - r, which stands still where it pushes a held command on."""
+        name, xi, h = one["reference"], one["integral"], one["follow"]
+        signal = next(v for v in self.model["disturbances"] if v["name"] == name)
+        variable = next(v for v in states if v["name"] == xi)
+        self.reads.append(read(name, signal["unit"], "the reference"))
+        for parameter in sorted(names_in([h]) & set(self.model.get("parameters", {}))):
+            self.names[parameter] = (f"parameters.{parameter}", "SI")
+        self.tables(h)
+        error = self.own(f"{name}_error")
+        self.steps.append(step(error, signal["unit"], f"{h} - {name}", "what is integrated"))
+        held = [v["name"] for v in inputs if v.get("range") is not None]
+        if held:
+            # A command beyond its range moves on by -K (h - r); the product is negative there.
+            terms = [
+                f"({self.own(f'{u}_wanted')} - {u})*{self.own(f'K_{u}_{xi}')}*{error}" for u in held
+            ]
+            free = f"choose({' + '.join(terms)}, 0, 1)"
+        following = f"{xi} + sample_time*{error}{f'*{free}' if held else ''}"
+        rest = self.own(f"{xi}_rest")
+        words = f"the integral of what follows {name}, less {name}"
+        self.keeps.append(keep(xi, variable["unit"], rest, following, words))
 
     # ------------------------------------------------------------------ a blend
 
