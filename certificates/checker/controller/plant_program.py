@@ -20,10 +20,11 @@ from takagi.certificates.checker.controller.language import (
     send,
     step,
 )
+from takagi.certificates.checker.controller.table_calls import with_splines
 from takagi.certificates.checker.kernel.reader import Number
 
 
-def plant_program(model: Any, law: Any, own: Any) -> Part:
+def plant_program(model: Any, law: Any, own: Any, *, called: bool = False) -> Part:
     """Return the program.
 
     Parameters
@@ -31,12 +32,14 @@ def plant_program(model: Any, law: Any, own: Any) -> Part:
     model, law : the certificate's.
     own : the gain file's own members: ``removable`` has the replacement of a premise near a point
         where its expression is 0/0.
+    called : tables by their names, as plant files call them and earlier programs did.
     """
-    return _Writing(model, law, own).whole()
+    return _Writing(model, law, own, called=called).whole()
 
 
 class _Writing:
-    def __init__(self, model: Any, law: Any, own: Any) -> None:
+    def __init__(self, model: Any, law: Any, own: Any, *, called: bool = False) -> None:
+        self.called = called
         self.model, self.law, self.near = model, law, own.get("removable", {})
         self.blending = law.get("blending")
         self.references = law.get("references", [])
@@ -96,8 +99,12 @@ class _Writing:
         for k, (premise, formula) in enumerate(zip(premises, formulas, strict=True)):
             name, unit = premise["name"], premise["unit"]
             if "expression" in premise:
-                self.tables(formula)
-                self.steps.append(step(name, unit, formula, "premise", self.near.get(name, ())))
+                own = self.tables(formula)
+                near = [
+                    {**one, "of": self.tables(one["of"]), "formula": self.tables(one["formula"])}
+                    for one in self.near.get(name, ())
+                ]
+                self.steps.append(step(name, unit, own, "premise", near))
             else:
                 self.reads.append(read(name, unit, "premise of the law, by its own definition"))
             low, high, weight = (self.own(f"{name}_{w}") for w in ("lower", "upper", "weight"))
@@ -131,10 +138,14 @@ class _Writing:
         sides = (self.blending or {}).get("low"), (self.blending or {}).get("high")
         return {str(side["error"]) for side in sides if side and side["error"]}
 
-    def tables(self, formula: str) -> None:
-        for name in self.model.get("tables", {}):
-            if f"{name}(" in formula.replace(" ", ""):
-                self.names[name] = (f"tables.{name}", "SI")
+    def tables(self, formula: str) -> str:
+        """Name the tables that a formula calls; return it in the language of programs."""
+        called = [
+            name for name in self.model.get("tables", {}) if f"{name}(" in formula.replace(" ", "")
+        ]
+        for name in called:
+            self.names[name] = (f"tables.{name}", "SI")
+        return formula if self.called else with_splines(formula, called)
 
     def command(
         self, k: int, variable: Any, inputs: Any, states: Any, deviations: list[str],
@@ -173,7 +184,7 @@ class _Writing:
         self.reads.append(read(name, signal["unit"], "the reference"))
         for parameter in sorted(names_in([h]) & set(self.model.get("parameters", {}))):
             self.names[parameter] = (f"parameters.{parameter}", "SI")
-        self.tables(h)
+        h = self.tables(h)
         error = self.own(f"{name}_error")
         self.steps.append(step(error, signal["unit"], f"{h} - {name}", "what is integrated"))
         held = [v["name"] for v in inputs if v.get("range") is not None]
@@ -223,7 +234,7 @@ class _Writing:
             name, known = actuator["input"], actuator["effectiveness"]
             for parameter in sorted(names_in([known]) & set(self.model.get("parameters", {}))):
                 self.names[parameter] = (f"parameters.{parameter}", "SI")
-            self.tables(known)
+            known = self.tables(known)
             idle = self.own(f"{name}_idle")
             self.names[idle] = (f"law.blending.{side}.idle", actuator["unit"])
             psi = f"max({s}, (limit({s}, -{eps}, {eps}) + {eps})^2/(4*{eps}))"
