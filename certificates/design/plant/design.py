@@ -33,6 +33,8 @@ from takagi.certificates.design.plant.many_rules import (
     shortened_gains,
 )
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.design.plant.tracking_gains import tracking_gains
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.models.arrays import Floats
 from takagi.models.plant.design_settings import PlantSettings
@@ -81,6 +83,12 @@ def design_plant(
     work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
+    if plant.references:
+        with clock("gains"):
+            found = tracking_gains(plant, model, asked)
+        if found.design.found:
+            return _rounded(work, found)
+        return NoDesign(found.design.answer.diagnosis or "no gain was found for all vertices")
     with clock("gains"):
         regional = regional_gains(plant, model, asked)
     if regional is not None:
@@ -202,6 +210,8 @@ def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:
     from takagi.models.sector.model import sector_model
 
     with clock("model"):
+        if plant.references:
+            return secant_model(plant, rest=asked.rest)
         if plant.blending is not None:
             from takagi.models.blending.modelling import blended_model
 
@@ -213,7 +223,7 @@ def _may_be_the_digits(design: PlantDesign) -> bool:
     """Return whether a claim about the gains is open that a few digits of them may decide."""
     claims = zip(design.document["claims"], design.checked.claims, strict=True)
     return any(
-        claim["kind"] not in ("sector-embedding", "sampled-loop")
+        claim["kind"] not in ("sector-embedding", "sampled-loop", "tracking")
         and checked.verdict.name != "PROVED"
         for claim, checked in claims
     )
