@@ -30,7 +30,7 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     CertificateError : it cannot be read, or has no law.
     """
     file = read_json(Path(gains))
-    member(file, "law", str(gains))
+    stated_law(file, str(gains))
     whole = "controller" in data
     expected = expected_file(data) if whole else {"law": data.get("gains")}
     found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
@@ -60,6 +60,26 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     if missing:
         told.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
     return f"{gains}: {'; '.join(told)}" if told else ""
+
+
+def stated_law(file: Any, source: str) -> Any:
+    """Return the law of a gain file.
+
+    Raises
+    ------
+    CertificateError : the file has none; says which other file it is, where that can be told.
+    """
+    if isinstance(file, dict) and "law" not in file and "claims" in file:
+        raise CertificateError(
+            f"{source}: this is a certificate, and a gain file is needed: give the gains.json of "
+            "the same design"
+        )
+    if isinstance(file, dict) and "law" not in file:
+        raise CertificateError(
+            f"{source}: this is no gain file, for 'law' is missing: give the gains.json that "
+            "'takagi design' wrote"
+        )
+    return member(file, "law", source)
 
 
 def _calls_tables(file: Any, data: dict[str, Any]) -> bool:
