@@ -3,6 +3,7 @@
     expressions/       matrices that are written with operators, P @ A
     condition/         an LMI as data: sums of L X R with constants, batched over vertices; and its
                        readers: floats, rationals, cvxpy, LaTeX
+    sums_of_squares/   Lyapunov functions that are polynomials of the state
     polynomials/       matrix polynomials in memberships; a Lyapunov matrix that changes with them
     sums/              double sums over rules, and the relaxations that make LMIs of them
     cone/, solver/     cone data and their multipliers; the solver calls
@@ -101,6 +102,17 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.relaxation_sizes import RelaxationSize, relaxation_size
     from takagi.lmi.sums.relaxations import relaxation_named
     from takagi.lmi.sums.summands import KnownBlock, SumPart
+    from takagi.lmi.sums_of_squares.attraction_level import (
+        AttractionLevel,
+        attraction_level,
+        attraction_level_condition,
+    )
+    from takagi.lmi.sums_of_squares.homogeneous_lyapunov import (
+        HomogeneousLyapunov,
+        homogeneous_lyapunov,
+        homogeneous_lyapunov_condition,
+    )
+    from takagi.lmi.sums_of_squares.polynomial import StatePolynomial
     from takagi.lmi.varying.constant_parameters import (
         polynomial_lyapunov,
         polynomial_lyapunov_condition,
@@ -111,6 +123,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Alternative",
     "Answer",
+    "AttractionLevel",
     "Condition",
     "Constant",
     "Design",
@@ -125,6 +138,7 @@ __all__ = [
     "Fixed",
     "FuzzyDesign",
     "He",
+    "HomogeneousLyapunov",
     "Inequality",
     "KnownBlock",
     "LMI",
@@ -140,12 +154,15 @@ __all__ = [
     "RelaxationResult",
     "RelaxationSize",
     "Rung",
+    "StatePolynomial",
     "StructuredDesign",
     "SumPart",
     "Term",
     "Try",
     "Unknown",
     "attraction_ellipsoid",
+    "attraction_level",
+    "attraction_level_condition",
     "attraction_pdc",
     "block",
     "box_enlargement_condition",
@@ -177,6 +194,8 @@ __all__ = [
     "hinf_norm_condition",
     "hinf_pdc",
     "hinf_pdc_condition",
+    "homogeneous_lyapunov",
+    "homogeneous_lyapunov_condition",
     "input_rate_bound",
     "latex",
     "lqr_pdc",
