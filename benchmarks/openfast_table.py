@@ -1,21 +1,17 @@
-"""Draws what OpenFAST measured of the default law and of others: docs/figures/openfast-table.svg.
+"""Draws what OpenFAST measured of the default law and of others, and prints the table of it.
 
-    python benchmarks/openfast_table.py
+    python benchmarks/openfast_table.py            docs/figures/openfast-table.svg
+    python benchmarks/openfast_table.py --table    the table of docs/openfast.md, to standard output
 
-The numbers stand in docs/figures/openfast-table.csv, one row for each mean wind and controller, as
-docs/openfast.md has them; OpenFAST itself is run by hand, see there.
+The numbers stand in docs/figures/openfast-table.csv, one row for each mean wind and controller;
+OpenFAST itself is run by hand, see docs/openfast.md.
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
 from pathlib import Path
-
-import matplotlib as mpl
-
-mpl.use("svg")
-
-import matplotlib.pyplot as plt  # noqa: E402
 
 FIGURES = Path(__file__).parent.parent / "docs" / "figures"
 # Colours of Okabe and Ito, told apart by the colour-blind; a marker of its own for each.
@@ -30,12 +26,45 @@ AXES = {
     "power_kW": "mean power over that of\nthe published controller [%]",
 }
 COMPARED = "published"
+# What a cell of the table holds, in this order, and its columns.
+CELL = ("takagi", "ROSCO", "ROSCO with peak shaving", "published")
+COLUMNS = {
+    "power_kW": "power [kW]",
+    "largest_speed_rpm": "largest speed [rpm]",
+    "pitch_travel_deg": "pitch travel [deg]",
+    "tower_del_MNm": "tower-base DEL [MN m]",
+    "blade_del_MNm": "blade root DEL [MN m]",
+}
+
+Row = dict[str, str]
 
 
-def main() -> None:
-    """Read the rows and draw a panel for each quantity over the mean wind."""
+def measured() -> list[Row]:
+    """Return the rows of the file, with their numbers as they are written there."""
     with (FIGURES / "openfast-table.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def table(rows: list[Row]) -> str:
+    """Return the rows as a table in Markdown: a line a wind, in a cell one number a controller."""
+    lines = [
+        f"| mean wind [m/s] | {' | '.join(COLUMNS.values())} |",
+        "|" + "---|" * (len(COLUMNS) + 1),
+    ]
+    for wind in dict.fromkeys(row["mean_wind_mps"] for row in rows):
+        at = {row["controller"]: row for row in rows if row["mean_wind_mps"] == wind}
+        cells = [" / ".join(at[name][column] for name in CELL) for column in COLUMNS]
+        lines.append(f"| {wind} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def draw(rows: list[Row]) -> None:
+    """Draw a panel for each quantity over the mean wind."""
+    import matplotlib as mpl
+
+    mpl.use("svg")
+    import matplotlib.pyplot as plt
+
     plt.rcParams.update({"svg.hashsalt": "openfast", "font.size": 9, "svg.fonttype": "none"})
     figure, axes = plt.subplots(1, len(AXES), figsize=(9.0, 2.9), layout="constrained")
     for axis, (column, title) in zip(axes, AXES.items(), strict=True):
@@ -54,6 +83,16 @@ def main() -> None:
         axis.grid(alpha=0.3)
     axes[1].legend(frameon=False)
     figure.savefig(FIGURES / "openfast-table.svg", metadata={"Date": None})
+
+
+def main() -> None:
+    """Print the table, or draw the picture."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--table", action="store_true", help="print the table, draw nothing")
+    if parser.parse_args().table:
+        print(table(measured()), end="")
+    else:
+        draw(measured())
 
 
 if __name__ == "__main__":

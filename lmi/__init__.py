@@ -1,11 +1,13 @@
 """What is asked of a solver: LMIs as data, one condition a file, the only solver calls.
 
+    expressions/       matrices that are written with operators, P @ A
     condition/         an LMI as data: sums of L X R with constants, batched over vertices; and its
                        readers: floats, rationals, cvxpy, LaTeX
     polynomials/       matrix polynomials in memberships; a Lyapunov matrix that changes with them
     sums/              double sums over rules, and the relaxations that make LMIs of them
     cone/, solver/     cone data and their multipliers; the solver calls
     refutation/        exact reasons for a no
+    equalities/        equalities solved exactly; exact answers
     decision/          decide, optimise, check, diagnose
     parameter_search/  the best value of a parameter in a condition
     analysis/          one condition a file about a given loop: stability, decay, norms, regions
@@ -42,6 +44,8 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.output_variance import (
         h2_norm_condition as h2_norm_condition,
     )
+    from takagi.lmi.analysis.disturbance.passivity import passivity as passivity
+    from takagi.lmi.analysis.disturbance.passivity import passivity_condition as passivity_condition
     from takagi.lmi.analysis.disturbance.peak_condition import (
         peak_gain_condition as peak_gain_condition,
     )
@@ -63,9 +67,11 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
     from takagi.lmi.condition.region import Region as Region
+    from takagi.lmi.condition.statements import pose as pose
     from takagi.lmi.condition.term import LMI as LMI
     from takagi.lmi.condition.term import Condition as Condition
     from takagi.lmi.condition.term import Constant as Constant
+    from takagi.lmi.condition.term import Equality as Equality
     from takagi.lmi.condition.term import Term as Term
     from takagi.lmi.condition.typeset import latex as latex
     from takagi.lmi.condition.typeset import markdown as markdown
@@ -76,8 +82,19 @@ if TYPE_CHECKING:
     from takagi.lmi.decision.item_rounds import decide_by_rounds as decide_by_rounds
     from takagi.lmi.decision.item_rounds import optimise_by_rounds as optimise_by_rounds
     from takagi.lmi.decision.outcome import Outcome as Outcome
+    from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
+    from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
+    from takagi.lmi.equalities.parametrised import Parametrised as Parametrised
+    from takagi.lmi.equalities.parametrised import parametrised as parametrised
     from takagi.lmi.explaining.explanation import Explanation as Explanation
     from takagi.lmi.explaining.weaker_requests import explain as explain
+    from takagi.lmi.expressions.expression import Equation as Equation
+    from takagi.lmi.expressions.expression import Expression as Expression
+    from takagi.lmi.expressions.expression import Inequality as Inequality
+    from takagi.lmi.expressions.matrices import He as He
+    from takagi.lmi.expressions.matrices import block as block
+    from takagi.lmi.expressions.matrices import matrix as matrix
+    from takagi.lmi.expressions.matrices import trace as trace
     from takagi.lmi.gains.attraction.design import attraction_ellipsoid as attraction_ellipsoid
     from takagi.lmi.gains.attraction.design import attraction_pdc as attraction_pdc
     from takagi.lmi.gains.cost.condition import lqr_pdc_condition as lqr_pdc_condition
@@ -99,6 +116,9 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.fuzzy.design import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc as fuzzy_pdc
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
+    from takagi.lmi.gains.given.condition import closed_loop_condition as closed_loop_condition
+    from takagi.lmi.gains.given.ladder import closed_loop_ladder as closed_loop_ladder
+    from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
     from takagi.lmi.gains.requirements.rate_limits import with_input_states as with_input_states

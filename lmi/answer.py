@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -26,6 +26,49 @@ class Try:
     margin: float
     iterations: int
     seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectiveUnit:
+    """What the objective of an answer's condition means in the user's units.
+
+    shown = factor * objective^(1 / power) + offset: the condition is posed in units of order one,
+    and some objectives are squares.
+
+    Attributes
+    ----------
+    quantity : "gain" or "cost", as the answer or design names it.
+    factor, power, offset : of the formula.
+    """
+
+    quantity: str
+    factor: float
+    power: int = 1
+    offset: float = 0.0
+
+    @classmethod
+    def of(cls, quantity: str, shown: Callable[[float], float]) -> ObjectiveUnit:
+        """Return the unit of a function of the objective that has the formula's form."""
+        offset = shown(0.0)
+        factor = shown(1.0) - offset
+        # Four times a square is twice its root.
+        power = 2 if abs(shown(4.0) - offset - 2.0 * factor) < abs(factor) else 1
+        return cls(quantity, factor, power, offset)
+
+    def objective(self, value: float) -> float:
+        """Return the objective at which the quantity has this value.
+
+        Raises
+        ------
+        ModelError : a value that no objective has.
+        """
+        left = (value - self.offset) / self.factor
+        if not left > 0:
+            least = (
+                f"above {self.offset:g}, which a direct path adds" if self.offset else "positive"
+            )
+            raise ModelError(f"the {self.quantity} is {value:g}; it must be {least}")
+        return left**self.power
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -55,6 +98,8 @@ class Answer:
     condition : what was solved.
     feasible : as ``values``, where an optimum was asked for and not reached: they satisfy the
         condition, and the diagnosis compares the value they show with the bound; else empty.
+    objective_unit : what the condition's objective means in the user's units; None where nothing
+        is minimised.
     diagnosis : in words, which item binds and what to relax; empty for a candidate.
     tries : every solver call, in order.
     """
@@ -72,6 +117,7 @@ class Answer:
     coordinates: Floats | None = None
     condition: Condition | None = None
     feasible: Mapping[str, Floats] = field(default_factory=dict)
+    objective_unit: ObjectiveUnit | None = None
     diagnosis: str = ""
     tries: tuple[Try, ...] = ()
 

@@ -26,7 +26,16 @@ from takagi.certificates.cross_check.kernel.reading import (
     stack,
     whole,
 )
-from takagi.certificates.cross_check.loop import decay, disturbed, fuzzy, limits, observing, sampled
+from takagi.certificates.cross_check.loop import (
+    decay,
+    disturbed,
+    fuzzy,
+    fuzzy_gain,
+    limits,
+    noisy,
+    observing,
+    sampled,
+)
 from takagi.certificates.cross_check.loop.loop import VertexLoop
 from takagi.certificates.cross_check.plant.model_loop import read_loop
 
@@ -40,9 +49,11 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "gain-rounding": decay.gain_rounding,
     "box-enlargement": decay.box_enlargement,
     "fuzzy-decay": fuzzy.fuzzy_decay,
+    "fuzzy-l2-gain": fuzzy_gain.fuzzy_l2_gain,
     "l2-gain": disturbed.l2_gain,
     "h2-norm": disturbed.h2_norm,
     "peak": disturbed.peak,
+    "exit-probability": noisy.exit_probability,
     "invariant-ellipsoid": disturbed.invariant_ellipsoid,
     "input-limits": limits.input_limits,
     "observer": observing.observer,

@@ -25,13 +25,23 @@ def blend_of(model: TSModel) -> Blending | None:
 
 
 def unknown_premises(model: TSModel) -> list[bool]:
-    """Return, for each premise, whether it depends on an actuator's error (unknown to a law)."""
-    blending = blend_of(model)
-    if blending is None or model.derivation is None or model.derivation.form is None:
+    """Return, for each premise, whether it depends on what a law does not know.
+
+    That is an actuator's error, or an uncertain parameter.
+    """
+    form = None if model.derivation is None else model.derivation.form
+    if form is None or form.plant is None:
         return [False] * len(model.premises)
-    errors = {a.error_name for a in blending.actuators if a.error}
-    expressions = model.derivation.form.factored.premises.values()
-    return [bool(errors & {str(s) for s in e.free_symbols}) for e in expressions]
+    blending, pushes = blend_of(model), form.problem.equations.disturbances
+    unknown = {
+        str(symbol)
+        for variable, symbol in zip(form.plant.disturbances, pushes, strict=True)
+        if variable.unknown
+    }
+    if blending is not None:
+        unknown |= {a.error_name for a in blending.actuators if a.error}
+    expressions = form.factored.premises.values()
+    return [bool(unknown & {str(s) for s in e.free_symbols}) for e in expressions]
 
 
 def blend_data(blending: Blending) -> dict[str, Any]:

@@ -168,6 +168,8 @@ def _plant(form: SymbolicForm) -> dict[str, Any]:
 def _variable(variable: Variable, symbol: sp.Symbol, problem: Problem) -> dict[str, Any]:
     rest = problem.rest[variable.symbol]
     found: dict[str, Any] = {"name": variable.name, "unit": variable.unit, "range": None}
+    if variable.unknown:
+        found["unknown"] = True
     side, ball = problem.box.get(symbol), problem.balls.get(variable.symbol)
     if ball is not None:
         found["rest"] = _ball(ball)

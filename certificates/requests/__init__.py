@@ -12,7 +12,9 @@ weaker claim and reports this.
     Transient            overshoot and settling time that follow from it
     InvariantEllipsoid   a set in the model's box that no solution leaves: region of attraction
     InputLimits          amplitudes and rates of the inputs on such a set
+    FuzzyL2Gain          gain of energy, by a function that depends on the weights
     L2Gain, H2Norm       gain of energy; variance under white noise
+    ExitProbability      probability of leaving a set under white noise
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
     ObservedFeedback     decay of the loop with u = -K xhat
@@ -35,7 +37,9 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.all_claims import attempts_at_all as attempts_at_all
     from takagi.certificates.requests.box_enlargement import BoxEnlargement as BoxEnlargement
     from takagi.certificates.requests.decay import Decay as Decay
+    from takagi.certificates.requests.exit_probability import ExitProbability as ExitProbability
     from takagi.certificates.requests.fuzzy_decay import FuzzyDecay as FuzzyDecay
+    from takagi.certificates.requests.fuzzy_l2_gain import FuzzyL2Gain as FuzzyL2Gain
     from takagi.certificates.requests.gain_rounding import GainRounding as GainRounding
     from takagi.certificates.requests.h2_norm import H2Norm as H2Norm
     from takagi.certificates.requests.input_limits import InputLimits as InputLimits

@@ -34,6 +34,8 @@ SHARES = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 # approach the equilibrium.
 SHARE_OF_RATE, FASTEST = 0.25, 1e6
 LOOSEST = 1e6  # of an input without a limit
+# Pairs of a vertex and a gain, whose own pairs the solver is given.
+MOST_OWN = 40
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,6 +168,8 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
         narrow = np.full(loop.gains.shape[1], LOOSEST) if limits is None else limits.copy()
         for k, side in inputs.items():
             narrow[k] = min(narrow[k], float(min(-side[0], side[1])))
+        if not loop.family.shared_weights:
+            return _of_own_weights(loop, halves, narrow, decay_rate)
         return attraction_ellipsoid(
             loop.model,
             gains=loop.gains,
@@ -178,6 +182,32 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
     # The blends themselves, so that everything the checker examines is included.
     return attraction_ellipsoid(
         loop.A, state_box=halves, decay_rate=decay_rate, sample_time=loop.sample_time
+    )
+
+
+def _of_own_weights(loop: ClaimedLoop, halves: Floats, limits: Floats, decay_rate: float) -> Answer:
+    """Return the same for a law with weights of its own: every vertex is met by every gain."""
+    from takagi.lmi import attraction_ellipsoid
+    from takagi.models.ts.model import TSModel
+
+    if len(loop.A) > MOST_OWN or len(loop.A) != loop.pairs.shape[1]:
+        # The set is then made smaller, until the limits hold in it.
+        return attraction_ellipsoid(
+            loop.A, state_box=halves, decay_rate=decay_rate, sample_time=loop.sample_time
+        )
+    assert loop.gains is not None
+    vertices, gains = loop.pairs
+    # A rule for each pair: pairs of these rules are again pairs of a vertex and a gain.
+    return attraction_ellipsoid(
+        TSModel(
+            np.asarray(loop.model.A)[vertices],
+            np.asarray(loop.model.B)[vertices],
+            sample_time=loop.sample_time,
+        ),
+        gains=loop.gains[gains],
+        state_box=halves,
+        input_limit=limits,
+        decay_rate=decay_rate,
     )
 
 

@@ -18,6 +18,7 @@ from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.requests.decay import Decay, common_function, faster_function
+from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
 from takagi.certificates.requests.gain_rounding import GainRounding
 from takagi.certificates.requests.h2_norm import H2Norm
@@ -33,7 +34,16 @@ from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.transient import Transient
 
 # Claims that include decay: one P for which V decreases at all blends.
-FALLING = (GainRounding, H2Norm, InputLimits, InvariantEllipsoid, L2Gain, Peak, Transient)
+FALLING = (
+    ExitProbability,
+    GainRounding,
+    H2Norm,
+    InputLimits,
+    InvariantEllipsoid,
+    L2Gain,
+    Peak,
+    Transient,
+)
 # Blends with shares in halves, quarters and eighths of the rules, or of each premise's weights;
 # and their largest number.
 WHOLE = "rules and means of pairs as vertices; a mean that fails excludes nothing"

@@ -18,6 +18,8 @@ _OF_GIVEN_GAINS = (
     "choice",
     "solve_rest",
     "sample_time",
+    "noise",
+    "horizon",
 )
 
 

@@ -109,6 +109,28 @@ def sampled_options(
     """Declare a further option of a plant's certificate; a simulation has its own --sample-time."""
 
 
+def noise_options(
+    noise: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="DISTURBANCE=VALUE",
+            help="Plants: a disturbance without a range is white noise; VALUE is the root of its "
+            "intensity (two-sided spectral density), in the disturbance's unit times sqrt(s): "
+            "gust=0.3; may be repeated.",
+        ),
+    ] = None,
+    horizon: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Plants: bound the probability that the noise drives the state out of a set in "
+            "its box within TIME, such as 10min.",
+        ),
+    ] = None,
+) -> None:
+    """Declare the options of a plant's claim about white noise."""
+
+
 def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings:
     """Return the settings of the plant's file, replaced where the command line has an option.
 
@@ -125,7 +147,9 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
     if given.get("solve_rest"):
         changes["rest"] = "solve inputs"
     if given.get("sample_time") is not None:
-        changes["sample_time"] = _time("--sample-time", given["sample_time"])
+        changes["sample_time"] = time_asked("--sample-time", given["sample_time"])
+    if given.get("horizon") is not None:
+        changes["horizon"] = time_asked("--horizon", given["horizon"])
     if given.get("decay_rate") is not None:
         changes["decay_rate"] = _rate(given["decay_rate"])
     if given.get("settle") is not None:
@@ -134,12 +158,20 @@ def plant_settings(source: PlantFile, given: Mapping[str, Any]) -> PlantSettings
                 "options --settle and --decay-rate both say how fast the loop is; leave one out"
             )
         changes["decay_rate"] = _settling_rate(given["settle"])
-    for name, variables in (("input_limit", entry.commanded), ("initial", entry.all_states)):
+    for name, variables in (
+        ("input_limit", entry.commanded),
+        ("initial", entry.all_states),
+        ("noise", entry.disturbances),
+    ):
         if given.get(name):
             changes[name] = values_in_si(option_of(name), given[name], variables)
     try:
         asked = replace(settings, **changes)
-        asked.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
+        asked.require_names(
+            states=tuple(entry.all_states),
+            inputs=tuple(entry.commanded),
+            disturbances=tuple(entry.disturbances),
+        )
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]
@@ -205,14 +237,19 @@ def _settling_rate(written: str) -> float:
     """Return the decay rate [1/s] of a settling time."""
     from takagi.models.plant.design_settings import settling_rate
 
-    time = _time("--settle", written)
+    time = time_asked("--settle", written)
     if time <= 0:
         raise ModelError(f"option --settle: {written!r} was given; a time above 0 is needed")
     return settling_rate(time)
 
 
-def _time(option: str, written: str) -> float:
-    """Return a time in s of a text such as 10ms; a number alone is in s."""
+def time_asked(option: str, written: str) -> float:
+    """Return a time in s of a text such as 10ms; a number alone is in s.
+
+    Raises
+    ------
+    ModelError : a text of another form, or a unit that is none of time; names the option.
+    """
     match = _PAIR.fullmatch(f"time={written}")
     if match is None:
         raise ModelError(f"option {option}: {written!r} was given; a time such as 10ms is needed")

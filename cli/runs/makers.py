@@ -100,13 +100,14 @@ def own_options(
         believe that it had an effect.
     """
     others = [kind for kind in groups if kind != source.kind]
+    own = defaults_of(groups[source.kind])
     for kind in others:
         for name, default in defaults_of(groups[kind]).items():
-            if options[name] != default and options[name] != []:
+            if name not in own and options[name] != default and options[name] != []:
                 instead = f" ({_INSTEAD[name]})" if name in _INSTEAD else ""
                 raise ModelError(
                     f"option {option_of(name)} is about {MAKERS[kind].words}, but model "
                     f"{source.name} is {MAKERS[source.kind].words}{instead}; leave it out, or "
                     "choose another model"
                 )
-    return {name: options[name] for name in defaults_of(groups[source.kind])}
+    return {name: options[name] for name in own}

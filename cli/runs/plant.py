@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Groups, as_typed
-from takagi.cli.options.plant_options import plant_options, plant_settings, sampled_options
+from takagi.cli.options.plant_options import (
+    noise_options,
+    plant_options,
+    plant_settings,
+    sampled_options,
+)
 from takagi.cli.options.time_budget import budget_asked, time_options
 from takagi.cli.progress import Tell
 
@@ -26,7 +31,7 @@ class PlantMaker:
     """What verbs ask of a plant, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a plant"
-    groups: ClassVar[Groups] = (plant_options, sampled_options, time_options)
+    groups: ClassVar[Groups] = (plant_options, sampled_options, noise_options, time_options)
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
     has_maps: ClassVar[bool] = False
@@ -52,12 +57,22 @@ class PlantMaker:
         return found
 
     def certify(self, gains: Path, tell: Tell) -> CertifiedLaw:
-        """Return the certificate of a file's law, also on a plant that has changed since."""
+        """Return the certificate of a file's law, also on a plant that has changed since.
+
+        Its notes say what has changed, and, where it is not proved, how much less would be.
+        """
+        from takagi.certificates.design.given.largest_change import as_sentences, largest_change
         from takagi.certificates.design.plant.design import certify_filed
 
         plant, settings = self._question()
-        found = certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
-        return CertifiedLaw(found.document, found.checked, found.notes[1:], found.is_about_plant)
+        files = self.source.files
+        found = certify_filed(plant, gains, settings, files=files, tell=tell)
+        notes = [*found.notes[1:], *changes_since(plant, gains, found.document)]
+        if not found.proved:
+            tell("what would be proved")
+            less = largest_change(plant, gains, settings, files=files, tell=tell)
+            notes += [] if less is None else as_sentences(less, plant, settings)
+        return CertifiedLaw(found.document, found.checked, tuple(notes), found.is_about_plant)
 
     def with_gains(self, gains: Path, tell: Tell) -> PlantDesign:
         """Return the proof for the gains of a file, as they stand: a design to be simulated."""
@@ -75,3 +90,60 @@ class PlantMaker:
 
     def _question(self) -> tuple[Plant, PlantSettings]:
         return self.source.model, plant_settings(self.source, self.asked)
+
+
+def changes_since(plant: Plant, gains: Path, document: Mapping[str, Any]) -> list[str]:
+    """Return what has changed from the plant that a gain file was made for; [] if nothing has.
+
+    Ranges, rests and units stand in the gain file; equations and parameters in its certificate,
+    which is looked for beside it.
+    """
+    from takagi.certificates.checker.kernel.reader import read_json
+    from takagi.certificates.design.given.changed_plant import changes_of_signals
+
+    file = read_json(gains)
+    stated = file.get("certificate")
+    hashes = stated.get("sha256") if isinstance(stated, Mapping) else None
+    before = hashes.get("model") if isinstance(hashes, Mapping) else None
+    if before is None or before == document["provenance"]["sha256"]["model"]:
+        return []
+    found = changes_of_signals(plant, file, (document.get("gains") or {}).get("trim") or {})
+    beside = _certificate_beside(gains, str(before))
+    if beside is None:
+        found.append(
+            "its equations and parameters may have changed too: they stand in the certificate of "
+            "the gains, which is not beside the gain file"
+        )
+    else:
+        found += _changes_of_model(beside, document)
+    return [f"changed since the gains were made: {one}" for one in found]
+
+
+def _certificate_beside(gains: Path, digest: str) -> Mapping[str, Any] | None:
+    """Return the certificate in the folder of the gain file that is about the same model."""
+    from takagi.certificates.checker.kernel.reader import read_json
+    from takagi.certificates.checker.kernel.refusal import CertificateError
+
+    try:
+        found = read_json(gains.with_name("certificate.json"))
+    except CertificateError:
+        return None
+    provenance = found.get("provenance")
+    hashes = provenance.get("sha256") if isinstance(provenance, Mapping) else None
+    own = hashes.get("model") if isinstance(hashes, Mapping) else None
+    return found if own is not None and str(own) == digest else None
+
+
+def _changes_of_model(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
+    from takagi.certificates.checker.kernel.reader import read_text
+    from takagi.certificates.document.certificate_file import dumps
+    from takagi.reports.baseline.changes import changes
+
+    read = read_text(dumps(new), "certificate")
+    pair = ({"model": one["model"]} for one in (old, read))
+    told_above = ("states", "inputs", "disturbances", "name", "description", "source")
+    return [
+        f"{change.place}: {change.old} -> {change.new}"
+        for change in changes(*pair)
+        if change.part == "model" and change.place.split(".")[0] not in told_above
+    ]

@@ -80,6 +80,8 @@ def _laws(
 ) -> int:
     from takagi.models.errors import ModelError
     from takagi.reports.baseline.changes import changes
+    from takagi.reports.baseline.comparison import gain_sizes
+    from takagi.reports.baseline.words import gain_words
 
     if summary is not None:
         raise ModelError("--summary is about two certificates; leave it out for gain files")
@@ -88,19 +90,22 @@ def _laws(
             raise ModelError(f"{path}: not a gain file, and the other one is; give two of a kind")
     before, after = ({"model": None, "gains": law} for law in laws)
     found = list(changes(before, after))
+    sizes = gain_words(gain_sizes(*laws))
     if as_json:
         listed = [{"place": c.place, "old": c.old, "new": c.new} for c in found]
-        answer = {"old": str(old), "new": str(new), "same": not found, "changed": listed}
+        answer = {"old": str(old), "new": str(new), "same": not found, "sizes": sizes,
+                  "changed": listed}  # fmt: skip
         print(json.dumps(answer, indent=2))
     else:
-        print(_law_text(old, new, found))
+        print(_law_text(old, new, found, sizes))
     return UNPROVED if found else PROVED
 
 
-def _law_text(old: Path, new: Path, found: Sequence[Change]) -> str:
+def _law_text(old: Path, new: Path, found: Sequence[Change], sizes: str) -> str:
     if not found:
         return f"{old} and {new}: the same law, number by number"
-    lines = [f"{old} and {new}: {len(found)} differences"]
+    head = f"{old} and {new}: {len(found)} difference{'s' * (len(found) > 1)}"
+    lines = [f"{head}; {sizes}" if sizes else head]
     lines += [f"  {c.place}: {c.old} -> {c.new}" for c in found[:MOST_LISTED]]
     more = len(found) - MOST_LISTED
     return "\n".join([*lines, *([f"  and {more} more"] if more > 0 else [])])

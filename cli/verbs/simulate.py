@@ -17,7 +17,8 @@ from takagi.cli.runs.makers import MAKERS, own_options
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    groups = [group for own in _groups().values() for group in own]
+    # Turbines and plants share a group.
+    groups = list(dict.fromkeys(group for own in _groups().values() for group in own))
     return run_command("simulate", simulate, arguments, groups=groups)
 
 
@@ -48,8 +49,9 @@ def simulate(
     A wind turbine: the project's law, the published one and the reference's own side by side, on
     the validation plant: a wake that needs time, flap, tower and torsion modes, a second-order
     pitch drive, a torque lag and the limits of both; the wind observer is in the loop. Another
-    plant: its own equations under its law by rules, from corners of its box or from --start,
-    disturbances at rest.
+    plant: its own equations under its law by rules, from corners of its box or from --start. Its
+    inputs are cut at their ranges, and it is said when; --disturbance, --noise and --sample-time
+    say what comes from outside and how the law runs.
 
     With --certificate FILE, a wind turbine's: thousands of random runs of the certified loop,
     starts, winds and plants within what the file claims, each compared with every bound; the exit

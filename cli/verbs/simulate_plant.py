@@ -14,6 +14,11 @@ from takagi.certificates.design.design import NoDesign
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, refuse_designing
 from takagi.cli.options.plant_options import plant_options, values_in_si
+from takagi.cli.options.simulation_options import (
+    plant_scenario,
+    plant_scenario_options,
+    shared_simulation,
+)
 from takagi.cli.progress import progress
 from takagi.cli.runs.plant import PlantMaker
 from takagi.cli.terminal.files import tell_none
@@ -21,10 +26,10 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.simulation.plant import PlantSimulation
+    from takagi.reports.simulation.plant_runs import PlantSimulation
 
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
-_FILES, _FOLDERS = ("responses.csv", "simulation.json"), ("figures",)
+_FILES, _FOLDERS = ("responses.csv", "simulation.json", "summary.md"), ("figures",)
 
 
 def plant_simulation(
@@ -37,14 +42,17 @@ def plant_simulation(
         typer.Option(
             metavar="STATE=VALUE,...",
             help="Plants: where a run starts, such as angle=20deg,rate=0.5; other states at rest. "
-            "May be repeated; without it: the corners of the box, drawn in to the proved set.",
+            "May be repeated; without it: the corners of the box, drawn in to the proved set, or "
+            "rest with --disturbance or --noise.",
         ),
     ] = None,
 ) -> None:
     """Declare what a simulation of a plant may be asked for."""
 
 
-GROUPS: Groups = (plant_simulation, plant_options)
+GROUPS: Groups = (plant_simulation, plant_scenario_options, shared_simulation, plant_options)
+# Options that are not about a design.
+_OWN = ("gains", "start", "disturbance", "noise", "seed", "sample_time")
 
 
 def simulate(
@@ -62,9 +70,10 @@ def simulate(
         require_folder_place(out, files=_FILES, folders=_FOLDERS)
     states = source.entry.all_states
     starts = [values_in_si("--start", [text], states) for text in options["start"] or []]
-    asked = {name: options[name] for name in options if name not in ("gains", "start")}
+    asked = {name: options[name] for name in options if name not in _OWN}
     if duration is not None and not 0 < duration < float("inf"):
         raise ModelError(f"option --duration: {duration:g} was given; it must be positive")
+    scenario = plant_scenario(source.entry, options, duration=duration)
     if options["gains"] is not None:
         refuse_designing(asked)
     written: list[str] = []
@@ -76,7 +85,14 @@ def simulate(
         from takagi.reports.simulation import plant as simulation
 
         tell("runs")
-        found = simulation.simulate_plant(design, starts=starts or None, duration=duration)
+        program = None
+        if gains is not None and scenario.sample_time is not None:
+            from takagi.reports.code.controller_program import read_controller
+
+            program = read_controller(gains)
+        found = simulation.simulate_plant(
+            design, starts=starts or None, duration=duration, scenario=scenario, program=program
+        )
         if out is not None:
             from takagi.reports.output import write_folder
 
@@ -93,38 +109,32 @@ def simulate(
 
 
 def _print(found: PlantSimulation, data: Mapping[str, Any], written: list[str]) -> None:
+    from textwrap import fill
+
     from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    loop = found.loop
+    from takagi.reports.simulation.plant_words import columns
+
     width = None if sys.stdout.isatty() else _WIDTH
     console = Console(file=sys.stdout, width=width, highlight=False)
-    print(f"{loop.plant.name}, the plant itself under its law; deviations from rest, SI")
+    print(f"{found.loop.plant.name}, the plant itself under its law; figures in the file's units")
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    table.add_column("start", overflow="fold")
-    heads = [f"largest\n{v.name} {_bracket(v.unit)}" for v in loop.plant.inputs]
-    for head in (*heads, "settled\nafter \\[s]", "ended as"):
-        table.add_column(head, justify="right", vertical="bottom")
-    for motion, run in zip(found.motions, data["runs"], strict=True):
-        settled = run["settled_after"]
-        table.add_row(
-            motion.name,
-            *(f"{value:.4g}" for value in run["largest_input"].values()),
-            "-" if settled is None else f"{settled:.3g}",
-            "diverged" if run["diverged"] else "left the box" if run["left_the_box"] else "inside",
-        )
+    heads, rows = columns(found)
+    for k, head in enumerate(heads):
+        justify: Any = "right" if k else "left"
+        table.add_column(_plain(head), justify=justify, vertical="bottom", overflow="fold")
+    for row in rows:
+        table.add_row(*map(_plain, row))
     console.print(table)
-    if 0 < found.scale < 1:
-        print(
-            f"\nStarts: corners of the box times {found.scale:.3g}, so that they lie in the set "
-            "{V <= c} of the certificate's function."
-        )
-    print("Settled: within 2 % of the largest deviation. A simulation proves nothing.")
+    print()
+    for note in data["notes"]:
+        print(fill(note, _WIDTH, subsequent_indent="  "))
     if written:
         names = ", ".join(Path(name).name for name in written[: len(_FILES)])
         print(f"\n{Path(written[0]).parent}\n  {names}, figures/")
 
 
-def _bracket(unit: str) -> str:
-    return f"\\[{unit}]"
+def _plain(text: str) -> str:
+    return text.replace("[", "\\[")

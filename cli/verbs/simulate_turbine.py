@@ -10,6 +10,8 @@ import typer
 
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, defaults_of
+from takagi.cli.options.plant_options import time_asked
+from takagi.cli.options.simulation_options import shared_simulation
 from takagi.cli.progress import progress
 from takagi.cli.verbs.simulate_campaign import campaign_options, without_campaign
 
@@ -73,15 +75,6 @@ def turbine_simulation(
             help="Turbines: amplitude of a wind oscillation three times a turn, over the wind [-].",
         ),
     ] = 0.0,
-    seed: Annotated[
-        int | None, typer.Option(help="Turbines: of the turbulence; 0 or more. Scenario paper.")
-    ] = None,
-    sample_time: Annotated[
-        float,
-        typer.Option(
-            metavar="SECONDS", help="Turbines: how often the law runs [s], its command held."
-        ),
-    ] = 0.02,
     computation_time: Annotated[
         float,
         typer.Option(
@@ -93,7 +86,9 @@ def turbine_simulation(
     """Declare what a simulation of a wind turbine may be asked for."""
 
 
-GROUPS: Groups = (turbine_simulation, campaign_options)
+GROUPS: Groups = (turbine_simulation, shared_simulation, campaign_options)
+# How often a turbine's law runs unless it is said [s].
+SAMPLE_TIME = 0.02
 
 
 def simulate(
@@ -108,7 +103,7 @@ def simulate(
     if asked["certificate"] is not None:
         from takagi.cli.verbs.simulate_campaign import simulate_campaign
 
-        defaults = defaults_of((turbine_simulation,))
+        defaults = defaults_of((turbine_simulation, shared_simulation))
         return simulate_campaign(source, out, asked, defaults, duration=duration, as_json=as_json)
     return _laws(source, out, without_campaign(asked), duration=duration, as_json=as_json)
 
@@ -147,7 +142,9 @@ def _laws(
     )
     simulation_plant(turbine, parts)
     winds = scenario_winds(turbine, asked["scenario"], duration=duration, seed=asked["seed"])
-    require_sampling(asked["sample_time"], asked["computation_time"])
+    given = asked["sample_time"]
+    step = SAMPLE_TIME if given is None else time_asked("--sample-time", given)
+    require_sampling(step, asked["computation_time"])
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
         steps = 0
@@ -159,12 +156,13 @@ def _laws(
 
         laws = filed or chosen_laws(turbine, names, files=source.files, tell=making)
         begin = _MAKING if steps else 0.0
-        same = ("scenario", "sample_time", "computation_time")
+        same = ("scenario", "computation_time")
         found = run_simulation(
             turbine,
             laws,
             winds,
             **{name: asked[name] for name in same},
+            sample_time=step,
             parts=parts,
             tell=lambda step, done: tell(step, begin + (_SIMULATING - begin) * done),
         )

@@ -53,6 +53,15 @@ BY_HAND = (
 
 PROBLEMS = (
     Problem(
+        name="spr-lag",
+        asks="up to which zero $c$ is $(s + c)/((s + 1)(s + 2))$ strictly positive real",
+        source="Narendra and Annaswamy (1989), Stable Adaptive Systems, chapter 2",
+        published="$c < 3$ exactly",
+        found="passive at 2.99, not at 3.01",
+        tests=("test_a_lag_is_strictly_positive_real_up_to_the_sum_of_its_poles",),
+        note="with $P B = C^\\top$ in rationals",
+    ),
+    Problem(
         name="rolmip-massspring-g0",
         asks="energy gain of two masses and a spring with three parameters, one $P$",
         source="ROLMIP manual, table 2",
@@ -67,6 +76,15 @@ PROBLEMS = (
         published="1.0540",
         found="1.0540",
         tests=("test_masses_and_spring",),
+    ),
+    Problem(
+        name="rolmip-massspring-g1-claim",
+        asks="the same as a claim, proved in exact arithmetic by both checkers",
+        source="ROLMIP manual, table 2",
+        published="1.0540",
+        found="1.0541",
+        tests=("test_the_masses_of_rolmips_manual_are_proved_at_its_number",),
+        note="`fuzzy-l2-gain` for constant numbers",
     ),
     Problem(
         name="rolmip-disc-7.1",

@@ -40,6 +40,7 @@ def _limited(sizes: Sizes) -> Condition:
         initial_box=None,
         state_box=np.ones(sizes.n),
         gain_bound=1.0,
+        initial_ball=0.5,
     )
     return pdc_condition(plant(sizes), limits=limits)
 
@@ -93,11 +94,12 @@ PDC = Entry(
         Case(
             title="With limits on inputs, states and gains",
             pose=_limited,
-            lmis=f"r + 2 + {PAIRS} + r*m + n + 1 + r",
+            lmis=f"r + 2 + {PAIRS} + r*m + n + 2 + r",
             variables=f"{Q} + r*m*n + 2",
             where=(
-                "on $x^\\top P x \\le 1$: $|u_k| \\le \\bar u_k$ and $|x_k| \\le \\bar x_k$; and "
-                "$|K_i| \\le g$ by a sufficient condition"
+                "on $x^\\top P x \\le 1$: $|u_k| \\le \\bar u_k$ and $|x_k| \\le \\bar x_k$; it "
+                "holds the initial states of $\\sum_k x_k^2 / a_k^2 \\le 1$, a ball for equal "
+                "$a_k$; and $|K_i| \\le g$ by a sufficient condition"
             ),
         ),
     ),

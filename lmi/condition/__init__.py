@@ -1,6 +1,7 @@
 """A linear matrix inequality as data, and the functions that read it.
 
 term, unknown         sums of L X R with constants, in blocks; what an LMI is solved for
+statements            a condition from statements that were written with operators
 evaluate, exact       values put into it: in floats, in exact numbers
 shown_rate            which decay rate given values show
 express, typeset      the same terms in cvxpy, in LaTeX or Markdown

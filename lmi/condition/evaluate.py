@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Array, Condition
+from takagi.lmi.condition.term import LMI, Array, Condition, Equality
 from takagi.models.arrays import Floats
 
 # A margin is recomputed from the unknowns, so its only error is that of rounding, about 1e-15.
 SMALLEST_MARGIN = 1e-10
+# How far the sides of an equality may be apart, relative to what is summed up: rounding only.
+EQUAL = 1e-9
 
 
 def lmi_value(
@@ -69,9 +72,9 @@ def shares(condition: Condition, lmi: LMI, values: Mapping[str, Array]) -> Array
 def margin(condition: Condition, values: Mapping[str, Array]) -> float:
     """Return the largest t with sign F >= t weight I for every strict LMI.
 
-    If a non-strict LMI is violated by more than its tolerance, return the violation as a negative
-    share of its size. If no LMI is strict, return the least share of all; it is 0 if an LMI holds
-    with equality.
+    If a non-strict LMI is violated by more than its tolerance, or an equality by more than rounding
+    explains, return the violation as a negative share of its size. If no LMI is strict, return the
+    least share of all; it is 0 if an LMI holds with equality.
     """
     strict = [
         float(smallest_eigenvalues(condition, lmi, values).min()) / lmi.weight
@@ -84,6 +87,8 @@ def margin(condition: Condition, values: Mapping[str, Array]) -> float:
         if not lmi.strict
     ]
     missed = [share for share, lmi in others if not share >= -lmi.tolerance]
+    gaps = [equality_gap(equality, values) for equality in condition.equalities]
+    missed += [-gap for gap in gaps if not gap <= EQUAL]
     if strict or missed:
         return min([*strict, *missed])
     return max(0.0, min((share for share, _ in others), default=0.0))
@@ -92,6 +97,23 @@ def margin(condition: Condition, values: Mapping[str, Array]) -> float:
 def holds(condition: Condition, held: float) -> bool:
     """Return whether every LMI holds, from the margin; a strict LMI needs a positive one."""
     return held > SMALLEST_MARGIN if any(lmi.strict for lmi in condition.lmis) else held >= 0
+
+
+def equality_value(equality: Equality, values: Mapping[str, Array], zero: object = 0.0) -> Array:
+    """Return E_k, (count, p, q); ``zero`` as for ``lmi_value``."""
+    p = equality.shape[0]
+    return np.asarray(lmi_value(equality.frame(), values, {}, zero)[:, :p, p:])
+
+
+def equality_gap(equality: Equality, values: Mapping[str, Array]) -> float:
+    """Return the largest entry of E relative to the size of what is summed up in E_k."""
+    size = np.zeros(equality.count)
+    parts = [replace(equality, terms=(term,), constants=()) for term in equality.terms]
+    parts += [replace(equality, terms=(), constants=(one,)) for one in equality.constants]
+    for part in parts:
+        size = np.maximum(size, np.abs(equality_value(part, values)).max(axis=(1, 2)))
+    gap = np.abs(equality_value(equality, values)).max(axis=(1, 2))
+    return float(np.max(np.divide(gap, size, out=np.zeros_like(gap), where=gap > 0)))
 
 
 def _sizes(lmi: LMI, values: Mapping[str, Array], parameters: Mapping[str, Any]) -> Array:

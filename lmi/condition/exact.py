@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.evaluate import lmi_value
-from takagi.lmi.condition.term import LMI, Array, Condition
+from takagi.lmi.condition.term import LMI, Array, Condition, Equality
 from takagi.models.errors import ModelError
 
 
@@ -55,7 +55,28 @@ def exact_matrices(
         float counts as the dyadic number it stores.
     parameters : exact values; None takes the condition's own, as the dyadics they store.
     """
-    exact_terms = tuple(
+    known = {name: Fraction(value) for name, value in condition.parameters.items()}
+    known |= {name: Fraction(value) for name, value in (parameters or {}).items()}
+    total = lmi_value(
+        exact_terms(lmi),
+        {name: fractions(value) for name, value in values.items()},
+        known,
+        zero=Fraction(0),
+    )
+    return lmi.sign * total
+
+
+def exact_difference(equality: Equality, values: Mapping[str, ArrayLike]) -> Array:
+    """Return E_k of an equality over the rationals, (count, p, q); it holds where all are 0."""
+    exact = {name: fractions(value) for name, value in values.items()}
+    frame = exact_terms(equality.frame())
+    p = equality.shape[0]
+    return np.asarray(lmi_value(frame, exact, {}, zero=Fraction(0))[:, :p, p:])
+
+
+def exact_terms(lmi: LMI) -> LMI:
+    """Return the LMI with the numbers of its terms and constants as the Fractions they are."""
+    terms = tuple(
         replace(
             term,
             left=fractions(term.left),
@@ -63,16 +84,11 @@ def exact_matrices(
         )
         for term in lmi.terms
     )
-    exact_constants = tuple(replace(c, value=fractions(c.value)) for c in lmi.constants)
-    known = {name: Fraction(value) for name, value in condition.parameters.items()}
-    known |= {name: Fraction(value) for name, value in (parameters or {}).items()}
-    total = lmi_value(
-        replace(lmi, terms=exact_terms, constants=exact_constants),
-        {name: fractions(value) for name, value in values.items()},
-        known,
-        zero=Fraction(0),
+    return replace(
+        lmi,
+        terms=terms,
+        constants=tuple(replace(c, value=fractions(c.value)) for c in lmi.constants),
     )
-    return lmi.sign * total
 
 
 def _number(entry: Any) -> Any:

@@ -22,7 +22,7 @@ class Expressed:
     variables : unknown name -> one cvxpy variable per member.
     margin : the cvxpy variable t, or the number it was fixed to.
     expressions : LMI name -> sign F_k, one cvxpy expression per item.
-    constraints : sign F_k >> t weight I.
+    constraints : sign F_k >> t weight I, then E_k == 0 of every equality.
     objective : to be minimised; -t when the margin is free.
     """
 
@@ -64,6 +64,10 @@ def expressed(condition: Condition, *, margin: float | None = None) -> Expressed
         for F in found:
             # Symmetrised here, because cvxpy would constrain the symmetric part without a warning.
             constraints.append((F + F.T) / 2 - t * lmi.weight * np.eye(lmi.size) >> 0)
+    for equality in condition.equalities:
+        p = equality.shape[0]
+        for whole in _expressions(equality.frame(), variables, {}):
+            constraints.append(whole[:p, p:] == 0)
     if margin is None:
         objective: Any = -t
     else:

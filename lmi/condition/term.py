@@ -190,6 +190,60 @@ class LMI:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Equality:
+    """E_k(X) = sum of terms + constants = 0, every entry of it, for every item k.
+
+    E is the block (0, 1) of a symmetric matrix with the blocks (p, q): a term at (0, 1) adds
+    L X R, a term at (1, 0) adds (L X R)', which is how a transposed unknown is written.
+
+    Attributes
+    ----------
+    name : what it says, in words.
+    shape : (p, q) of E.
+    terms, constants : what is summed; no term has a parameter, with which the space of solutions
+        would move.
+    count, labels, index : as in ``LMI``.
+    """
+
+    name: str
+    shape: tuple[int, int]
+    terms: tuple[Term, ...]
+    constants: tuple[Constant, ...] = ()
+    count: int = 1
+    labels: Sequence[str] = ()
+    index: str = ""
+
+    def __post_init__(self) -> None:
+        parts: tuple[Term | Constant, ...] = (*self.terms, *self.constants)
+        for part in parts:
+            if part.at not in ((0, 1), (1, 0)):
+                raise ModelError(
+                    f"equality {self.name}: a part at {part.at}; (0, 1) is needed, or (1, 0) for "
+                    "a transpose"
+                )
+        for term in self.terms:
+            if term.parameter is not None:
+                raise ModelError(
+                    f"equality {self.name}: the parameter {term.parameter} multiplies "
+                    f"{term.unknown.name}; put its value into the data"
+                )
+        self.frame()  # checks the shapes
+
+    def frame(self) -> LMI:
+        """Return the symmetric matrix whose block (0, 1) is E, as an LMI that nobody solves."""
+        return LMI(
+            name=self.name,
+            blocks=self.shape,
+            terms=self.terms,
+            constants=self.constants,
+            count=self.count,
+            strict=False,
+            labels=self.labels,
+            index=self.index,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Condition:
     """Find unknowns with every LMI satisfied, and the objective, if there is one, least.
 
@@ -198,6 +252,7 @@ class Condition:
     name, source : what it proves and where it was published.
     unknowns : in the order of the solver's variables.
     lmis : all must hold, the strict ones with a margin.
+    equalities : all must hold; ``takagi.lmi.parametrised`` solves them exactly.
     objective : unknown name -> (count, rows, cols); the sum of entrywise products is minimised.
     parameters : values of the named numbers in the terms.
     """
@@ -208,22 +263,24 @@ class Condition:
     objective: Mapping[str, Array] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     source: str = ""
+    equalities: tuple[Equality, ...] = ()
 
     def __post_init__(self) -> None:
         names = [unknown.name for unknown in self.unknowns]
         if len(set(names)) != len(names):
             raise ModelError(f"condition {self.name}: unknowns {names}; names must differ")
-        titles = [lmi.name for lmi in self.lmis]
+        parts: tuple[LMI | Equality, ...] = (*self.lmis, *self.equalities)
+        titles = [part.name for part in parts]
         if len(set(titles)) != len(titles):
             raise ModelError(
                 f"condition {self.name}: LMIs {titles}; names must differ, because multipliers "
                 "and diagnoses name an LMI"
             )
-        for lmi in self.lmis:
+        for lmi in parts:
             for term in lmi.terms:
                 if term.unknown not in self.unknowns:
                     raise ModelError(
-                        f"condition {self.name}, LMI {lmi.name}: unknown {term.unknown.name} is "
+                        f"condition {self.name}, {lmi.name}: unknown {term.unknown.name} is "
                         f"not among {', '.join(names)}; add it to the unknowns"
                     )
                 if term.parameter is not None and term.parameter not in self.parameters:
@@ -246,6 +303,20 @@ class Condition:
     def with_parameters(self, **values: float) -> Condition:
         """Return the same condition at other parameter values."""
         return replace(self, parameters={**self.parameters, **values})
+
+    def refuse_equalities(self) -> None:
+        """Raise where LMIs alone can be read: what reads them would leave the equalities out.
+
+        Raises
+        ------
+        ModelError : it has equalities.
+        """
+        if self.equalities:
+            raise ModelError(
+                f"condition {self.name} has {len(self.equalities)} equalities (the first: "
+                f"{self.equalities[0].name}); give parametrised(condition).condition, which has "
+                "LMIs alone, in the numbers that the equalities leave free"
+            )
 
     def with_lmis(self, *lmis: LMI, unknowns: tuple[Unknown, ...] = ()) -> Condition:
         """Return the condition with more LMIs, and more unknowns if they need them."""

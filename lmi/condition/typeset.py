@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Condition, Constant, Position, Term
+from takagi.lmi.condition.term import LMI, Condition, Constant, Equality, Position, Term
 from takagi.lmi.condition.unknown import Unknown
 
 
@@ -77,7 +77,19 @@ def _lines(condition: Condition) -> list[tuple[str, str]]:
         span = _range(lmi.index)
         formula = lmi_latex(lmi) + (rf", \quad {span}" if span else "")
         lines.append((rf"\text{{{lmi.name}:}}", formula))
+    for equality in condition.equalities:
+        span = _range(equality.index)
+        formula = _equation(equality) + (rf", \quad {span}" if span else "")
+        lines.append((rf"\text{{{equality.name}:}}", formula))
     return lines
+
+
+def _equation(equality: Equality) -> str:
+    """Return the block that vanishes, with what is written with a minus on the other side."""
+    frame = equality.frame()
+    places: tuple[Position | None, ...] = ((0, 1),)
+    right = _below(frame) if equality.terms else []
+    return f"{_block(frame, places, without=right)} = {_negative(right)}"
 
 
 def _relation(lmi: LMI) -> str:

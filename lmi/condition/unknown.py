@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from takagi.models.arrays import Floats, Indices
+from takagi.lmi.expressions.expression import Equation, Expression, Operators
+from takagi.lmi.expressions.piece import Piece
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
+
+Array: TypeAlias = NDArray[Any]
 
 
 def triangle(size: int) -> int:
@@ -16,8 +22,11 @@ def triangle(size: int) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Unknown:
+class Unknown(Operators):
     """X_1 ... X_count, each (rows, cols); a scalar is 1 x 1.
+
+    With operators it becomes a matrix expression, and with a comparison a statement for ``pose``:
+    ``He(P @ A) << 0``.  Several members stand for one expression each; ``member`` picks one.
 
     Attributes
     ----------
@@ -49,6 +58,42 @@ class Unknown:
                 "make it square or not symmetric"
             )
 
+    def __eq__(self, other: object) -> Any:
+        """Compare two unknowns as values; state an equation with anything else."""
+        if isinstance(other, Unknown):
+            return self._fields == other._fields
+        return Equation(self - other)
+
+    def __hash__(self) -> int:
+        return hash(self._fields)
+
+    @property
+    def _fields(self) -> tuple[object, ...]:
+        return self.name, self.rows, self.cols, self.symmetric, self.count, self.latex
+
+    def as_expression(self) -> Expression:
+        """Return the unknown as a matrix; with several members one matrix for each."""
+        members = None if self.count == 1 else np.arange(self.count, dtype=np.intp)
+        return self._expression(members)
+
+    def member(self, number: int) -> Expression:
+        """Return one of several members, counted from 0.
+
+        Raises
+        ------
+        ModelError : there is no such member.
+        """
+        if not 0 <= number < self.count:
+            raise ModelError(
+                f"member {number} of unknown {self.name}; it has {self.count}, counted from 0"
+            )
+        return self._expression(np.array([number], dtype=np.intp))
+
+    def _expression(self, members: Indices | None) -> Expression:
+        left, right = np.eye(self.rows)[None], np.eye(self.cols)[None]
+        piece = Piece(unknown=self, left=left, right=right, members=members)
+        return Expression((self.rows,), (self.cols,), (piece,))
+
     @property
     def symbol(self) -> str:
         return self.latex or self.name
@@ -78,14 +123,14 @@ class Unknown:
         low, high = np.minimum(row, column), np.maximum(row, column)
         return np.asarray(high * (high + 1) // 2 + low)
 
-    def value(self, numbers: Floats) -> Floats:
+    def value(self, numbers: Array) -> Array:
         """Return (count, rows, cols) from the unknown's own numbers, (length,)."""
         members = np.arange(self.count)[:, None, None] * self.entries
         return np.asarray(numbers[members + self.entry_index()])
 
-    def numbers(self, value: Floats) -> Floats:
-        """Return (length,): the inverse of ``value``."""
-        flat = np.empty(self.length)
+    def numbers(self, value: Array) -> Array:
+        """Return (length,) in the arithmetic of the value: the inverse of ``value``."""
+        flat = np.empty(self.length, dtype=value.dtype)
         members = np.arange(self.count)[:, None, None] * self.entries
         flat[members + self.entry_index()] = value
         return flat

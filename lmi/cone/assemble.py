@@ -97,7 +97,12 @@ def assemble(condition: Condition) -> Assembled:
     """Return the cone data of a condition.
 
     Nothing is solved.  Memory grows with the number of nonzero products of coefficients only.
+
+    Raises
+    ------
+    ModelError : a condition with equalities.
     """
+    condition.refuse_equalities()
     offsets, variables = {}, 0
     for unknown in condition.unknowns:
         offsets[unknown.name] = variables

@@ -27,6 +27,7 @@ from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.duality import least_objective_bound
 from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision.answer_check import exactly_judged, judged, says_no, values_of
+from takagi.lmi.decision.free_numbers import in_free_numbers, refuse_kept
 from takagi.lmi.decision.outcome import (
     Outcome,
     better,
@@ -63,6 +64,8 @@ def decide(
 ) -> Outcome:
     """Return the unknowns with the largest margin t <= cap.
 
+    Equalities are solved exactly first (``parametrised``), and the LMIs in what they leave free.
+
     Always solvable when every unknown is bounded, so a failure is the solver's, not the
     condition's.  The condition is feasible with margin exactly when the largest t is positive.
 
@@ -80,6 +83,12 @@ def decide(
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
         "unknown", and its diagnosis reports it.  None for no limit.
     """
+    if condition.equalities:
+        refuse_kept(condition, assembled, rows)
+        return in_free_numbers(
+            condition.with_parameters(**(parameters or {})),
+            lambda free: decide(free, cap=cap, session=session, most=most),
+        )
     data = _posed(condition, parameters, assembled)
     variables = len(data.objective)
     t = np.eye(variables + 1)[variables]
@@ -144,6 +153,9 @@ def optimise(
 ) -> Outcome:
     """Return unknowns whose objective is within ``slack`` (relative) of the least, centred.
 
+    Equalities are solved exactly first, as by ``decide``; ``slack`` is then relative to what of the
+    objective they leave free.
+
     Parameters
     ----------
     slack : how far above the least value the second stage may go; thirty and a thousand times
@@ -161,6 +173,14 @@ def optimise(
     is "unknown", ``reason`` says both numbers, and ``feasible`` has the unknowns that satisfy the
     condition, if any were found.  "infeasible" when none satisfy it with a margin.
     """
+    if condition.equalities:
+        refuse_kept(condition, assembled, None)
+        return in_free_numbers(
+            condition.with_parameters(**(parameters or {})),
+            lambda free: optimise(
+                free, slack=slack, cap=cap, inside=inside, session=session, most=most
+            ),
+        )
     data = _posed(condition, parameters, assembled)
     kept = Session() if session is None else session
     program = cone_program(data, data.objective, (), margin=0.0)

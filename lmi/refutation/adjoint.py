@@ -85,8 +85,10 @@ def adjoint(condition: Condition) -> Adjoint:
 
     Raises
     ------
-    ModelError : an entry that is not a finite number.
+    ModelError : an entry that is not a finite number, or equalities, which have no multipliers
+        here.
     """
+    condition.refuse_equalities()
     offsets, variables = {}, 0
     for unknown in condition.unknowns:
         offsets[unknown.name] = variables

@@ -32,8 +32,15 @@ from takagi.lmi.analysis.disturbance.channel import (
     disturbance_channel,
     near_least,
 )
-from takagi.lmi.answer import Answer
-from takagi.lmi.argument_checks import Vertices, rate_parameter
+from takagi.lmi.analysis.loop_pairs import gain_stack
+from takagi.lmi.answer import Answer, ObjectiveUnit
+from takagi.lmi.argument_checks import (
+    Vertices,
+    input_stack,
+    rate_parameter,
+    sample_time_of,
+    vertex_stack,
+)
 from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
@@ -144,11 +151,53 @@ def robust_hinf_norm(
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     space = space_of(model, len(path.A))
-    degrees, polya = degrees_of(space, degree), polya_of(polya)
-    s = state_units(path.A, scales, step=path.sample_time)
-    rates = membership_rates(space, rate_bounds)
-    units = ChannelUnits.of(path, s)
-    task = _Path(path.scaled(units), space, tuple(rate / units.rate for rate in rates))
+    task = _Path(path, space, membership_rates(space, rate_bounds))
+    return _least(task, degrees_of(space, degree), polya_of(polya), scales)
+
+
+@limited
+def robust_hinf_norm_of_loop(
+    model: Vertices,
+    gains: ArrayLike | None,
+    channel: tuple[Floats, Floats, Floats, Floats],
+    *,
+    degree: int | Sequence[int] = 1,
+    polya: int = 0,
+    rate_bounds: RateBounds = 0.0,
+    scales: ArrayLike | None = None,
+    time_limit: float | None = None,
+) -> Answer:
+    """Return the same of a loop with given gains, whose matrices are of degree 2 in h.
+
+    Parameters
+    ----------
+    model : A (r, n, n), B (r, n, m) where there are gains, sample time and premises.
+    gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
+    channel : (E, C, D, F), (r, ., .) each: w enters by E, and y = C x + D u + F w.
+    degree, polya, rate_bounds, scales, time_limit : as for ``robust_hinf_norm``.
+
+    Raises
+    ------
+    ModelError : as ``robust_hinf_norm``; gains of another shape.
+    """
+    E, C, D, F = channel
+    A = vertex_stack(model).astype(np.float64)
+    path = disturbance_channel(A, E, C, F, sample_time=sample_time_of(model))
+    feedback = None
+    if gains is not None:
+        B = input_stack(model, A).astype(np.float64)
+        feedback = _Feedback(B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D)
+    space = space_of(model, len(A))
+    task = _Path(path, space, membership_rates(space, rate_bounds), feedback)
+    return _least(task, degrees_of(space, degree), polya_of(polya), scales)
+
+
+def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
+    """Return the least gain that P(h) of these degrees shows."""
+    at_rules = given.at_rules
+    s = state_units(at_rules.A, scales, step=at_rules.sample_time)
+    units = ChannelUnits.of(at_rules, s)
+    task = given.scaled(units)
     condition = task.posed(degrees, polya)
     why = task.loop.hopeless(0.0)
     if why:
@@ -166,8 +215,22 @@ def robust_hinf_norm(
         outcome.as_answer(condition, s),
         family=lyapunov_in_states(outcome, task.loop, s, basis, size),
         gain=_shown(condition, outcome) * units.output / units.disturbance,
+        objective_unit=ObjectiveUnit("gain", units.output / units.disturbance),
         tries=(*stable.tries, *outcome.tries),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Feedback:
+    """u = -K(h) x, which enters by B and is seen by D: (r, n, m), (r, m, n), (r, p, m)."""
+
+    B: Floats
+    K: Floats
+    D: Floats
+
+    def scaled(self, units: ChannelUnits) -> _Feedback:
+        s = units.states
+        return _Feedback(self.B / s[:, None] / units.rate, self.K * s, self.D / units.output)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,10 +240,40 @@ class _Path:
     path: DisturbanceChannel
     space: Space
     rates: tuple[Floats, ...]
+    feedback: _Feedback | None = None
 
     @property
     def loop(self) -> VaryingLoop:
-        return VaryingLoop(self.path.A, None, None, self.space, self.path.sample_time)
+        law = self.feedback
+        B, K = (None, None) if law is None else (law.B, law.K)
+        return VaryingLoop(self.path.A, B, K, self.space, self.path.sample_time)
+
+    @property
+    def at_rules(self) -> DisturbanceChannel:
+        """Return the closed loop's path at the rules."""
+        law = self.feedback
+        if law is None:
+            return self.path
+        C = self.path.C - law.D @ law.K
+        return replace(self.path, A=self.loop.corners, C=C)
+
+    @property
+    def output(self) -> Known:
+        """Return C(h) of the closed loop, transposed."""
+        C, law = self.space.known(self.path.C), self.feedback
+        if law is not None:
+            C = C - self.space.known(law.D) @ self.space.known(law.K)
+        return Known(C.basis, C.values.transpose(0, 2, 1))
+
+    def scaled(self, units: ChannelUnits) -> _Path:
+        """Return the path in units of order one."""
+        law = self.feedback
+        return _Path(
+            self.path.scaled(units),
+            self.space,
+            tuple(rate / units.rate for rate in self.rates),
+            None if law is None else law.scaled(units),
+        )
 
     def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop
@@ -195,7 +288,7 @@ class _Path:
             polya=polya,
             axes=self.space.axes,
             discrete=discrete,
-            weight=vertex_weight(self.path.A, step=loop.sample_time),
+            weight=vertex_weight(loop.corners, step=loop.sample_time),
         )
 
     def posed(self, degrees: Degrees, polya: int) -> Condition:
@@ -230,7 +323,7 @@ def _bounded_real(sought: SoughtPolynomial, gamma: Unknown, task: _Path) -> LMI:
     path = task.path
     n, q, p = path.A.shape[1], path.B.shape[2], path.C.shape[1]
     A, B = sought.matrix, task.known(path.B, sought)
-    C = task.known(path.C.transpose(0, 2, 1), sought)
+    C = sought.motion.known(task.output)
     D = task.known(path.D.transpose(0, 2, 1), sought)
     at = sought.coefficients(sought.product(A), sought.product(B))
     sign = 1 if sought.discrete else -1

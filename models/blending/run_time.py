@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -16,6 +16,8 @@ from takagi.models.ramps.effort_ramp import effort_ramp
 
 if TYPE_CHECKING:
     import sympy as sp
+
+    from takagi.models.plant.variables import Variable
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,25 +82,44 @@ class RunTimeBlending:
         high = [np.inf if side is None else float(side.upper) for side in sides]
         return np.clip(self.commands(state), low, high)
 
-    def actuators(self, state: Floats) -> Floats:
-        """Return the actual positions (low, high), with ``errors`` in their motion from rest."""
-        told, rest = self.commands(state), self._at_rest
+    def actuators(self, state: Floats, *, limited: bool = False) -> Floats:
+        """Return the actual positions (low, high), with ``errors`` in their motion from rest.
+
+        Parameters
+        ----------
+        limited : whether commands are held within the ranges of the actuators.
+        """
+        told, rest = self.sent(state) if limited else self.commands(state), self._at_rest
         wrong = [(self.errors or {}).get(a.name, 0.0) for a in self.blending.actuators]
         return np.asarray(rest + (1 + np.array(wrong)) * (told - rest))
 
-    def rate(self) -> Callable[[Floats, Floats], Floats]:
+    def rate(self, *, limited: bool = False) -> Callable[[Floats, Floats], Floats]:
         """Return (x, u) -> x' of the plant as it was written, moved by its two actuators.
 
         u has the plant's other inputs, then the rate of the effort.  Signals and disturbances have
         their rest values.
         """
+        slope = self.disturbed_rate((), limited=limited)
+        none = np.zeros(0)
+        return lambda x, u: slope(x, u, none)
+
+    def disturbed_rate(
+        self, moving: Sequence[Variable], *, limited: bool = False
+    ) -> Callable[[Floats, Floats, Floats], Floats]:
+        """Return (x, u, w) -> x' of the same; w has the disturbances in ``moving``, in its order.
+
+        Parameters
+        ----------
+        limited : whether commands are held within the ranges of the actuators.
+        """
         import sympy as sp
 
         plant = self.blending.plant
-        values = self._values()
+        free = [v.symbol for v in moving]
+        values = {s: value for s, value in self._values().items() if s not in free}
         inputs = [v.symbol for v in plant.inputs]
         blended = {a.variable.symbol: k for k, a in enumerate(self.blending.actuators)}
-        symbols = [*(v.symbol for v in plant.states), *inputs]
+        symbols = [*(v.symbol for v in plant.states), *inputs, *free]
         rows = [sp.sympify(row).subs(values) for row in plant.equations]
         right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
         mass = None
@@ -107,10 +128,10 @@ class RunTimeBlending:
                 symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"]
             )
 
-        def slope(x: Floats, u: Floats) -> Floats:
-            acting, others = self.actuators(x), iter(u[:-1])
+        def slope(x: Floats, u: Floats, w: Floats) -> Floats:
+            acting, others = self.actuators(x, limited=limited), iter(u[:-1])
             given = [float(acting[blended[s]] if s in blended else next(others)) for s in inputs]
-            point = (*map(float, x[:-1]), *given)
+            point = (*map(float, x[:-1]), *given, *map(float, w))
             f = np.array(right(*point), dtype=np.float64)
             if mass is not None:
                 f = np.asarray(np.linalg.solve(np.array(mass(*point), float), f), np.float64)

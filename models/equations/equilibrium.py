@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from takagi.models.errors import ModelError
@@ -77,8 +78,10 @@ def check_equilibrium(
     cure = (
         "no input makes it vanish; give rest values of the states at which one does"
         if how == "solve inputs"
-        else "give rest values at which every row vanishes exactly, or let rest='solve inputs' "
-        "(on the command line --solve-rest) find the inputs that hold the states there"
+        else "give rest values at which every row vanishes exactly; where those of the source are "
+        "rounded, write rest = 'solve' or rest = { near = ... } for as many variables as there are "
+        "such equations, and they are found; or let rest='solve inputs' (on the command line "
+        "--solve-rest) find the inputs that hold the states there"
     )
     if any(not residual.is_rational or _has_table(row) for _, row, residual in left):
         # exp(350) is not a decimal: a ball around one is proved, or a parameter is the rest itself.
@@ -157,3 +160,48 @@ def _has_table(row: sp.Expr) -> bool:
 
     tables = tables_class()
     return tables is not None and row.has(tables)
+
+
+def check_rest_stays(
+    plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr]
+) -> None:
+    """Raise ModelError where the rest moves with an uncertain parameter.
+
+    Every row has to vanish at rest for all values of such parameters, by algebra.
+    """
+    import sympy as sp
+
+    free = {v.symbol for v in plant.uncertain}
+    if not free:
+        return
+    fixed = {symbol: value for symbol, value in rest.items() if symbol not in free}
+    for variable, row in zip(plant.states, rows, strict=True):
+        left = row.subs(fixed)
+        moving = sorted(str(s) for s in left.free_symbols & free)
+        if not moving or sp.simplify(left) == 0:
+            continue
+        ends = _at_ends(plant, left)
+        raise ModelError(
+            f"plant {plant.name!r}, equation of {variable.name}: the rest moves with the uncertain "
+            f"{', '.join(moving)}: there {short(left)} is left, {ends}, and no law that does not "
+            f"know {', '.join(moving)} holds the plant at one rest; follow a state by [reference] "
+            "with an integral, which finds the input that holds it, or measure the parameter and "
+            "put it into [scheduling], or give it a value"
+        )
+
+
+def _at_ends(plant: Plant, left: sp.Expr) -> str:
+    """Return what is left where each uncertain parameter is at the lower, and the upper end."""
+    shown = []
+    for end in ("lower", "upper"):
+        values = {v.symbol: getattr(v.range, end) for v in plant.uncertain}
+        held = {s: _rational(value) for s, value in values.items() if s in left.free_symbols}
+        place = ", ".join(f"{s} = {float(value):.4g}" for s, value in held.items())
+        shown.append(f"{float(left.subs(held)):.4g} at {place}")
+    return " and ".join(shown)
+
+
+def _rational(value: Fraction) -> sp.Rational:
+    import sympy as sp
+
+    return sp.Rational(*value.as_integer_ratio())

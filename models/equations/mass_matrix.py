@@ -35,7 +35,8 @@ def explicit(
     import sympy as sp
 
     over = Domain.of_box(plant.box) if domain is None else domain
-    known = {v.symbol for v in plant.states} | {p.symbol for p in plant.parameters}
+    known = {v.symbol for v in (*plant.states, *plant.uncertain)}
+    known |= {p.symbol for p in plant.parameters}
     strange = mass.free_symbols - known
     if strange:
         names = ", ".join(sorted(map(str, strange)))

@@ -46,6 +46,10 @@ class PlantSettings:
         ``takagi.certificates.design.plant.wished_effort``.
     sample_time : T [s] of a law that runs every T seconds and holds its command on a plant in
         continuous time; None for a law that runs all the time.
+    noise : disturbance -> root of the intensity (two-sided spectral density) of the white noise
+        that it is, in its unit times sqrt(s); a disturbance without a range.
+    horizon : T [s] within which the probability of leaving a set is to be bounded under the noise;
+        None without noise.
 
     Raises
     ------
@@ -63,20 +67,26 @@ class PlantSettings:
     fastest: float | None = None
     effort: Effort = "moderate"
     sample_time: float | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    horizon: float | None = None
 
     def __post_init__(self) -> None:
         _word("choice", self.choice, CHOICES)
         _word("rest", self.rest, RESTS)
         _word("effort", self.effort, EFFORTS)
-        for name in ("gain_bound", "damping", "fastest", "sample_time"):
+        for name in ("gain_bound", "damping", "fastest", "sample_time", "horizon"):
             value = getattr(self, name)
             if value is not None:
                 _positive(name, value)
-        for name in ("input_limit", "initial"):
+        for name in ("input_limit", "initial", "noise"):
             given = dict(getattr(self, name))
             for key, value in given.items():
                 _positive(f"{name} of {key}", value)
             object.__setattr__(self, name, MappingProxyType(given))
+        if self.noise and self.horizon is None:
+            raise ModelError("horizon is missing: noise was given, and no time for its effect")
+        if self.horizon is not None and not self.noise:
+            raise ModelError("noise is missing: horizon was given, and no white noise")
         if self.damping is not None and self.damping >= 1:
             raise ModelError(f"damping = {self.damping:g} was given; a ratio below 1 is needed")
         rate = self.decay_rate
@@ -87,11 +97,18 @@ class PlantSettings:
                 f'decay_rate = {rate!r} was given; a number >= 0 in 1/s is needed, or "max"'
             )
 
-    def require_names(self, *, states: tuple[str, ...], inputs: tuple[str, ...]) -> None:
-        """Raise ModelError for a name that is not an input (input_limit) or a state (initial)."""
+    def require_names(
+        self,
+        *,
+        states: tuple[str, ...],
+        inputs: tuple[str, ...],
+        disturbances: tuple[str, ...] = (),
+    ) -> None:
+        """Raise ModelError for a name of a limit, start or noise that the plant does not have."""
         for field_name, given, known, what in (
             ("input_limit", self.input_limit, inputs, "input"),
             ("initial", self.initial, states, "state"),
+            ("noise", self.noise, disturbances, "disturbance"),
         ):
             for name in given:
                 if name not in known:

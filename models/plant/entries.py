@@ -10,6 +10,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSche
 
 MAX_EXPONENT = 100
 NUMBER = re.compile(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?", re.ASCII)
+FIGURE = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*"
+# An uncertain parameter as a text, such as "[0.9, 1.1] kg".
+RANGE = re.compile(rf"\s*\[{FIGURE},{FIGURE}\](.*)", re.ASCII)
 
 
 def _decimal(value: object) -> object:
@@ -56,8 +59,17 @@ def _rest(value: object) -> object:
 
 
 def _parameter(value: object) -> object:
-    """Return the fields of a parameter that is an expression alone."""
-    return {"value": value} if isinstance(value, str) else value
+    """Return the fields of a parameter that is a number, an expression or a range alone."""
+    if isinstance(value, list):
+        return {"range": value}
+    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
+        return {"value": value}
+    if not isinstance(value, str):
+        return value
+    ends = RANGE.fullmatch(value)
+    if ends is None:
+        return {"value": value}
+    return {"range": [Decimal(ends[1]), Decimal(ends[2])], "unit": ends[3].strip() or "-"}
 
 
 def _rate(value: object) -> object:
@@ -114,13 +126,21 @@ class VariableEntry(_Entry):
 
 
 class ParameterEntry(_Entry):
-    """A number with a name."""
+    """A number with a name, or a range in which it lies."""
 
     value: Annotated[
-        Figure | Expression,
+        Figure | Expression | None,
         BeforeValidator(_number_or_text),
-        Field(description="a number in the unit, or an expression of other parameters, in SI"),
-    ]
+        Field(
+            description="a number in the unit, or an expression of other parameters, in SI; of an "
+            "uncertain parameter the number that simulations take, the middle of its range if left "
+            "out"
+        ),
+    ] = None
+    range: Annotated[
+        tuple[Figure, Figure] | None,
+        Field(description="[low, high] in the unit: all that is known of an uncertain parameter"),
+    ] = None
     unit: Annotated[
         UnitText | None, Field(description="of an expression: that which its parameters give it")
     ] = None
@@ -242,6 +262,17 @@ class DesignEntry(_Entry):
         Figure | None,
         Field(description="in s, of a law that holds its command on a plant in continuous time"),
     ] = None
+    noise: Annotated[
+        dict[Name, Figure],
+        Field(
+            description="disturbance without a range -> root of the intensity (two-sided spectral "
+            "density) of the white noise that it is, in its unit times sqrt(s)"
+        ),
+    ] = {}
+    horizon: Annotated[
+        Figure | None,
+        Field(description="in s: the probability of leaving a set within it is to be bounded"),
+    ] = None
 
 
 class PlantEntry(_Entry):
@@ -319,9 +350,11 @@ class PlantEntry(_Entry):
 def plant_file_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of plant files."""
     found = PlantEntry.model_json_schema()
-    # A parameter may be its expression alone; the validator makes its fields of it.
+    # A parameter may be its number, expression or range alone; the validator makes fields of it.
     (named,) = found["properties"]["parameters"]["patternProperties"].values()
-    named |= {"anyOf": [{"$ref": named.pop("$ref")}, {"type": "string", "maxLength": 4000}]}
+    ends = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+    text = {"type": "string", "maxLength": 4000}
+    named |= {"anyOf": [{"$ref": named.pop("$ref")}, {"type": "number"}, text, ends]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "takagi plant file",

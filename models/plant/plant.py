@@ -108,6 +108,11 @@ class Plant:
         return (*self.states, *self.inputs, *self.disturbances)
 
     @property
+    def uncertain(self) -> tuple[Variable, ...]:
+        """Return the parameters that are known within a range only."""
+        return tuple(v for v in self.disturbances if v.unknown)
+
+    @property
     def box(self) -> dict[sp.Symbol, Interval]:
         """Return symbol -> range, of those that have one."""
         return {v.symbol: v.range for v in self.variables if v.range is not None}
@@ -125,6 +130,11 @@ class Plant:
                     "input; only a signal from outside can, so put it among the disturbances"
                 )
         for variable in self.disturbances:
+            if variable.unknown and not variable.schedules:
+                raise ModelError(
+                    f"plant {self.name!r}: {variable.label} is unknown to the law, but does not "
+                    "schedule; a disturbance is unknown anyhow, so leave unknown out"
+                )
             if variable.schedules and variable.range is None:
                 raise ModelError(
                     f"plant {self.name!r}: {variable.label} schedules and has no range; the "

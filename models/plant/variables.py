@@ -29,6 +29,8 @@ class Variable:
     description : in words, e.g. ``"angle from upright"``.
     schedules : of a disturbance: it appears in coefficients alone, so that A, B, C and D may depend
         on it and its column of E is 0.  It needs a range.
+    unknown : of a disturbance that schedules: no law knows it, so no gain may depend on it.  An
+        uncertain parameter is such a signal.
     written : the unit that its file gives it, e.g. ``"deg"``, for words alone; empty without a
         file.
     """
@@ -41,6 +43,7 @@ class Variable:
     schedules: bool = False
     within: Fraction = Fraction(0)
     equals: sp.Expr | None = None
+    unknown: bool = False
     written: str = field(default="", compare=False)
 
     @property

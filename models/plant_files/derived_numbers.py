@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from takagi.models.equations.ball import decimal_near
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, Unit, parse_unit
-from takagi.models.plant.variables import Parameter
+from takagi.models.plant.variables import Parameter, Variable
+from takagi.models.plant_files.uncertain_parameters import uncertain_parameter
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -28,6 +29,9 @@ class DerivedNumbers:
     ----------
     unit : place in the file and text -> unit.
     read : place in the file, text and scope -> expression.
+    uncertain : name -> signal, of the parameters that are known within a range only.
+    moving : symbol -> expression, of the parameters that depend on those: they are put into the
+        equations, since they have no value of their own.
     """
 
     document: Document
@@ -36,9 +40,11 @@ class DerivedNumbers:
     read: Callable[[str, str, Scope], sp.Expr]
     found: dict[str, Parameter] = field(default_factory=dict)
     closed: dict[str, sp.Expr] = field(default_factory=dict)
+    uncertain: dict[str, Variable] = field(default_factory=dict)
+    moving: dict[sp.Symbol, sp.Expr] = field(default_factory=dict)
 
     def parameters(self) -> tuple[Parameter, ...]:
-        """Return the parameters in the order of the file.
+        """Return the parameters with values, in the order of the file.
 
         Raises
         ------
@@ -47,13 +53,26 @@ class DerivedNumbers:
         """
         for name in self.entry.parameters:
             self._parameter(name, ())
-        return tuple(self.found[name] for name in self.entry.parameters)
+        moving = {symbol.name for symbol in self.moving} | self.uncertain.keys()
+        return tuple(self.found[name] for name in self.entry.parameters if name not in moving)
 
     def rest(self, place: str, text: str, unit: Unit) -> tuple[Fraction, Fraction, sp.Expr | None]:
         """Return a rest given by parameters: nearest decimal, radius, exact expression."""
         expression = self._expression(place, text, ())
+        names = self._uncertain_in(expression)
+        if names:
+            raise self.document.error(
+                place,
+                f"{text} moves with {', '.join(names)}, which is known within a range only, so the "
+                "plant has no rest of its own there; give a number at which every equation "
+                "vanishes for all values, or follow it by [reference] with an integral",
+            )
         self._check_unit(place, expression, unit.dimension)
         return self._number(place, expression)
+
+    def _uncertain_in(self, expression: sp.Expr) -> list[str]:
+        moved = expression.xreplace(self.moving)
+        return sorted(s.name for s in moved.free_symbols if s.name in self.uncertain)
 
     def _parameter(self, name: str, above: tuple[str, ...]) -> None:
         import sympy as sp
@@ -67,6 +86,13 @@ class DerivedNumbers:
         if name in self.found:
             return
         symbol = sp.Symbol(name, real=True)
+        if given.range is not None:
+            variable = uncertain_parameter(self.document, symbol, given, self.unit)
+            self.uncertain[name] = variable
+            self.found[name] = Parameter(symbol, variable.rest, variable.unit, given.source)
+            return
+        if given.value is None:
+            raise self.document.error(f"{place}.value", "is missing; add it")
         if not isinstance(given.value, str):
             unit = self.unit(f"{place}.unit", given.unit or "-")
             value = unit.to_si(Fraction(given.value))
@@ -77,6 +103,11 @@ class DerivedNumbers:
             return
         expression = self._expression(place, given.value, (*above, name))
         unit = self._own_unit(place, given, expression)
+        if self._uncertain_in(expression):
+            self.moving[symbol] = expression.xreplace(self.moving)
+            # Its unit is looked up by others; nothing reads its value.
+            self.found[name] = Parameter(symbol, Fraction(0), unit.si, given.source)
+            return
         value, within, equals = self._number(place, expression)
         self.found[name] = Parameter(symbol, value, unit.si, given.source, within, equals)
         self.closed[name] = self._closed(expression)
@@ -93,7 +124,10 @@ class DerivedNumbers:
         for name in sorted(used & self.entry.parameters.keys()):
             self._parameter(name, above)
         known = {name: self.found[name] for name in self.found if name in used}
-        constants = {p.symbol: p.value for p in known.values() if p.within == 0}
+        ranged = {*self.uncertain, *(symbol.name for symbol in self.moving)}
+        constants = {
+            p.symbol: p.value for n, p in known.items() if p.within == 0 and n not in ranged
+        }
         return self.read(place, text, Scope({n: p.symbol for n, p in known.items()}, constants))
 
     def _closed(self, expression: sp.Expr) -> sp.Expr:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.entries import DesignEntry, PlantEntry, VariableEntry
 
 _TIME = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?)\s*")
-_NUMBERS = ("gain_bound", "damping", "fastest", "sample_time")
+_NUMBERS = ("gain_bound", "damping", "fastest", "sample_time", "horizon")
 
 
 def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
@@ -35,6 +35,7 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
     values = {name: _float(getattr(asked, name)) for name in _NUMBERS}
     limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
     initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
+    noise = _in_si(document, "noise", asked.noise, entry.disturbances, "disturbance")
     try:
         found = PlantSettings(
             choice=asked.choice,
@@ -44,9 +45,14 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
             relaxation=asked.relaxation,
             input_limit=limits,
             initial=initial,
+            noise=noise,
             **values,
         )
-        found.require_names(states=tuple(entry.all_states), inputs=tuple(entry.commanded))
+        found.require_names(
+            states=tuple(entry.all_states),
+            inputs=tuple(entry.commanded),
+            disturbances=tuple(entry.disturbances),
+        )
     except ModelError as error:
         # Every message begins with the field's name.
         field = str(error).split()[0]

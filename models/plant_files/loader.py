@@ -18,6 +18,7 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output, Parameter, Variable
 from takagi.models.plant_files.derived_numbers import DerivedNumbers
+from takagi.models.plant_files.uncertain_parameters import check_divisors
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -136,7 +137,12 @@ class _Reader:
         parameters = self.numbers.parameters()
         states = self.variables("states", entry.states)
         inputs = self.variables("inputs", entry.inputs)
-        disturbances = (*self.variables("disturbances", entry.disturbances), *self.scheduling())
+        disturbances = (
+            *self.variables("disturbances", entry.disturbances),
+            *self.scheduling(),
+            *self.numbers.uncertain.values(),
+        )
+        self.check_uncertain_allowed()
         scope = self.scope((*states, *inputs, *disturbances), parameters)
         self.check_rows("equations", entry.equations, needed=True)
         self.check_rows("mass", entry.mass, needed=False)
@@ -168,11 +174,22 @@ class _Reader:
                 source=entry.source,
             ),
         )
+        check_divisors(self.document, found)
         if self.solved:
             found = self.at_rest(found)
         self.at("", lambda: check_coverage(found))
         self.check_lost(found)
         return found if entry.blending is None else self.behind_blend(found, scope)
+
+    def check_uncertain_allowed(self) -> None:
+        """Refuse uncertain parameters of a plant behind a blend."""
+        if self.numbers.uncertain and self.entry.blending is not None:
+            name = next(iter(self.numbers.uncertain))
+            raise self.document.error(
+                f"parameters.{name}",
+                f"{name} has a range, but the actuators of a plant with [blending] are shared by "
+                "known numbers; give it a value, and put the uncertainty into an actuator's error",
+            )
 
     def at_rest(self, plant: Plant) -> Plant:
         """Return the plant with the rests that its equations have."""
@@ -297,6 +314,7 @@ class _Reader:
 
         symbols = {v.name: v.symbol for v in variables}
         symbols |= {p.symbol.name: p.symbol for p in parameters}
+        symbols |= {symbol.name: symbol for symbol in self.numbers.moving}
         constants = {p.symbol: p.value for p in parameters if p.within == 0}
         tables = {
             name: read_table(self.document, name, table)
@@ -323,8 +341,13 @@ class _Reader:
         from takagi.models.expressions.parser import parsed_with_losses
 
         found, lost = self.at(place, lambda: parsed_with_losses(text, scope))
-        self.lost += [(place, text, part) for part in lost]
-        return found
+        moving = self.numbers.moving
+        for part in lost:
+            moved = replace(
+                part, argument=part.argument.xreplace(moving), made=part.made.xreplace(moving)
+            )
+            self.lost.append((place, text, moved))
+        return found.xreplace(moving)
 
     def check_lost(self, plant: Plant) -> None:
         """Refuse terms that sympy removed, unless they have a value on the whole box."""

@@ -2,6 +2,7 @@
 
 model             sector_model and rule_count; arguments: from their arguments to a problem
 terms, factored_form    ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
+common_denominator    forms that keep the determinant of a mass matrix in one premise
 choice            fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
 factorisation     one factored form without a search;  given_quotients: premises that are given
 premise_bounds    premises with proved ranges; with given or sampled ones
@@ -24,9 +25,12 @@ if TYPE_CHECKING:
     from takagi.models.ranges.expression_range import expression_range as expression_range
     from takagi.models.ranges.expression_range import expression_value as expression_value
     from takagi.models.sector.assembly import assemble as assemble
+    from takagi.models.sector.common_denominator import denominator_forms as denominator_forms
+    from takagi.models.sector.common_denominator import sum_quotients as sum_quotients
     from takagi.models.sector.factorisation import factor as factor
     from takagi.models.sector.model import rule_count as rule_count
     from takagi.models.sector.model import sector_model as sector_model
     from takagi.models.sector.rule_counting import RuleCount as RuleCount
+    from takagi.models.sector.terms import terms_of as terms_of
 
 __getattr__, __dir__ = lazy_names(__name__)

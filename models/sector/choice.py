@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 from takagi.models.equations.equations import Equations, Factored
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
+from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import FactoredForm, Place, forms_of
 from takagi.models.sector.given_quotients import with_quotients, without_quotients
 from takagi.models.sector.hull_width import HullWidth
@@ -23,6 +24,7 @@ Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
 CHOICES = ("fewest-rules", "least-conservative")
 MOST_ASSIGNMENTS = 64  # the most assignments of terms to states that are compared
 MOST_WIDTHS = 24  # the most forms whose hull is measured
+MOST_PLAIN = 4  # with more premises, forms that keep denominators whole are compared too
 MOST_PREMISES = 12  # the most premises of a form whose hull is measured: 4096 vertices
 
 
@@ -30,7 +32,8 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     """Return A, B, C, D, E in premise symbols, f = A x + B u + E w, y = C x + D u.
 
     Compared are up to 64 ways to give each term to one of the states with which it vanishes, and
-    for each the premises of ``forms_of``.
+    for each the premises of ``forms_of``; where all of these have more than four premises, and
+    none is wanted, those of ``denominator_forms`` too.
 
     Parameters
     ----------
@@ -59,7 +62,21 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     complete = [f for f in forms if set(wanted) <= set(f.premises)]
     if not complete:
         _refuse_wanted(problem, forms)
+    if not wanted and min(len(form.premises) for form in complete) > MOST_PLAIN:
+        complete = [*_with_denominators(problem), *complete]
     return _in_symbols(_best(complete, problem, choice), problem)
+
+
+def _with_denominators(problem: Problem) -> list[FactoredForm]:
+    """Return forms that keep denominators and quotients such as sin(x + y)/(x + y) whole."""
+    plant = problem.equations
+    proposed = sum_quotients(plant.f, plant.states)
+    rows, quotients = with_quotients(plant.f, proposed, plant.states)
+    return [
+        without_quotients(form, quotients)
+        for some in _assignments(replace(plant, f=rows), problem)
+        for form in denominator_forms(some)
+    ]
 
 
 def _best(forms: Sequence[FactoredForm], problem: Problem, choice: Choice) -> FactoredForm:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
+from takagi.models.sector.terms import terms_of
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -62,7 +63,8 @@ def _row(
     import sympy as sp
 
     rest = sp.expand(wanted - written)
-    if rest == 0:
+    # The sum of terms keeps each denominator in one piece, so that long ones cancel too.
+    if rest == 0 or not terms_of(wanted - written):
         return True
     if rest.count_ops() <= 4 * LONGEST:
         if sp.expand(sp.fraction(sp.together(rest))[0]) == 0:

@@ -164,16 +164,10 @@ def _options(
         share, rest = _canonical(atom / variable)
         return Option(variable, {rest: coefficient * share})
 
-    for symbol in plant.inputs:
-        if atom.has(symbol):
-            slope = atom / symbol
-            if slope.has(*plant.inputs):
-                raise ModelError(
-                    f"row {row + 1}: {symbol} enters nonlinearly (in the term "
-                    f"{coefficient * atom}); make it a state with an input of its own, or give A, "
-                    "B and E factored by hand"
-                )
-            return [divided(symbol)]
+    acting = [symbol for symbol in plant.inputs if atom.has(symbol)]
+    if acting:
+        own = _own_input(atom, coefficient, acting, box, row)
+        return [] if own is None else [divided(own)]
     disturbing = [s for s in plant.disturbances if s not in plant.scheduling]
     for symbol in disturbing:
         if atom.has(symbol) and not (atom / symbol).has(symbol):
@@ -183,6 +177,35 @@ def _options(
     vanishing = [s for s in plant.states if s not in factors and _vanishes(atom, s, box)]
     squares = [s for s in disturbing if _whole(powers.get(s, 0))]
     return [divided(symbol) for symbol in [*factors, *vanishing] or squares]
+
+
+def _own_input(
+    atom: sp.Expr,
+    coefficient: sp.Rational,
+    acting: Sequence[sp.Symbol],
+    box: Mapping[sp.Symbol, Interval],
+    row: int,
+) -> sp.Symbol | None:
+    """Return the input that the term goes to, None where it vanishes with no single input.
+
+    u^3 becomes u^2 times u: the coefficient may depend on inputs that have a range.
+
+    Raises
+    ------
+    ModelError : an input without a range enters nonlinearly.
+    """
+    linear = next((s for s in acting if not (atom / s).has(*acting)), None)
+    if linear is not None:
+        return linear
+    without = [s.name for s in acting if s not in box]
+    if without:
+        raise ModelError(
+            f"row {row + 1}: {', '.join(without)} enters nonlinearly (in the term "
+            f"{coefficient * atom}); give it a range, so that its coefficient can be bounded, or "
+            "make it a state with an input of its own"
+        )
+    whole = [s for s in acting if _whole(atom.as_powers_dict().get(s, 0))]
+    return next((s for s in (*whole, *acting) if s in whole or _vanishes(atom, s, box)), None)
 
 
 def _whole(power: object) -> bool:
@@ -208,7 +231,7 @@ def _telescoped(rest: sp.Expr, plant: Equations, row: int) -> tuple[tuple[Option
     import sympy as sp
 
     signals = (s for s in plant.disturbances if s not in plant.scheduling)
-    variables = [s for s in (*plant.states, *signals) if s in rest.free_symbols]
+    variables = [s for s in (*plant.states, *signals, *plant.inputs) if s in rest.free_symbols]
     origin = rest.subs(dict.fromkeys(variables, 0))
     if not variables or (origin != 0 and sp.simplify(origin) != 0):
         bent = origin.has(sp.zoo, sp.nan, sp.oo, -sp.oo)

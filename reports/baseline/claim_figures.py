@@ -118,12 +118,21 @@ def _sampled(claim: Data, document: Data) -> Iterator[Found]:
 
 def _fuzzy(claim: Data, document: Data) -> Iterator[Found]:
     yield from _decay(claim, document)
-    for k, row in enumerate(claim["rates"]):
+    yield from _weight_rates(claim)
+
+
+def _weight_rates(claim: Data) -> Iterator[Found]:
+    for k, row in enumerate(claim.get("rates", [])):
         name = f"rates of weights {k + 1}"
         if row is None:
             yield ClaimFigure(name, "1/s", inf)
         else:
             yield ClaimFigure(name, "1/s", min(numbers({"row": row}, "row", name)))
+
+
+def _scheduled_energy(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _energy(claim, document)
+    yield from _weight_rates(claim)
 
 
 def _transient(claim: Data, document: Data) -> Iterator[Found]:
@@ -174,6 +183,11 @@ def _inputs(claim: Data, document: Data) -> Iterator[Found]:
 def _peak(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "gain", "-", larger=False)
     yield from _of(claim, "disturbance_norm", "", larger=True, name="bound on disturbance")
+
+
+def _exit(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "probability", "-", larger=False, name="probability of leaving the set")
+    yield from _of(claim, "horizon", "s", larger=True)
 
 
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
@@ -238,10 +252,12 @@ _READINGS: dict[str, Reading] = {
     "gain-rounding": _rounding,
     "box-enlargement": _enlargement,
     "l2-gain": _energy,
+    "fuzzy-l2-gain": _scheduled_energy,
     "h2-norm": _variance,
     "invariant-ellipsoid": _ellipsoid,
     "input-limits": _inputs,
     "peak": _peak,
+    "exit-probability": _exit,
     "sampled-loop": _sampled,
     "coherent-loop": _coherent,
     "paper-loop": _paper,
@@ -256,6 +272,7 @@ _QUESTIONS = {
     "l2-gain": ("disturbance", "output"),
     "h2-norm": ("disturbance", "output"),
     "peak": ("disturbance", "output"),
+    "exit-probability": ("disturbance", "noise", "start"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

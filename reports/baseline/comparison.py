@@ -50,6 +50,20 @@ class Moved:
 
 
 @dataclass(frozen=True, slots=True)
+class GainSize:
+    """The largest size of one gain over the rules, in both laws: of an input by a state."""
+
+    name: str
+    old: float
+    new: float
+
+    @property
+    def ratio(self) -> float | None:
+        """new over old; None where the old gain is 0."""
+        return self.new / self.old if self.old else None
+
+
+@dataclass(frozen=True, slots=True)
 class CertificateComparison:
     """The result of comparing an old certificate with a new one.
 
@@ -60,6 +74,7 @@ class CertificateComparison:
     lost : claim -> why it cannot be compared any more.
     added : names of claims that are new.
     changed : which parameters, gains and options differ.
+    gains : sizes of the gains; empty where the laws are not by rules, or of other names.
     """
 
     tolerance: Fraction
@@ -67,6 +82,7 @@ class CertificateComparison:
     lost: Mapping[str, str]
     added: tuple[str, ...]
     changed: tuple[Change, ...]
+    gains: tuple[GainSize, ...] = ()
 
     @property
     def passes(self) -> bool:
@@ -104,7 +120,29 @@ def compare_certificates(
         for figure in claim_figures(claim, old):
             moved.append(_moved(_name(label), figure, theirs.get(figure.name), tolerance))
     added = tuple(_name(label) for label in after if label not in pairs.values())
-    return CertificateComparison(tolerance, tuple(moved), lost, added, tuple(changes(old, new)))
+    sizes = gain_sizes(old.get("gains"), new.get("gains"))
+    return CertificateComparison(
+        tolerance, tuple(moved), lost, added, tuple(changes(old, new)), sizes
+    )
+
+
+def gain_sizes(old: Any, new: Any) -> tuple[GainSize, ...]:
+    """Return the sizes of the gains of two laws by rules; () for laws of other names or kinds."""
+    laws = [law for law in (old, new) if isinstance(law, Mapping) and _is_list(law.get("K"))]
+    named = [[law.get("input_names"), law.get("state_names")] for law in laws]
+    if len(laws) < 2 or named[0] != named[1] or not all(map(_is_list, named[0])):
+        return ()
+    inputs, states = (list(names or ()) for names in named[0])
+    found = []
+    for k, row in enumerate(inputs):
+        for j, column in enumerate(states):
+            sizes = [max(abs(float(str(K[k][j]))) for K in law["K"]) for law in laws]
+            found.append(GainSize(f"{row} by {column}", *sizes))
+    return tuple(found)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, list)
 
 
 Label = tuple[str, str, int]

@@ -1,7 +1,8 @@
 """A comparison as a table for the terminal, as Markdown, and as plain data.
 
 A figure rises or falls, and is better or worse by an unsigned relative change, since the better
-direction depends on the figure. ``WORSE`` means a failure, ``worse`` is within the tolerance.
+direction depends on the figure; what it means is told in a word, such as slower. ``WORSE`` means a
+failure, ``worse`` is within the tolerance.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import CertificateComparison, Moved
+from takagi.reports.baseline.words import verdict, word_of
 from takagi.reports.ci_formats import markdown_cell
 
 _LARGEST = 10**300
@@ -23,8 +25,8 @@ _DIGITS = (6, 9, 12, 17, 34)
 def as_text(found: CertificateComparison, *, source: str) -> str:
     """Return the comparison in lines; figures that are the same are counted alone."""
     rows = [
-        (word, claim, figure, f"{went} from {old} to {new}", f"({share})")
-        for word, claim, figure, went, old, new, share in _rows(found)
+        (word, means, claim, figure, f"{went} from {old} to {new}", f"({share})")
+        for word, means, claim, figure, went, old, new, share in _rows(found)
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
     lines = [_head(found, source)]
@@ -34,6 +36,7 @@ def as_text(found: CertificateComparison, *, source: str) -> str:
     ]
     lines += [f"  lost    {name}: {why}" for name, why in found.lost.items()]
     lines += [f"  new     {name}" for name in found.added]
+    lines += [f"  gains   {one}" for one in _gains(found)]
     same = len(found.moved) - len(rows)
     if same:
         lines.append(f"  {same} figure{'s are' if same > 1 else ' is'} the same")
@@ -47,11 +50,15 @@ def as_markdown(found: CertificateComparison, *, source: str) -> str:
     lines = [f"### {markdown_cell(_head(found, source))}", ""]
     rows = list(_rows(found))
     if rows:
-        lines += ["| | Claim | Figure | | Old | New | Change |", "|---|---|---|---|---|---|---|"]
+        lines += [
+            "| | Means | Claim | Figure | | Old | New | Change |",
+            "|---|---|---|---|---|---|---|---|",
+        ]
         lines += ["| " + " | ".join(map(markdown_cell, row)) + " |" for row in rows]
         lines.append("")
     lines += [f"- lost: {markdown_cell(f'{name}: {why}')}" for name, why in found.lost.items()]
     lines += [f"- new: {markdown_cell(name)}" for name in found.added]
+    lines += [f"- gains: {markdown_cell(one)}" for one in _gains(found)]
     lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(found.changed)]
     return "\n".join(lines).rstrip() + "\n"
 
@@ -60,6 +67,7 @@ def as_data(found: CertificateComparison) -> dict[str, Any]:
     """Return the comparison as plain data; what is not finite is None."""
     return {
         "passes": found.passes,
+        "verdict": verdict(found.moved, found.gains),
         "tolerance": float(found.tolerance),
         "figures": [
             {
@@ -71,9 +79,11 @@ def as_data(found: CertificateComparison) -> dict[str, Any]:
                 "new": _plain(moved.new),
                 "change": _plain(moved.change),
                 "worse": moved.worse,
+                "means": word_of(moved) or None,
             }
             for moved in found.moved
         ],
+        "gains": [{"gain": one.name, "old": one.old, "new": one.new} for one in found.gains],
         "lost": [{"claim": name, "reason": why} for name, why in found.lost.items()],
         "added": list(found.added),
         "changed": [
@@ -83,13 +93,23 @@ def as_data(found: CertificateComparison) -> dict[str, Any]:
 
 
 def _head(found: CertificateComparison, source: str) -> str:
+    """Return the verdict: what failed, and on the whole what got better and what worse."""
     allowed = f"by more than {float(100 * found.tolerance):g} %"
+    whole = verdict(found.moved, found.gains)
     if found.passes:
-        return f"Against {source}: nothing got worse {allowed}"
+        return f"Against {source}: nothing got worse {allowed}; {whole}"
     worse, lost = sum(moved.worse for moved in found.moved), len(found.lost)
     told = [f"{_counted(worse, 'figure')} got worse {allowed}"] if worse else []
     told += [f"{_counted(lost, 'claim')} lost"] if lost else []
-    return f"Against {source}: {', '.join(told)}"
+    return f"Against {source}: {', '.join(told)}; {whole}"
+
+
+def _gains(found: CertificateComparison) -> Iterator[str]:
+    """Yield the gains whose largest size over the rules has changed, and how."""
+    for one in found.gains:
+        if one.old != one.new:
+            went = "larger" if one.new > one.old else "smaller"
+            yield f"{one.name}: {went}, at most {one.old:.6g} before and {one.new:.6g} now"
 
 
 def _counted(count: int, what: str) -> str:
@@ -97,7 +117,7 @@ def _counted(count: int, what: str) -> str:
 
 
 def _rows(found: CertificateComparison) -> Iterator[tuple[str, ...]]:
-    """Yield word, claim, figure, which way it went, old and new value, and by how much."""
+    """Yield word, meaning, claim, figure, which way it went, old and new, and by how much."""
     for moved in found.moved:
         if not moved.change:
             continue
@@ -106,7 +126,7 @@ def _rows(found: CertificateComparison) -> Iterator[tuple[str, ...]]:
         if moved.place:
             figure += f", {moved.place}"
         went = "rose" if moved.new > moved.old else "fell"
-        yield (word, moved.claim, figure, went, *_values(moved), _share(moved))
+        yield (word, word_of(moved), moved.claim, figure, went, *_values(moved), _share(moved))
 
 
 def _share(moved: Moved) -> str:

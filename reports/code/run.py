@@ -26,11 +26,13 @@ class ProgramRun:
     Attributes
     ----------
     kept : values of the kept names; empty before the first sample.
+    names : value of every name in the last sample.
     """
 
     def __init__(self, program: ControllerProgram) -> None:
         self.program = program
         self.kept: dict[str, float] = {}
+        self.names: Mapping[str, Any] = {}
         self._constants = {one.name: _floats(one.value) for one in program.constants}
 
     def sample(self, sample_time: float, inputs: Mapping[str, float]) -> dict[str, float]:
@@ -46,6 +48,7 @@ class ProgramRun:
                 names |= {one.name: value_of(one.start, names) for one in stage.kept}
             for one in stage.assignments:
                 names[one.name] = value_of(_formula_there(one, names), names)
+        self.names = names
         self.kept = {one.name: value_of(one.next, names) for one in self.program.kept}
         return {one.name: names[one.name] for one in self.program.outputs}
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_motion import motions as motions
     from takagi.reports.loops.plant_motion import plant_rate as plant_rate
     from takagi.reports.loops.plant_motion import starts as starts
+    from takagi.reports.loops.plant_motion import uncertain_ends as uncertain_ends
     from takagi.reports.loops.settling import half_widths as half_widths
     from takagi.reports.loops.settling import settling_time as settling_time
 

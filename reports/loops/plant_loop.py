@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -84,20 +85,27 @@ class PlantLoop:
         blending = blending_of(self.plant)
         return None if blending is None else RunTimeBlending(blending)
 
-    def premise_values(self, deviation: Floats) -> Floats:
-        """Return z at x = x* + deviation, inputs and disturbances at rest, the share as it is."""
+    def premise_values(
+        self, deviation: Floats, signals: Mapping[str, float] | None = None
+    ) -> Floats:
+        """Return z at x = x* + deviation, inputs and disturbances at rest, the share as it is.
+
+        Parameters
+        ----------
+        signals : deviations of disturbances that are not at rest, by their names in the model.
+        """
         if not self.model.premises:
             return np.zeros(0)
         point = dict(zip(self.names, map(float, deviation), strict=True))
         known = {} if self.blend is None else self.blend.signals(self.state + deviation)
-        return self.model.premise_values(**(self._others | known), **point)
+        return self.model.premise_values(**(self._others | known | dict(signals or {})), **point)
 
-    def memberships(self, deviation: Floats) -> Floats:
+    def memberships(self, deviation: Floats, signals: Mapping[str, float] | None = None) -> Floats:
         """Return h (r,); outside the box premises stay at their nearer bound, as at run time."""
         if not self.model.premises:
             return np.full(len(self.model.rules), 1 / len(self.model.rules))
         low, width, upper = self._corners
-        share = np.clip((self.premise_values(deviation) - low) / width, 0.0, 1.0)
+        share = np.clip((self.premise_values(deviation, signals) - low) / width, 0.0, 1.0)
         return np.asarray(np.where(upper, share, 1.0 - share).prod(axis=1), dtype=np.float64)
 
     @cached_property
@@ -114,11 +122,11 @@ class PlantLoop:
         low, width = np.where(constant, -np.inf, low), np.where(constant, 1.0, width)
         return low, width, (np.array(self.model.rules) == 1) | constant
 
-    def command(self, deviation: Floats) -> Floats:
-        """Return u (m,) of the law at x = x* + deviation."""
+    def command(self, deviation: Floats, signals: Mapping[str, float] | None = None) -> Floats:
+        """Return u (m,) of the law at x = x* + deviation, before it is cut at any range."""
         if self.gains is None:
             return self.input
-        blended = np.tensordot(self.memberships(deviation), self.gains, axes=1)
+        blended = np.tensordot(self.memberships(deviation, signals), self.gains, axes=1)
         return np.asarray(self.input - blended @ deviation, dtype=np.float64)
 
     def at_rest(self) -> tuple[Matrices, Floats | None]:

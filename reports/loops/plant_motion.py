@@ -3,26 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.plant_simulation.experiment import (
+    Commands,
+    Cut,
+    Experiment,
+    ExperimentRun,
+    SampledProgram,
+)
+from takagi.models.plant_simulation.right_side import Rate, right_side
+from takagi.models.plant_simulation.runs import WHOLE, run
+from takagi.models.plant_simulation.signals import Signals
+from takagi.reports.page.labels import name_of
 
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_loop import PlantLoop
 
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
 INSIDE, SHARE = 0.98, 0.3
-SAMPLES, STEPS = 301, 300
+STEPS = 300
 # The slowest pole has decayed to e^-7, a thousandth.
 TIMES = 7.0
 LONGEST = 1e3
 # A motion is ended at this multiple of the box (or ellipsoid) size.
 FAR = 20.0
+# The number of corners doubles with each uncertain parameter.
+MOST_ENDS = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,10 +50,15 @@ class PlantMotion:
     name : where it starts, in words.
     time : (k,) [s], or steps times the sample time.
     state : (k, n), deviations x - x* in SI units.
-    input : (k, m), u itself.
+    input : (k, m), u itself, as it acts: cut at the ends of the inputs' ranges.
     value : (k,) V / level; empty where there is no proved function or no level.
     whole : False if the motion diverged, or reached a state where the plant is undefined.
-    acting : (k, 2), the commands of the two actuators of a blend; empty without one.
+    acting : (k, 2), the commands of the two actuators of a blend, cut likewise; empty without one.
+    disturbance : (k, p), those of the disturbances that move, themselves in SI.
+    wanted : (k, m), the command before it is cut.
+    cuts : when a command was beyond its range; commands are numbered as the inputs, then the
+        actuators of a blend.
+    ended, missed : see ``takagi.models.plant_simulation.experiment.ExperimentRun``.
     """
 
     name: str
@@ -47,40 +68,27 @@ class PlantMotion:
     value: Floats
     whole: bool = True
     acting: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    disturbance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    wanted: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    cuts: tuple[Cut, ...] = ()
+    ended: str = WHOLE
+    missed: int = 0
 
 
-def plant_rate(plant: Plant) -> Callable[[Floats, Floats], Floats]:
+def plant_rate(
+    plant: Plant, uncertain: Mapping[str, Fraction] | None = None
+) -> Callable[[Floats, Floats], Floats]:
     """Return (x, u) -> x' of the plant itself, disturbances at rest; x(t + T) in discrete time.
 
     Evaluated from the plant's equations in floating point, apart from any model of it; of a blended
-    plant from those that were written, with its two actuators.
+    plant from those that were written, with its two actuators, held within their ranges.
+
+    Parameters
+    ----------
+    uncertain : parameter -> value, of those that are known within a range only; others rest.
     """
-    import sympy as sp
-
-    from takagi.models.blending.blending import blending_of
-    from takagi.models.blending.run_time import RunTimeBlending
-
-    blending = blending_of(plant)
-    if blending is not None:
-        return RunTimeBlending(blending).rate()
-
-    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
-    values |= {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.disturbances}
-    symbols = [v.symbol for v in (*plant.states, *plant.inputs)]
-    rows = [sp.sympify(row).subs(values) for row in plant.equations]
-    right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
-    mass = None
-    if plant.mass is not None:
-        mass = sp.lambdify(symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"])
-
-    def rate(x: Floats, u: Floats) -> Floats:
-        point = (*map(float, x), *map(float, u))
-        f = np.array(right(*point), dtype=np.float64)
-        if mass is None:
-            return f
-        return np.asarray(np.linalg.solve(np.array(mass(*point), float), f), dtype=np.float64)
-
-    return rate
+    rate, none = right_side(plant, fixed=uncertain), np.zeros(0)
+    return lambda x, u: rate(x, u, none)
 
 
 def starts(loop: PlantLoop) -> list[tuple[str, Floats]]:
@@ -121,29 +129,131 @@ def motions(
     *,
     duration: float | None = None,
     errors: Mapping[str, float] | None = None,
+    outside: Outside | None = None,
+    uncertain: Mapping[str, Fraction] | None = None,
 ) -> tuple[PlantMotion, ...]:
     """Return the motions from the given deviations, all over the same time [s].
 
     Parameters
     ----------
     errors : blended actuator -> delta, the relative error of its effect on the plant.
+    outside : disturbances that move, noise, and a law in samples; None for none of them.
+    uncertain : uncertain parameter -> its value in these motions; others have their middle value.
 
     Raises
     ------
-    ModelError : errors of a plant without a blend, or of no blended actuator.
+    ModelError : errors of a plant without a blend, or of no blended actuator; more samples than
+        can be simulated.
     """
-    rate = plant_rate(loop.plant)
-    if errors:
-        from takagi.models.blending.blending import blending_of
-        from takagi.models.blending.run_time import RunTimeBlending
-
-        blending = blending_of(loop.plant)
-        if blending is None:
-            raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-        rate = RunTimeBlending(blending, errors).rate()
-    move = _iterated if loop.discrete else _integrated
     end = horizon(loop) if duration is None else duration
-    return tuple(move(loop, rate, name, np.asarray(x0, float), end) for name, x0 in begin)
+    experiment = experiment_of(loop, outside or Outside(), errors=errors, uncertain=uncertain)
+    found = []
+    for name, deviation in begin:
+        x0 = np.asarray(deviation, float)
+        own = replace(experiment, far=_far(loop, x0))
+        found.append(_motion(loop, name, run(own, x0, end)))
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outside:
+    """What comes to a loop from outside, and how its law runs.
+
+    Attributes
+    ----------
+    moving : the disturbances that move, and ``disturbances`` their deviations, in that order.
+    noise : on the measured states; None for none.
+    program : makes the law in samples of ``sample_time`` [s]; None for continuous time.
+    """
+
+    moving: tuple[Variable, ...] = ()
+    disturbances: Signals | None = None
+    noise: Signals | None = None
+    program: Callable[[], SampledProgram] | None = None
+    sample_time: float | None = None
+
+
+def experiment_of(
+    loop: PlantLoop,
+    outside: Outside,
+    *,
+    errors: Mapping[str, float] | None = None,
+    uncertain: Mapping[str, Fraction] | None = None,
+) -> Experiment:
+    """Return the loop as an experiment, see ``motions``."""
+    if errors:
+        rate = _rate_with_errors(loop.plant, outside.moving, errors)
+    else:
+        rate = right_side(loop.plant, outside.moving, fixed=uncertain)
+    n = len(loop.names)
+    limits = [_ends(v) for v in loop.plant.inputs]
+    if loop.blend is not None:
+        limits += [_ends(a.variable) for a in loop.blend.blending.actuators]
+    return Experiment(
+        rate=rate,
+        commands=_commands(loop, outside.moving),
+        inputs=len(loop.plant.inputs),
+        limits=np.array(limits, dtype=np.float64).reshape(-1, 2),
+        rest=loop.state,
+        far=np.full(n, np.inf),
+        disturbances=outside.disturbances or Signals(0),
+        disturbance_rest=np.array([float(v.rest) for v in outside.moving]),
+        noise=outside.noise or Signals(n),
+        program=outside.program,
+        step=loop.model.sample_time if loop.discrete else outside.sample_time,
+        discrete=loop.discrete,
+    )
+
+
+def _rate_with_errors(
+    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float]
+) -> Rate:
+    from takagi.models.blending.blending import blending_of
+    from takagi.models.blending.run_time import RunTimeBlending
+
+    blending = blending_of(plant)
+    if blending is None:
+        raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
+    return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True)
+
+
+def _commands(loop: PlantLoop, moving: Sequence[Variable]) -> Commands:
+    """Return (x - x*, w) -> the commands of the law; it measures the signals of its premises."""
+    rests = [float(v.rest) for v in moving]
+    places = {v.name: k for k, v in enumerate(loop.plant.disturbances)}
+    labels = [name_of(label) for label in loop.model.disturbances]
+    known = [labels[places[v.name]] if v.schedules else None for v in moving]
+
+    def commands(deviation: Floats, w: Floats) -> Floats:
+        signals = {
+            name: float(value - rest)
+            for name, value, rest in zip(known, w, rests, strict=True)
+            if name is not None
+        }
+        found = loop.command(deviation, signals)
+        if loop.blend is None:
+            return found
+        return np.concatenate([found, loop.blend.commands(loop.state + deviation)])
+
+    return commands
+
+
+def _ends(variable: Variable) -> tuple[float, float]:
+    side = variable.range
+    return (-np.inf, np.inf) if side is None else (float(side.lower), float(side.upper))
+
+
+def uncertain_ends(plant: Plant) -> list[dict[str, Fraction]]:
+    """Return values of the uncertain parameters at the corners of their ranges; [] without any.
+
+    With many parameters: all at their lower, and all at their upper ends.
+    """
+    ends = {v.name: (v.range.lower, v.range.upper) for v in plant.uncertain if v.range is not None}
+    if not ends:
+        return []
+    if 2 ** len(ends) > MOST_ENDS:
+        return [{name: pair[k] for name, pair in ends.items()} for k in (0, 1)]
+    return [dict(zip(ends, corner, strict=True)) for corner in product(*ends.values())]
 
 
 def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
@@ -174,56 +284,27 @@ def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
     return float(motion.time[late[-1] + 1]) if late.size else 0.0
 
 
-def _integrated(
-    loop: PlantLoop, rate: Callable[[Floats, Floats], Floats], name: str, x0: Floats, end: float
-) -> PlantMotion:
-    from scipy.integrate import solve_ivp
-
-    far = _far(loop, x0)
-
-    def slope(_: float, x: Floats) -> Floats:
-        return rate(loop.state + x, loop.command(x))
-
-    def leaves(_: float, x: Floats) -> float:
-        return float(np.min(far - np.abs(x)))
-
-    leaves.terminal = True  # type: ignore[attr-defined]
-    found = solve_ivp(
-        slope, (0.0, end), x0, method="LSODA", rtol=1e-7, atol=1e-9,
-        t_eval=np.linspace(0.0, end, SAMPLES), events=leaves,
-    )  # fmt: skip
-    return _motion(loop, name, found.t, found.y.T, whole=found.status == 0)
-
-
-def _iterated(
-    loop: PlantLoop, rate: Callable[[Floats, Floats], Floats], name: str, x0: Floats, end: float
-) -> PlantMotion:
-    step = loop.model.sample_time or 1.0
-    far = _far(loop, x0)
-    states = [x0]
-    for _ in range(max(int(np.ceil(end / step)), 1)):
-        following = rate(loop.state + states[-1], loop.command(states[-1])) - loop.state
-        if not np.all(np.abs(following) <= far):
-            return _run(loop, name, states, whole=False)
-        states.append(following)
-    return _run(loop, name, states, whole=True)
-
-
-def _run(loop: PlantLoop, name: str, states: list[Floats], *, whole: bool) -> PlantMotion:
-    time = (loop.model.sample_time or 1.0) * np.arange(len(states), dtype=np.float64)
-    return _motion(loop, name, time, np.array(states), whole=whole)
-
-
-def _motion(loop: PlantLoop, name: str, time: Floats, state: Floats, *, whole: bool) -> PlantMotion:
-    commands = np.array([loop.command(x) for x in state]).reshape(len(state), -1)
+def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
+    m, state = len(loop.plant.inputs), found.state
     value = np.zeros(0)
     if loop.bounded:
         P, level = loop.ellipsoid
         value = np.einsum("ki,ij,kj->k", state, P, state) / level
-    acting = np.zeros((0, 2))
-    if loop.blend is not None:
-        acting = np.array([loop.blend.commands(loop.state + x) for x in state])
-    return PlantMotion(name, time, state, commands, value, whole, acting)
+    acting = found.sent[:, m:] if loop.blend is not None else np.zeros((0, 2))
+    return PlantMotion(
+        name,
+        found.time,
+        state,
+        found.sent[:, :m],
+        value,
+        found.ended == WHOLE,
+        acting,
+        disturbance=found.disturbance,
+        wanted=found.wanted[:, :m],
+        cuts=found.cuts,
+        ended=found.ended,
+        missed=found.missed,
+    )
 
 
 def _box(loop: PlantLoop) -> Floats:

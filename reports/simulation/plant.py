@@ -3,44 +3,41 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
+from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.plant.file_units import file_unit
+from takagi.reports.simulation.plant_runs import (
+    SETTLED,
+    PlantSimulation,
+    cuts_by_command,
+    in_proved_set,
+    left_box,
+)
+from takagi.reports.simulation.plant_scenario import (
+    PlantScenario,
+    moving_disturbances,
+    outside,
+    resolved,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.models.plant_simulation.experiment import SampledProgram
+    from takagi.reports.code.controller_program import ControllerProgram
     from takagi.reports.loops.plant_loop import PlantLoop
     from takagi.reports.loops.plant_motion import PlantMotion
 
 Start = tuple[str, Floats]
 # The number of corners of a box doubles with each state.
 MOST_CORNERS = 16
-# A deviation of this share of its start counts as settled.
-SETTLED = 0.02
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PlantSimulation:
-    """Motions of the loop, and the loop itself.  A simulation proves nothing.
-
-    ``scale`` : how far the corners of the box were drawn in, so that they lie in the ellipsoid of
-    the certificate's function; 1 for starts that were given.
-    """
-
-    loop: PlantLoop
-    motions: tuple[PlantMotion, ...]
-    scale: float = 1.0
-
-    @property
-    def all_ended(self) -> bool:
-        """Whether no motion went to infinity."""
-        return all(motion.whole for motion in self.motions)
 
 
 def simulate_plant(
@@ -48,30 +45,103 @@ def simulate_plant(
     *,
     starts: Sequence[Mapping[str, float]] | None = None,
     duration: float | None = None,
+    scenario: PlantScenario | None = None,
+    program: ControllerProgram | None = None,
 ) -> PlantSimulation:
-    """Return the motions of the plant itself under the design's law, disturbances at rest.
+    """Return the motions of the plant itself under the design's law.
+
+    Inputs are cut at the ends of their ranges, as actuators would.
+
+    Each start is run with uncertain parameters in the middle, and again at the ends of their
+    ranges.
 
     Parameters
     ----------
     starts : state -> value in SI, not named ones at rest; None takes the corners of the box, drawn
-        in to the ellipsoid of the certificate's function.
-    duration : in s; None takes some time constants of the slowest pole.
+        in to the ellipsoid of the certificate's function, or rest if something from outside moves.
+    duration : in s; None takes some time constants of the slowest pole, after the last jump.
+    scenario : disturbances, noise and sample time; None for none of them.
+    program : of the gain file, for a law in samples; None takes what the design would write.
 
     Raises
     ------
-    ModelError : a state that the plant does not have, or a duration that is not positive.
+    ModelError : a state or disturbance that the plant does not have, a duration that is not
+        positive or ends before a disturbance begins, or a law in samples where there can be none.
     """
     from takagi.reports.loops.plant_loop import plant_loop
-    from takagi.reports.loops.plant_motion import motions
+    from takagi.reports.loops.plant_motion import horizon, motions, uncertain_ends
 
     if duration is not None and not 0 < duration < np.inf:
         raise ModelError(f"duration = {duration:g} s was given; it must be positive")
     loop = plant_loop(design)
-    if starts is None:
-        begin, scale = corner_starts(loop)
-    else:
+    asked = resolved(scenario or PlantScenario(), loop)
+    if duration is not None:
+        require_begun(asked, duration)
+    run_by = None
+    if asked.sample_time is not None:
+        run_by = _program_law(design, loop, asked, program)
+    comes = outside(asked, loop, run_by)
+    if starts is not None:
         begin, scale = [_start(loop, given) for given in starts], 1.0
-    return PlantSimulation(loop, motions(loop, begin, duration=duration), scale)
+    elif asked.disturbances or asked.noise:
+        begin, scale = [_start(loop, {})], 1.0
+    else:
+        begin, scale = corner_starts(loop)
+    if duration is None:
+        last = max((signal.last for _, signal in asked.disturbances), default=0.0)
+        duration = horizon(loop) + last
+    run = motions(loop, begin, duration=duration, outside=comes)
+    for values in uncertain_ends(design.plant):
+        named = [(f"{words}; {_values(values)}", x) for words, x in begin]
+        run += motions(loop, named, duration=duration, outside=comes, uncertain=values)
+    return PlantSimulation(loop, run, design, scale, asked)
+
+
+def require_begun(scenario: PlantScenario, duration: float) -> None:
+    """Refuse a disturbance that begins after the end of the run [s].
+
+    Raises
+    ------
+    ModelError : there is one; names it.
+    """
+    for name, signal in scenario.disturbances:
+        start = getattr(signal, "start", 0.0)
+        if start >= duration:
+            raise ModelError(
+                f"disturbance {name} begins at {start:g} s, but the run ends at {duration:g} s; "
+                f"let it begin earlier, or give a duration beyond {start:g} s"
+            )
+
+
+def _program_law(
+    design: PlantDesign,
+    loop: PlantLoop,
+    scenario: PlantScenario,
+    program: ControllerProgram | None,
+) -> Callable[[], SampledProgram]:
+    from takagi.reports.code.controller_program import controller_program
+    from takagi.reports.gains_file import dump_gains, plant_gain_file
+    from takagi.reports.loops.program_law import ProgramLaw
+
+    step = scenario.sample_time
+    assert step is not None
+    if loop.discrete:
+        raise ModelError(
+            f"plant {loop.plant.name!r} is in discrete time: its law runs every "
+            f"{loop.model.sample_time:g} s already; leave the sample time out"
+        )
+    if loop.gains is None:
+        raise ModelError(
+            f"plant {loop.plant.name!r} has no inputs, so there is no law to be sampled; leave the "
+            "sample time out"
+        )
+    if program is None:
+        text = dump_gains(plant_gain_file(design))
+        program = controller_program(json.loads(text, parse_float=Decimal, parse_int=Decimal))
+    moving = moving_disturbances(scenario, loop.plant)
+    found = program
+    ProgramLaw(found, loop, moving, step)  # refused here, before the first run
+    return lambda: ProgramLaw(found, loop, moving, step)
 
 
 def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
@@ -95,7 +165,7 @@ def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
     if not corners:
         raise ModelError(
             f"plant {loop.plant.name!r}: no state has a range, so there are no corners to start "
-            "from; give starts"
+            "from; give starts (--start)"
         )
     scale = 1.0
     if loop.bounded:
@@ -106,43 +176,68 @@ def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
 
 
 def simulation_files(found: PlantSimulation) -> dict[str, bytes | str]:
-    """Return relative name -> content: ``responses.csv``, ``simulation.json``, ``figures/``."""
-    from takagi.reports.figures.plant.captioned import captioned_motion_figures
+    """Return relative name -> content: ``responses.csv``, ``simulation.json``, ``summary.md``,
+    ``figures/``.
+    """
+    from takagi.reports.simulation.plant_figures import simulated_csv, simulated_figures
+    from takagi.reports.simulation.plant_words import as_markdown
 
-    drawn = captioned_motion_figures(found.loop, found.motions)
-    files: dict[str, bytes | str] = {
-        "responses.csv": drawn.data["responses.csv"],
+    figures = simulated_figures(found.loop, found.motions, found.scenario)
+    return {
+        "responses.csv": simulated_csv(found.loop, found.motions, found.scenario),
         "simulation.json": json.dumps(simulation_data(found), indent=2) + "\n",
+        "summary.md": as_markdown(found, figures=[f"figures/{name}.svg" for name in figures]),
+        **{f"figures/{name}.svg": file for name, file in figures.items()},
     }
-    for plate in drawn.plates:
-        files[f"figures/{plate.name}.svg"] = plate.file
-    return files
 
 
 def simulation_data(found: PlantSimulation) -> dict[str, Any]:
-    """Return one row per motion as plain data; deviations from rest, SI."""
+    """Return one row per motion as plain data; deviations from rest, SI, unless a key says so."""
     from takagi.reports.loops.plant_motion import settling_time
+    from takagi.reports.simulation.plant_words import notes
 
     loop = found.loop
     return {
         "plant": loop.plant.name,
         "scale": found.scale,
+        "sample_time": found.scenario.sample_time,
         "runs": [
             {
+                "name": motion.name,
                 "start": dict(zip(loop.names, map(float, motion.state[0]), strict=True)),
                 "end": dict(zip(loop.names, map(float, motion.state[-1]), strict=True)),
                 "duration": float(motion.time[-1]),
                 "settled_after": _number(settling_time(motion, SETTLED)),
+                "largest_state": dict(
+                    zip(loop.names, map(float, np.abs(motion.state).max(axis=0)), strict=True)
+                ),
                 "largest_input": {
-                    variable.name: float(np.abs(motion.input[:, k]).max())
+                    variable.name: _finite(np.abs(motion.input[:, k]).max())
+                    for k, variable in enumerate(loop.plant.inputs)
+                },
+                "wanted_input": {
+                    variable.name: _finite(np.abs(motion.wanted[:, k]).max())
                     for k, variable in enumerate(loop.plant.inputs)
                 },
                 **_actuators(loop, motion),
-                "left_the_box": _left(loop, motion),
+                "cut": {
+                    name: {
+                        "seconds": sum(cut.end - cut.begin for cut in cuts),
+                        "spans": [
+                            {"from": c.begin, "to": c.end, "end": "upper" if c.upper else "lower"}
+                            for c in cuts
+                        ],
+                    }
+                    for name, cuts in cuts_by_command(loop, motion).items()
+                },
+                "start_in_proved_set": in_proved_set(loop, motion),
+                "left_the_box": left_box(loop, motion) is not None,
                 "diverged": not motion.whole,
+                "ended": motion.ended,
             }
             for motion in found.motions
         ],
+        "notes": notes(found),
     }
 
 
@@ -160,27 +255,31 @@ def _start(loop: PlantLoop, given: Mapping[str, float]) -> Start:
     for name in given:
         if name not in own:
             raise ModelError(
-                f"start {name}: there is no such state; the plant has {', '.join(own)}"
+                f"start {name}: there is no such state{did_you_mean(name, own)}; the plant has "
+                f"{', '.join(own)}"
             )
     x = np.array([given.get(name, rest) for name, rest in zip(own, loop.state, strict=True)])
     return _words(loop, x - loop.state), x - loop.state
 
 
+def _values(values: Mapping[str, Fraction]) -> str:
+    return ", ".join(f"{name} = {float(value):.4g}" for name, value in values.items())
+
+
 def _words(loop: PlantLoop, deviation: Floats) -> str:
-    parts = zip(loop.names, deviation, strict=True)
-    return ", ".join(f"{name} {value:.3g}" for name, value in parts if value) or "rest"
+    """Return the states off rest with their values themselves, in the units of the file."""
+    parts = []
+    for variable, rest, off in zip(loop.plant.states, loop.state, deviation, strict=True):
+        size, unit = file_unit(variable)
+        if off:
+            behind = "" if unit in ("", "-") else f" {unit}"
+            parts.append(f"{variable.name} {float(rest + off) / size:.4g}{behind}")
+    return ", ".join(parts) or "rest"
 
 
 def _number(value: float) -> float | None:
     return None if np.isnan(value) else value
 
 
-def _left(loop: PlantLoop, motion: PlantMotion) -> bool:
-    for k, label in enumerate(loop.model.states):
-        side = loop.model.box.get(label)
-        if side is not None:
-            low, high = (float(end) for end in side)
-            slack = 1e-9 * (high - low)
-            if np.any((motion.state[:, k] < low - slack) | (motion.state[:, k] > high + slack)):
-                return True
-    return False
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

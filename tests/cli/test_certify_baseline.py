@@ -53,7 +53,7 @@ def test_gains_from_both_sides_of_the_tolerance(cubic: Path, capsys: Capture) ->
     assert certified(cubic, 3.8, "b.json", "--baseline", old) == 1
     told = capsys.readouterr().out
     words = " ".join(told.split())
-    assert "WORSE common quadratic decay of cubic decay rate [1/s] fell from " in words
+    assert "WORSE slower common quadratic decay of cubic decay rate [1/s] fell from " in words
     assert "gains: K of rule 1, u [-] by x [-]: 4.0 -> 3.8" in told
     assert certified(cubic, 3.8, "c.json", "--baseline", old, "--tolerance", "15%") == 0
 
@@ -89,7 +89,7 @@ def test_a_changed_parameter_is_named(cubic: Path, capsys: Capture) -> None:
     assert main(["certify", str(cubic), *options]) == 1
 
     told = capsys.readouterr().out
-    assert "WORSE box of validity" in " ".join(told.split())
+    assert "WORSE narrower box box of validity" in " ".join(told.split())
     assert "model: equation of x: u + x^3 + x -> u + x^3 + 3*x/2" in told
 
 
@@ -131,7 +131,10 @@ def test_compare_two_certificates(cubic: Path, tmp_path: Path, capsys: Capture) 
     assert main(["compare", old, new, "--summary", str(summary)]) == 1
     assert main(["compare", old, new, "--tolerance", "100%"]) == 0
 
-    assert "| WORSE | common quadratic decay of cubic | decay rate [1/s] |" in summary.read_text()
+    assert (
+        "| WORSE | slower | common quadratic decay of cubic | decay rate [1/s] |"
+        in summary.read_text()
+    )
 
 
 def test_compare_two_gain_files(tmp_path: Path, capsys: Capture) -> None:

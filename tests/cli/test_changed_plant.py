@@ -173,3 +173,132 @@ def test_rules_that_leave_out_a_corner_are_refused(gains: Path, tmp_path: Path) 
 
     with pytest.raises(CertificateError, match="not the corners of its 2 premises"):
         check_document(document)
+
+
+def test_what_has_changed_is_said_item_by_item(
+    gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """A range and a rest from the gain file; a parameter and an equation from its certificate."""
+    text = DRAG.replace("[-1, 1]", "[-1.2, 1.2]").replace(
+        "mass = { value = 1,", "mass = { value = 1.1,"
+    )
+    plant, out = tmp_path / "plant.toml", tmp_path / "c.json"
+    plant.write_text(text, encoding="utf-8")
+
+    main(["certify", str(plant), "--gains", str(gains), "--out", str(out)])
+    alone = capsys.readouterr().out
+    assert "changed since the gains were made: angle: range [-1, 1] rad -> [-1.2, 1.2] rad" in alone
+    assert "the certificate of the gains, which is not beside the gain file" in alone
+
+    beside = tmp_path / "gains.json"
+    beside.write_text(gains.read_text("utf-8"), encoding="utf-8")
+    old = gains.with_name("plant.toml")
+    assert (
+        main(
+            [
+                "certify",
+                str(old),
+                "--gains",
+                str(beside),
+                "--out",
+                str(tmp_path / "certificate.json"),
+            ]
+        )
+        == 0
+    )
+    main(["certify", str(plant), "--gains", str(beside), "--out", str(out)])
+    said = capsys.readouterr().out
+    assert "changed since the gains were made: parameters.mass: 1 -> 1.1" in said
+    assert "changed since the gains were made: equation of rate: " in said
+
+
+def test_nothing_is_said_to_have_changed_where_nothing_has(
+    gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """The plant of the gains."""
+    arguments = [str(gains.with_name("plant.toml")), "--gains", str(gains)]
+
+    assert main(["certify", *arguments, "--out", str(tmp_path / "c.json")]) == 0
+    assert "changed since" not in capsys.readouterr().out
+
+
+def test_all_that_does_not_fit_is_listed(gains: Path, tmp_path: Path, capsys: Capture) -> None:
+    """A state of another name, one more state, and an input of another unit, in one message."""
+    text = (
+        PENDULUM.replace("angle = {", "angel = {")
+        .replace('angle = "rate"', 'angel = "rate"\nload = "-load"')
+        .replace("sin(angle)", "sin(angel)")
+        .replace("[inputs]", "load = {}\n\n[inputs]")
+        .replace('unit = "N m" }', 'unit = "N" }')
+    )
+    plant = tmp_path / "plant.toml"
+    plant.write_text(text, encoding="utf-8")
+
+    assert main(["certify", str(plant), "--gains", str(gains), "--out", str(tmp_path / "c")]) == 2
+    said = capsys.readouterr().err
+    for words in (
+        "the gains need the state angle, which the plant does not have (did you mean 'angel'?)",
+        "the plant has the state load, for which there are no gains",
+        "input torque is in N m there and in N here",
+    ):
+        assert words in said
+
+
+def test_the_largest_box_in_which_old_gains_hold_is_found(tmp_path: Path, capsys: Capture) -> None:
+    """(1 + x^2 - k) x with k = 1.5 decays on |x| < sqrt(1/2): 22/32 holds, 23/32 does not."""
+    from tests.cli.cubic import CUBIC
+
+    small, plant = tmp_path / "small.toml", tmp_path / "plant.toml"
+    small.write_text(CUBIC.replace("[-1, 1]", "[-0.5, 0.5]"), encoding="utf-8")
+    plant.write_text(CUBIC, encoding="utf-8")
+    found = design_plant(load_plant(small), files=plant_files(small))
+    assert isinstance(found, PlantDesign)
+    content = plant_gain_file(found)
+    content["law"] |= {"K": [[[1.5]]] * 2}
+    gains = tmp_path / "gains.json"
+    gains.write_text(dump_gains(content), encoding="utf-8")
+
+    assert main(["certify", str(plant), "--gains", str(gains), "--out", str(tmp_path / "c")]) == 1
+    said = capsys.readouterr().out
+    assert "0.688 times as wide about rest: x [-0.6875, 0.6875]" in said
+
+
+def test_gains_that_hold_nowhere_are_said_to(gains: Path, tmp_path: Path, capsys: Capture) -> None:
+    """A hundred times the weight: unstable at rest."""
+    plant = tmp_path / "plant.toml"
+    plant.write_text(PENDULUM.replace("9.81*sin", "981*sin"), encoding="utf-8")
+
+    assert main(["certify", str(plant), "--gains", str(gains), "--out", str(tmp_path / "c")]) == 1
+    said = capsys.readouterr().out
+    assert "these gains do not hold the new plant near its rest; design gains anew" in said
+
+
+def test_a_rate_that_old_gains_do_not_have(gains: Path, tmp_path: Path, capsys: Capture) -> None:
+    """What the plant's file asks for, and what is proved instead, in one sentence."""
+    plant = tmp_path / "plant.toml"
+    plant.write_text(f"{PENDULUM}\n[design]\ndecay_rate = 50\n", encoding="utf-8")
+
+    assert main(["certify", str(plant), "--gains", str(gains), "--out", str(tmp_path / "c")]) == 1
+    said = capsys.readouterr().out
+    assert "the plant's file asks for a decay rate of 50 1/s; with these gains" in said
+    assert "1/s is proved on the whole box: ask for less in [design], or design gains anew" in said
+
+
+def test_a_law_with_weights_of_its_own_keeps_its_limits(tmp_path: Path) -> None:
+    """With a range of the input; this ended in an error, for the search took one gain a rule."""
+    limited = PENDULUM.replace(
+        'torque = { unit = "N m" }', 'torque = { unit = "N m", range = [-40, 40] }'
+    )
+    old, plant = tmp_path / "old.toml", tmp_path / "plant.toml"
+    old.write_text(limited, encoding="utf-8")
+    plant.write_text(limited.replace("torque)/mass", "torque - drag*rate*abs(rate))/mass"), "utf-8")
+    found = design_plant(load_plant(old), files=plant_files(old))
+    assert isinstance(found, PlantDesign)
+    gains = tmp_path / "gains.json"
+    gains.write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+
+    proved = certify_filed(load_plant(plant), gains, files=plant_files(plant))
+
+    assert proved.law is None and proved.proved
+    (claim,) = (c for c in proved.document["claims"] if c["kind"] == "input-limits")
+    assert claim["input_limits"] == [40.0]

@@ -85,7 +85,7 @@ def test_the_table_says_how_the_laws_ran(capsys: Capture) -> None:
     ("options", "words"),
     [
         (["--sample-time", "0"], "sample time 0 s was given; 0.001 to 1 s"),
-        (["--sample-time", "nan"], "sample time nan s"),
+        (["--sample-time", "nan"], "option --sample-time: 'nan' was given"),
         (["--computation-time", "0.03"], "0 up to the sample time"),
         (["--computation-time", "0.0037177"], "a simple fraction of the sample time"),
         (["--law-from", "nowhere.json"], "nowhere.json: cannot be read"),

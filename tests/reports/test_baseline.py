@@ -18,12 +18,18 @@ from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.document import certificate_document
 from takagi.reports.baseline import (
     CertificateComparison,
+    Moved,
     as_data,
     as_markdown,
     as_text,
     compare_certificates,
+    gain_sizes,
+    gain_words,
+    listed_changes,
+    word_of,
 )
-from takagi.reports.baseline.changes import listed_changes
+from takagi.reports.baseline.claim_figures import claim_figures
+from tests.reports.plant_designs import design_of
 
 Data = dict[str, Any]
 HALVES = {"name": "line", "kind": "decay", "P": [[1, 0], [0, 1]]}
@@ -227,17 +233,29 @@ def test_the_three_forms_say_the_same() -> None:
     text, page = (form(found, source="old.json") for form in (as_text, as_markdown))
     data = json.loads(json.dumps(as_data(found), allow_nan=False))
 
-    assert "  WORSE  line  decay rate [1/s]  fell from 0.8 to 0.4  (50 % worse)" in text
-    assert "| WORSE | line | decay rate [1/s] | fell | 0.8 | 0.4 | 50 % worse |" in page
+    assert "  WORSE  slower  line  decay rate [1/s]  fell from 0.8 to 0.4  (50 % worse)" in text
+    assert "| WORSE | slower | line | decay rate [1/s] | fell | 0.8 | 0.4 | 50 % worse |" in page
     assert (data["passes"], data["figures"][0]["change"]) == (False, -0.5)
 
 
 @pytest.mark.parametrize(
     ("old", "new", "row"),
     [
-        (3.01, 3.067, "worse  swing  overshoot [-]  rose from 3.01 to 3.067  (1.9 % worse)"),
-        (3.067, 3.01, "better  swing  overshoot [-]  fell from 3.067 to 3.01  (1.85 % better)"),
-        (3.01, 3.61, "WORSE  swing  overshoot [-]  rose from 3.01 to 3.61  (20 % worse)"),
+        (
+            3.01,
+            3.067,
+            "worse  larger overshoot  swing  overshoot [-]  rose from 3.01 to 3.067  (1.9 % worse)",
+        ),
+        (
+            3.067,
+            3.01,
+            "better  smaller overshoot  swing  overshoot [-]  fell from 3.067 to 3.01  (1.85 % ",
+        ),
+        (
+            3.01,
+            3.61,
+            "WORSE  larger overshoot  swing  overshoot [-]  rose from 3.01 to 3.61  (20 % worse)",
+        ),
         (3.01, 3.0100001, "overshoot [-]  rose from 3.01 to 3.0100001  (3.33e-6 % worse)"),
     ],
 )
@@ -287,3 +305,62 @@ def test_numbers_that_no_float_holds_are_shown() -> None:
 
     assert found.passes
     assert json.loads(json.dumps(as_data(found), allow_nan=False))["figures"][0]["old"] is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "phrase"),
+    [
+        (decay(0.5), decay(0.6), "nothing got worse by more than 5 %; better (faster)"),
+        (decay(0.6), decay(0.5), "1 figure got worse by more than 5 %; worse (slower)"),
+        (decay(0.6), decay(0.6), "nothing got worse by more than 5 %; no figure changed"),
+        (decay(0.6), decay(0.6001), "no figure changed by more than 0.1 %"),
+        (
+            document(HALVES | {"decay_rate": 0.5}, ellipsoid(1)),
+            document(HALVES | {"decay_rate": 0.6}, ellipsoid(0.5)),
+            "partly better (faster), partly worse (smaller set)",
+        ),
+    ],
+)
+def test_the_first_line_is_a_verdict_in_words(old: Data, new: Data, phrase: str) -> None:
+    """Better, worse, both or neither; what rounding explains is no change."""
+    found = against(old, new)
+
+    for told in (as_text(found, source="old.json"), as_markdown(found, source="old.json")):
+        assert phrase in told.splitlines()[0]
+    assert as_data(found)["verdict"] in as_text(found, source="old.json")
+
+
+def test_every_figure_has_a_word_for_both_directions() -> None:
+    """Of a plant with a disturbance, and of a turbine: none is only better or worse."""
+    plant = design_of("quarter_car").document
+    read = read_text(json.dumps(plant), "test")
+    documents = [read, turbine((3, 4, 0.2))[0]]
+    names = {
+        figure.name for data in documents for claim in data["claims"]
+        for figure in claim_figures(claim, data)
+    }  # fmt: skip
+
+    for name in names:
+        for change in (1, -1):
+            moved = Moved("c", name, "", Fraction(1), Fraction(2), Fraction(change), False)
+            assert word_of(moved) not in ("", "better", "worse"), name
+    wanted = ("decay rate", "overshoot", "volume of the set", "gain", "norm", "wind error")
+    assert set(wanted) <= names
+
+
+def test_sizes_of_gains_are_compared_by_input_and_state() -> None:
+    """The largest over the rules; laws of other states have no ratio."""
+    law = {"input_names": ["u [N]"], "state_names": ["x [m]", "v [m/s]"]}
+    old = law | {"K": [[[2.0, -4.0]], [[1.0, 3.0]]]}
+    new = law | {"K": [[[3.0, -2.0]], [[1.0, 1.0]]]}
+
+    sizes = gain_sizes(old, new)
+
+    assert [(one.name, one.old, one.new) for one in sizes] == [
+        ("u [N] by x [m]", 2.0, 3.0),
+        ("u [N] by v [m/s]", 4.0, 2.0),
+    ]
+    assert gain_words(sizes) == "gains from 0.5 to 1.5 times the old ones"
+    assert gain_words(gain_sizes(old, old)) == ""
+    assert gain_sizes(old, new | {"state_names": ["x [m]", "w [m/s]"]}) == ()
+    assert gain_words(gain_sizes(old, law | {"K": [[[4.0, 4.0]]]})) == "larger gains, up to 2 times"

@@ -112,7 +112,7 @@ class _Writing:
                 name, symbol = variable["name"], variable.get("symbol", variable["name"])
                 if not used & {name, symbol} or name in known:
                     continue
-                if key == "inputs" or name in self.errors():
+                if key == "inputs" or name in self.errors() or variable.get("unknown"):
                     self.steps.append(step(symbol, variable["unit"], "0", "not known: at rest"))
                     continue
                 self.reads.append(read(name, variable["unit"], "measured"))

@@ -41,7 +41,7 @@ BY_NAME = {
     "inputs": VARIABLE_KEYS,
     "disturbances": VARIABLE_KEYS,
     "scheduling": VARIABLE_KEYS,
-    "parameters": ("unit", "value"),
+    "parameters": ("unit", "value", "range"),
 }
 NUMBERS = ("value", "values", "range", "rest", "overlap", "rate")
 FORMULAS = ("equations", "mass", "outputs")
@@ -175,8 +175,10 @@ def _of_a_plant(one: Difference) -> bool:
     match one.path:
         case ("sample_time",):
             return True
-        case ("parameters", str()):  # An expression alone, without fields.
+        case ("parameters", str()):  # An expression or a range alone, without fields.
             return one.first is not None and one.second is not None
+        case ("parameters", str(), int()):
+            return True
         case ("inputs", str(), "rest"):
             # Its equilibrium value may differ, if it holds the states at equilibrium.
             return False

@@ -29,6 +29,7 @@ from takagi.certificates.checker.files.model_content import OtherModel, inside_f
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.files.table_file import NEAR, compare_table
 from takagi.certificates.checker.files.toml_file import read_toml
+from takagi.certificates.checker.files.uncertain import uncertain_in
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
@@ -62,17 +63,21 @@ class Comparison:
         self.names: dict[str, int] = {}
         self.derived: dict[str, int] = {}
         self.unsolved: list[str] = []
+        self.uncertain: dict[str, dict[str, Any]] = {}
         self.blend = FileBlend.of(file, model, path)
 
     def whole(self) -> str:
         self.sample_time()
         self.parameters()
         outside = {**self.section("disturbances"), **self.section("scheduling")}
-        outside |= self.blend.errors
+        outside |= self.blend.errors | self.uncertain
         states = {**self.section("states"), **self.blend.states}
         moved = self.variables("states", states, self.plant.states)
         signals = self.blend.without_share(self.plant.disturbances)
         moved += self.variables("disturbances", outside, signals)
+        self.same_names(
+            self.uncertain, [v.name for v in signals if v.unknown], "uncertain parameters"
+        )
         if moved:
             raise self.error(f"{', '.join(moved)} rests elsewhere there")
         inputs = self.blend.without_actuators(self.section("inputs"))
@@ -125,6 +130,8 @@ class Comparison:
             raise self.error(f"{what} are {next(shown)} there, {next(shown)} in the certificate")
 
     def figure(self, value: Any, unit: Any, where: str) -> Fraction:
+        if isinstance(value, Fraction):  # the middle of a range
+            return in_si(value, unit if isinstance(unit, str) else "")
         if isinstance(value, bool) or not isinstance(value, int | Decimal):
             raise self.error(f"{where} is no number there")
         number = Decimal(value)
@@ -149,10 +156,21 @@ class Comparison:
 
     def parameters(self) -> None:
         theirs = self.section("parameters")
+        self.uncertain = uncertain_in(theirs)
+        signals = {v.name: v for v in self.plant.disturbances if v.unknown}
+        graph = self.plant.graph
+        for name in self.uncertain:
+            if name not in signals:
+                raise self.error(f"parameters.{name} has a range there, not in the certificate")
+            symbol = graph.variable(signals[name].symbol)
+            self.derived[name] = graph.add(signals[name].rest, symbol)
+        moving = self.moving(theirs)
         # Parameters added by the blend are in the model's equations, which a claim covers.
         ours = self.blend.without_parameters(self.model.get("parameters", {}))
-        self.same_names(theirs, ours, "parameters")
-        for name in theirs:
+        known = [name for name in theirs if name not in self.uncertain and name not in moving]
+        self.same_names(known, ours, "parameters")
+        self.names |= {name: self.derived[name] for name in moving}
+        for name in known:
             where, ball = f"parameters.{name}", self.plant.balls.get(name)
             node = self.parameter(name, theirs, ())
             equals = None if ball is None else ball.equals
@@ -165,6 +183,14 @@ class Comparison:
                 raise self.error(f"{where} is {shown} there, {stated} in the certificate")
             self.names[name] = node if ball is None else self.plant.graph.variable(name)
 
+    def moving(self, theirs: Mapping[str, Any]) -> list[str]:
+        """Return the parameters of the file that depend on an uncertain one."""
+        if not self.uncertain:
+            return []
+        graph = self.plant.graph
+        found = [name for name in theirs if graph.variables(self.parameter(name, theirs, ()))]
+        return [name for name in found if name not in self.uncertain]
+
     def parameter(self, name: str, theirs: Mapping[str, Any], above: tuple[str, ...]) -> int:
         """Return the node of a parameter of the file: a figure, or an expression of others."""
         where = f"parameters.{name}"
@@ -172,7 +198,7 @@ class Comparison:
             raise self.error(f"{where} depends on itself there, or on too many others")
         if name not in self.derived:
             entry = theirs[name]
-            written = entry if isinstance(entry, str) else _get(entry, "value")
+            written = _get(entry, "value") if isinstance(entry, dict) else entry
             if isinstance(written, str) and not NUMBER.fullmatch(written):
                 for other in sorted(set(NAME.findall(written)) & set(theirs)):
                     self.parameter(other, theirs, (*above, name))

@@ -63,13 +63,7 @@ def disturbance_channels(
     ------
     CertificateError : an unknown disturbance, or a matrix that is missing or does not fit.
     """
-    way, entering_stack = entrance(claim, family, where)
-    whole, F = _with_output(claim, family, entering_stack[0].shape[1], where)
-    if not whole.C:
-        raise CertificateError(f"{where}: the model has no output, and the claim gives none")
-    direct: list[Stack] = [F] if F else []
-    if way == "inputs" and whole.D:
-        direct.append(whole.D)
+    whole, entering_stack, direct = channel_stacks(claim, family, where)
     blends = blends_of(replace(whole, more=(entering_stack, *direct)), claim, where)
     bounded(len(blends), whole.order + entering_stack[0].shape[1])
     for blend in blends:
@@ -92,6 +86,28 @@ def entrance(claim: Any, family: PolytopicLoop, where: str) -> tuple[str, Stack]
     if not stack:
         raise CertificateError(f"{where}.disturbance: the model has no {way}")
     return way, stack
+
+
+def channel_stacks(
+    claim: Any, family: PolytopicLoop, where: str
+) -> tuple[PolytopicLoop, Stack, list[Stack]]:
+    """Return the loop with the claim's output, the matrices of w, and those of w in y.
+
+    For conditions that are polynomials in the weights, and so need the matrices of the rules; the
+    direct ones are added up.
+
+    Raises
+    ------
+    CertificateError : as ``disturbance_channels``.
+    """
+    way, entering = entrance(claim, family, where)
+    whole, F = _with_output(claim, family, entering[0].shape[1], where)
+    if not whole.C:
+        raise CertificateError(f"{where}: the model has no output, and the claim gives none")
+    direct: list[Stack] = [F] if F else []
+    if way == "inputs" and whole.D:
+        direct.append(whole.D)
+    return whole, entering, direct
 
 
 def _with_output(

@@ -31,7 +31,7 @@ from __future__ import annotations
 from fractions import Fraction
 from itertools import product
 from math import factorial
-from typing import Any
+from typing import Any, NamedTuple
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
@@ -97,6 +97,59 @@ def inequalities(
         words = "the inequality at a corner of the rates fails at"
         asked += [(-(fixed + P.derivative(v)), words) for v in corners]
     return [(X.raised(raise_by), words) for X, words in asked], rates
+
+
+class ScheduledFunction(NamedTuple):
+    """P(w) of a claim, its Bernstein coefficients, and how fast the weights may move.
+
+    ``speeds`` are the corners of all speeds; in discrete time there are none, and no ``rates``.
+    """
+
+    P: Polynomial
+    coefficients: list[Matrix]
+    rates: Rates | None
+    speeds: list[Speeds]
+    polya: int
+
+
+def scheduled_function(
+    claim: Any, family: PolytopicLoop, where: str, order: int
+) -> ScheduledFunction:
+    """Return P(w) and the speeds of its weights, for inequalities of the given order.
+
+    Raises
+    ------
+    CertificateError : a polynomial or rates that do not fit, weights that nobody can evaluate, or
+        more than can be checked.
+    """
+    polya = _small(claim, "polya", where)
+    P, coefficients = _scheduled(claim, family, where)
+    refuse_averages(family, "function", where)
+    rates = None if family.is_discrete else _rates(claim, P, where)
+    speeds = [] if rates is None else _corners(rates, where)
+    cut = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
+    terms = exponents(P.sizes, [d + 2 + polya for d in P.degrees])
+    several = len(coefficients) if family.is_discrete else len(speeds)
+    _bounded(cut * len(terms) * several, order, where)
+    return ScheduledFunction(P, coefficients, rates, speeds, polya)
+
+
+def closed_polynomial(
+    family: PolytopicLoop, X: tuple[Matrix, ...], Y: tuple[Matrix, ...], where: str
+) -> Polynomial:
+    """Return X(w) - Y(w) K(w); X(w) where there are no gains or no Y."""
+    first = _stack(family, X)
+    if not family.K or not Y:
+        return first
+    if len(family.K) > 1 and not family.shared_weights:
+        raise CertificateError(f"{where}: a law with weights of its own has no P(h) for both")
+    return first + -(_stack(family, Y) @ _stack(family, family.K))
+
+
+def constant_polynomial(family: PolytopicLoop, X: Matrix) -> Polynomial:
+    """Return the polynomial that is X at every w."""
+    sizes = _sizes(family)
+    return Polynomial(sizes, (0,) * len(sizes), {_flat(sizes): X})
 
 
 def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomial:

@@ -30,19 +30,17 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
-from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import canonical, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.loop.polytopic_loop import closed_by
 from takagi.certificates.checker.plant.blend import Acting, Blend, read_blend, secant
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.known_signals import check_known
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
 from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
-from takagi.certificates.checker.plant.vertices import corners_of
 
 # Bounds that mean "positive" and "finite" for an effectiveness.
 LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
@@ -74,9 +72,8 @@ def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Outcom
     try:
         low, high = _proved(plant, blend)
         if gains is not None:
-            _check_known(plant, blend, gains)
-            if len(read_stack(gains, "K", "gains")) > 1:
-                _check_weights(model, gains)
+            errors = {acting.error.symbol for acting in blend.actuators if acting.error is not None}
+            check_known(plant, plant_loop(model), errors, gains, "an error of an actuator")
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "blend": blend, "low": low, "high": high, "law": gains is not None}
@@ -198,35 +195,3 @@ def _check_own_row(plant: PlantNodes, own: int) -> None:
         for j, node in enumerate(row):
             if own in (i, j) and plant.graph.value(node) != int(i == j):
                 raise Refused("the mass matrix has a part in the effort")
-
-
-def _check_known(plant: PlantNodes, blend: Blend, gains: Any) -> None:
-    """Refuse different gains for rules that differ only in signals that the law does not know."""
-    K = read_stack(gains, "K", "gains")
-    if len(K) == 1:
-        return
-    errors = {acting.error.symbol for acting in blend.actuators if acting.error is not None}
-    known = [
-        k
-        for k, premise in enumerate(plant.premises)
-        if not errors & plant.graph.variables(premise.node)
-    ]
-    corners = list(corners_of(plant.premises))
-    if len(corners) != len(K):
-        raise CertificateError(f"gains.K: {len(corners)} gains are needed")
-    first: dict[tuple[int, ...], int] = {}
-    for i, corner in enumerate(corners):
-        picks = [pick for pick, _ in corner.values()]
-        j = first.setdefault(tuple(picks[k] for k in known), i)
-        # Equal gains are read as equal rows over one denominator.
-        if K[i] != K[j]:
-            raise Refused(
-                f"gains {j + 1} and {i + 1} differ, and the rules differ only in an error of "
-                "an actuator, which the law does not know"
-            )
-
-
-def _check_weights(model: Any, gains: Any) -> None:
-    """Refuse scheduled gains whose weights use other premises than the plant's."""
-    if not closed_by(plant_loop(model), gains, "gains").shared_weights:
-        raise Refused("the law's gains go by other weights than the model's rules")

@@ -37,7 +37,8 @@ class Variable:
     """A state, input or disturbance; ``side`` is the range of its deviation, None if unknown.
 
     ``ball`` is the ball of its rest, None for a decimal.  It is stored here because a parameter may
-    be called ``x_rest`` too: a name does not tell what a ball belongs to.
+    be called ``x_rest`` too: a name does not tell what a ball belongs to.  ``unknown`` : a signal
+    that no law knows, such as an uncertain parameter.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Variable:
     rest: int
     side: tuple[Fraction, Fraction] | None
     ball: Ball | None = None
+    unknown: bool = False
 
     @property
     def label(self) -> str:
@@ -258,7 +260,11 @@ class _Reading:
                 raise CertificateError(f"{where}.range: it must increase and contain the rest")
             # With these deviations the variable keeps its range for every rest in the ball.
             side = (low - own[0], high - own[1])
-        return Variable(name, symbol, text(given, "unit", where), rest, side, ball)
+        unknown = given.get("unknown", False)
+        if unknown not in (True, False) or (unknown and (key != "disturbances" or side is None)):
+            raise CertificateError(f"{where}.unknown: true for a signal with a range, or left out")
+        unit = text(given, "unit", where)
+        return Variable(name, symbol, unit, rest, side, ball, unknown is True)
 
     def rest(
         self, name: str, value: Any, key: str, where: str

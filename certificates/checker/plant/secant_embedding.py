@@ -59,6 +59,8 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
         if any(len(members) > 1 for row in rows for entry in row for members in entry):
             raise CertificateError(f"{where}: an entry has a product of premises")
     off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
+    if any(v.unknown for v in plant.disturbances):
+        raise CertificateError(f"{where}: an uncertain parameter is of a sector embedding")
     try:
         ranges = _proved(plant, entries)
     except Refused as error:

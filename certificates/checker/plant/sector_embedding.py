@@ -18,6 +18,10 @@ their trim, and the entries A(z), B(z), ... of the embedding.  It has five steps
 If the plant has numbers that are not decimals (``balls``), these are proved first.  Step 2 then
 uses f minus its value at rest instead of f; ``balls`` proves that this value is 0.
 
+A signal marked ``unknown`` is an uncertain parameter: steps 1 to 3 hold for every value in its
+range.  Its column of E is 0, and rules that differ only in premises with it have equal gains
+(``known_signals``), so the claims about the loop hold for every value, constant or moving.
+
 Step 1 has one exception: a variable x_j whose range contains 0 and that divides, as in sin(x)/x, or
 a sum of multiples of variables in its place, as in sin(x + y)/(x + y) (``linear_sum``).  Where it
 vanishes, the premise is defined by its limit; step 3 proves that the limit exists (Taylor's
@@ -40,6 +44,7 @@ from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLo
 from takagi.certificates.checker.plant.balls import prove_balls, residuals
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.known_signals import check_known
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, Rows, read_plant
 from takagi.certificates.checker.plant.trim import compared_trim
@@ -137,12 +142,31 @@ def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     entries = multi_affine_entries(plant)
     off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
     try:
+        check_unknown(plant, model, gains)
         ranges = _proved(plant, entries)
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "plant": plant, "off": off}
     said |= {"boxes": ranges.boxes, "removable": ranges.removable}
     return Found(Verdict.PROVED, "embedding", said)
+
+
+def check_unknown(plant: PlantNodes, model: Any, gains: Any) -> None:
+    """Refuse an unknown signal with a column of E that is not 0, and gains that go with one.
+
+    With a column of 0 the rest does not move with the signal, and a claim without disturbance
+    holds for all its values, however it changes.
+    """
+    symbols = set()
+    for column, signal in enumerate(plant.disturbances):
+        if not signal.unknown:
+            continue
+        symbols.add(signal.symbol)
+        if any(plant.graph.value(row[column]) != 0 for row in plant.entries.get("E", [])):
+            raise Refused(f"{signal.name} moves the state as a disturbance does, not in A or B")
+    if symbols and gains is not None:
+        what = "an uncertain parameter"
+        check_known(plant, plant_loop(model), symbols, gains, what)
 
 
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:

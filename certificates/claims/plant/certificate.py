@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.plant.certification import Certificate
@@ -16,6 +18,7 @@ from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.document.provenance import provenance
 from takagi.certificates.requests.all_claims import requests_for
 from takagi.certificates.requests.decay import Decay
+from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.input_limits import InputLimits
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.on_pieces import attempted
@@ -44,12 +47,16 @@ class ClaimRequirements:
     input_limits : (m,) largest deviations from the equilibrium values; None for none.
     region : of the poles; None for none.
     sample_time : T in s of a command that is held; None for none.
+    noise : label of a disturbance -> root of the intensity of the white noise that it is, SI.
+    horizon : T in s within which the probability of leaving a set is to be bounded.
     """
 
     decay_rate: float | None = None
     input_limits: Floats | None = None
     region: EigenvalueRegion | None = None
     sample_time: float | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    horizon: float | None = None
 
 
 def plant_certificate(
@@ -101,7 +108,7 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
     if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
         decay = attempted(Decay(wanted), loop)
     asked = [decay, *(attempted(request, loop) for request in _demanded(loop, demands))]
-    asked += _sampled(loop, demands.sample_time)
+    asked += [*_sampled(loop, demands.sample_time), *_under_noise(loop, demands)]
     if not decay.proved:
         return asked, ["without decay nothing else was tried"]
     if len(loop.family.groups()) > MOST_BLENDS:
@@ -135,6 +142,30 @@ def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
         largest = SampledLoop(below=step).attempt(loop)
         if largest.proved:
             yield largest
+
+
+def _under_noise(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Attempt]:
+    """Yield the claim under white noise, the other disturbances in their ranges or else at rest."""
+    if demands.horizon is None:
+        return
+    names, box = loop.family.disturbances, loop.family.other_box or {}
+    for name in demands.noise:
+        if name in box:
+            raise ModelError(
+                f"noise: {name} has a range, and white noise has none; remove the range, or the "
+                "premises that depend on it"
+            )
+    noise = [demands.noise.get(name, 0.0) for name in names]
+    held = [float(min(-box[k][0], box[k][1])) if k in box else 0.0 for k in names]
+    # A signal that only schedules pushes no state.
+    bounds = np.where(loop.model.E.any(axis=(0, 1)), held, 0.0).tolist()
+    first = ExitProbability(noise, demands.horizon, disturbance="disturbances")
+    if any(bounds):
+        found = attempted(replace(first, disturbance_bounds=bounds), loop)
+        if found.proved:
+            yield found
+            return
+    yield attempted(first, loop)
 
 
 def _demanded(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Request]:

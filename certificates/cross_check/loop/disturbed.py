@@ -66,7 +66,8 @@ class DisturbanceChannel:
     D: fmpq_mat
 
 
-def _entering(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
+def way_into(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
+    """Return the claim's name of the disturbance, and its matrices: E, or B."""
     way = entry(claim, "disturbance")
     found: Stack = ()
     if isinstance(way, str):
@@ -76,9 +77,9 @@ def _entering(claim: Any, loop: VertexLoop) -> tuple[str, Stack]:
     return str(way), found
 
 
-def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
-    """Yield the channel from w to y at each mixture; y is the claim's, else the model's."""
-    way, E = _entering(claim, loop)
+def channel_of(claim: Any, loop: VertexLoop) -> tuple[VertexLoop, Stack, list[Stack]]:
+    """Return the loop with the claim's output y, the matrices of w, and those of w in y."""
+    way, E = way_into(claim, loop)
     F: Stack = ()
     if "output" in claim:
         given = entry(claim, "output")
@@ -97,7 +98,12 @@ def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
         loop = replace(loop, C=C, D=D)
     if not loop.C:
         raise Refusal("there is no output")
-    direct = [stack for stack in (F, loop.D if way == "inputs" else ()) if stack]
+    return loop, E, [stack for stack in (F, loop.D if way == "inputs" else ()) if stack]
+
+
+def _ways(claim: Any, loop: VertexLoop) -> Iterator[DisturbanceChannel]:
+    """Yield the channel from w to y at each mixture; y is the claim's, else the model's."""
+    loop, E, direct = channel_of(claim, loop)
     for mixture in mixtures(claim, replace(loop, beside=(E, *direct))):
         entering, *rest = (mixture.of(one) for one in mixture.loop.beside)
         through = zeros(loop.C[0].nrows(), E[0].ncols())
@@ -195,7 +201,7 @@ def kept_set(claim: Any, loop: VertexLoop) -> Kept:
         raise Refusal("level and multiplier: positive, the second at most 1 in discrete time")
     if "disturbance" not in claim:
         return Kept(P, c, s, "", (), [], False, claim)
-    way, E = _entering(claim, loop)
+    way, E = way_into(claim, loop)
     ball = "disturbance_norm" in claim
     if ball:
         b = [rational(claim, "disturbance_norm")]
@@ -225,13 +231,18 @@ def stays(kept: Kept, loop: VertexLoop) -> Obligations:
             left = negative(change(loop, kept.P, mixture.A, E) + top)
             yield Definite(f"invariance at {mixture.label}", left, strict=False)
     pushes = kept.by_entry
+    yield from disturbances_in_box(loop, kept.way, pushes)
+    yield from within_box(loop, kept.P, kept.c, pushes if kept.way == "inputs" else None)
+
+
+def disturbances_in_box(loop: VertexLoop, way: str, pushes: list[fmpq]) -> Obligations:
+    """The model's disturbances are in their ranges: bounded by the claim, or 0."""
     for name, side in loop.other_sides.items():
-        if kept.way == "disturbances" and _pushes(loop, name):
+        if way == "disturbances" and _pushes(loop, name):
             fits = pushes[loop.pushes.index(name)] <= _reach_of(side)
             yield Fact("the disturbance stays in the box", fits)
-        elif kept.way != "disturbances" and _pushes(loop, name):
+        elif way != "disturbances" and _pushes(loop, name):
             yield Fact("no disturbance stays in the box", _reach_of(side) >= 0)
-    yield from within_box(loop, kept.P, kept.c, pushes if kept.way == "inputs" else None)
 
 
 def _loads(kept: Kept) -> Iterator[fmpq_mat]:

@@ -151,14 +151,16 @@ def _multiplied(whole: dict[Exponent, fmpq], form: list[tuple[int, fmpq]]) -> di
     return found
 
 
-def _times(left: Terms, right: Terms) -> Terms:
+def times(left: Terms, right: Terms) -> Terms:
+    """Return the product of two polynomials."""
     found: Terms = {}
     for (a, X), (b, Y) in product(left.items(), right.items()):
         _put(found, tuple(map(sum, zip(a, b, strict=True))), X * Y)
     return found
 
 
-def _each(terms: Terms, factor: fmpq | int) -> Terms:
+def each(terms: Terms, factor: fmpq | int) -> Terms:
+    """Return a number times a polynomial."""
     return {a: scaled(factor, X) for a, X in terms.items()}
 
 
@@ -169,37 +171,37 @@ def fuzzy_decay(claim: Any, loop: VertexLoop) -> Obligations:
     if not 0 <= polya <= HIGHEST:
         raise Refusal(f"polya: 0 to {HIGHEST} is needed")
     yield Fact("the rate is not negative", a >= 0)
-    P, coefficients = _function(claim, loop, where)
+    P, coefficients = function_of(claim, loop, where)
     if loop.averages and loop.rules > 1 and any(where.degrees(P)):
         raise Refusal("P depends on weights that are averages over a segment")
     if len(loop.K) > 1 and not loop.together:
         raise Refusal("a law with weights of its own")
-    cut = _pieces(claim, loop, where)
+    cut = pieces_of(claim, loop, where)
 
     def positive(terms: Terms, label: str, size: int) -> Obligations:
         for k, ends in enumerate(cut, 1):
             own = terms if ends is None else where.over(terms, ends)
             said = label if ends is None else f"piece {k}, {label}"
-            yield from where.positive(_more(where, own, polya), said, size)
+            yield from where.positive(with_polya(where, own, polya), said, size)
 
     yield from positive(P, "P", loop.n)
     G = where.stack(loop.A)
     if loop.K:
-        G = where.total(G, _each(_times(where.stack(loop.B), where.stack(loop.K)), -1))
+        G = where.total(G, each(times(where.stack(loop.B), where.stack(loop.K)), -1))
     rate = rate_of(loop, a)
     if loop.step is not None:
         for k, Pb in enumerate(coefficients):
             yield from positive(_jump(where, P, G, Pb, rate), f"next sample {k + 1}", 2 * loop.n)
         return
-    PG = _times(P, G)
-    still = where.total(PG, {b: transposed(X) for b, X in PG.items()}, _each(P, rate))
-    for k, speeds in enumerate(_speeds(claim, where, P)):
-        moved = _along(where, P, speeds, loop.n)
-        left = _each(where.total(still, moved) if moved else still, -1)
+    PG = times(P, G)
+    still = where.total(PG, {b: transposed(X) for b, X in PG.items()}, each(P, rate))
+    for k, speeds in enumerate(speeds_of(claim, where, P)):
+        moved = along(where, P, speeds, loop.n)
+        left = each(where.total(still, moved) if moved else still, -1)
         yield from positive(left, f"corner {k + 1}", loop.n)
 
 
-def _pieces(claim: Any, loop: VertexLoop, where: Simplexes) -> list[Ends | None]:
+def pieces_of(claim: Any, loop: VertexLoop, where: Simplexes) -> list[Ends | None]:
     """Return the corners of each piece; None for the whole."""
     if "halvings" not in claim:
         return [None]
@@ -208,11 +210,12 @@ def _pieces(claim: Any, loop: VertexLoop, where: Simplexes) -> list[Ends | None]
     return list(leaves(claim, where.sizes))
 
 
-def _more(where: Simplexes, terms: Terms, polya: int) -> Terms:
+def with_polya(where: Simplexes, terms: Terms, polya: int) -> Terms:
+    """Return the polynomial in degrees that are higher by polya."""
     return where.raised(terms, [d + polya for d in where.degrees(terms)])
 
 
-def _function(claim: Any, loop: VertexLoop, where: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
+def function_of(claim: Any, loop: VertexLoop, where: Simplexes) -> tuple[Terms, list[fmpq_mat]]:
     """Return P(w), and the list of its P_b."""
     given = rationals(claim, "degrees", len(where.sizes))
     if any(d.q != 1 or not 0 <= d <= HIGHEST for d in given):
@@ -249,7 +252,7 @@ def _jump(where: Simplexes, P: Terms, G: Terms, Pb: fmpq_mat, rate: fmpq) -> Ter
     )
 
 
-def _speeds(claim: Any, where: Simplexes, P: Terms) -> Iterator[list[fmpq]]:
+def speeds_of(claim: Any, where: Simplexes, P: Terms) -> Iterator[list[fmpq]]:
     """Yield the corners of all rates as one flat list; 0 where P does not depend on a simplex."""
     listed = entry(claim, "rates")
     if not isinstance(listed, list) or len(listed) != len(where.sizes):
@@ -282,7 +285,7 @@ def _corners(bounds: list[fmpq]) -> Iterator[list[fmpq]]:
                 yield found
 
 
-def _along(where: Simplexes, P: Terms, speeds: list[fmpq], n: int) -> Terms:
+def along(where: Simplexes, P: Terms, speeds: list[fmpq], n: int) -> Terms:
     """Return sum v_kc dP/dw_kc, in the degrees of P; empty where it is zero."""
     found: Terms = {}
     degrees = where.degrees(P)

@@ -16,7 +16,6 @@ As psi is convex, F lies between its values at the ends of U's range.  The condi
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any, NamedTuple
 
 from flint import fmpq
@@ -27,7 +26,6 @@ from takagi.certificates.cross_check.kernel.reading import (
     Refusal,
     entry,
     line,
-    stack,
     whole,
 )
 from takagi.certificates.cross_check.plant.algebra import Algebra
@@ -44,6 +42,7 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 from takagi.certificates.cross_check.plant.interval import Interval
+from takagi.certificates.cross_check.plant.known import goes_with_known
 from takagi.certificates.cross_check.plant.model_loop import read_loop
 from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, read_plant
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_secant
@@ -108,7 +107,8 @@ def effort_blend_obligations(model: Any, gains: Any) -> Obligations:
         yield Fact("an equation with both actuators", True)
     yield Fact("the effort is by itself in the mass matrix", _alone(plant, alone))
     if gains is not None:
-        yield Fact("gains go with what is known", _known(plant, sides, gains))
+        hidden = {one.error.symbol for one in sides if one.error is not None}
+        yield Fact("gains go with what is known", goes_with_known(plant, hidden, gains))
         loop = read_loop(model, gains)
         yield Fact("gains go with the model's weights", len(loop.K) == 1 or loop.together)
 
@@ -218,22 +218,6 @@ def _alone(plant: TreePlant, own: int) -> bool:
         for j, one in enumerate(row)
         if own in (i, j)
     )
-
-
-def _known(plant: TreePlant, sides: list[_Side], gains: Any) -> bool:
-    """Return whether rules that differ only in premises with an error have equal gains."""
-    K = stack(gains, "K")
-    if len(K) == 1:
-        return True
-    hidden = {one.error.symbol for one in sides if one.error is not None}
-    seen = [not hidden & set(names_in(p.tree)) for p in plant.premises]
-    corners = product(*(range(1 + (p.lower < p.upper)) for p in plant.premises))
-    first: dict[tuple[int, ...], Any] = {}
-    for corner, gain in zip(corners, K, strict=True):
-        key = tuple(c for c, known in zip(corner, seen, strict=True) if known)
-        if first.setdefault(key, gain) != gain:
-            return False
-    return True
 
 
 def _rational(value: Any) -> fmpq:

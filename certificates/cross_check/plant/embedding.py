@@ -1,6 +1,7 @@
 r"""``sector-embedding``: on its box the plant is the blend of its vertices.
 
 1. Equations, outputs and mass matrix are defined everywhere on the box; det M is not 0.
+   A signal marked ``unknown`` has a column of 0 in E, and no gain goes with it.
 2. M(x) (A(z(x)) dx + B(z(x)) du + E(z(x)) dw) = f, and C dx + D du = y - y at rest, by algebra.
 3. Every premise keeps its bounds, by bisection of ranges with rational ends.
 4. Each entry has at most degree one in each premise (``plant``).
@@ -19,6 +20,7 @@ from flint import fmpq
 
 from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, entry, rationals
+from takagi.certificates.cross_check.loop.loop import close
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.expression import (
     Tree,
@@ -28,8 +30,10 @@ from takagi.certificates.cross_check.plant.expression import (
     plus,
     put,
     times,
+    value_of,
 )
 from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
+from takagi.certificates.cross_check.plant.known import goes_with_known
 from takagi.certificates.cross_check.plant.plant import (
     TreePlant,
     Variable,
@@ -57,6 +61,7 @@ def embedded(model: Any, gains: Any) -> Obligations:
         raise Refusal(f"embedding.form is {plant.form!a}, not 'sector'")
     if gains is not None:
         yield from trim_fits(plant, gains)
+    yield from _unknown_to_the_law(model, plant, gains)
     differences = _differences(plant)
     at_zero = {v.symbol: number(0) for v in plant.variables}
     algebra = Algebra([
@@ -75,6 +80,23 @@ def embedded(model: Any, gains: Any) -> Obligations:
     for label, tree in differences:
         yield Fact(label, identical(algebra, tree, box, label))
     yield from within(plant, search)
+
+
+def _unknown_to_the_law(model: Any, plant: TreePlant, gains: Any) -> Obligations:
+    """Yield that unknown signals stand in coefficients alone, and that no gain goes with one."""
+    hidden = [v for v in plant.pushes if v.unknown]
+    if not hidden:
+        return
+    columns = [plant.pushes.index(v) for v in hidden]
+    rows = plant.entries.get("E", [])
+    still = all(value_of(row[k]) == 0 for row in rows for k in columns)
+    yield Fact("unknown signals do not push the state", still)
+    if gains is None:
+        return
+    free = goes_with_known(plant, {v.symbol for v in hidden}, gains)
+    yield Fact("no gain goes with an unknown signal", free)
+    loop = close(plant_loop(model), gains)
+    yield Fact("gains go by the weights of the model", len(loop.K) == 1 or loop.together)
 
 
 def within(plant: TreePlant, search: Search) -> Obligations:

@@ -45,7 +45,8 @@ FUNCTIONS = set(
 class Variable:
     """A state, input or disturbance.
 
-    ``symbol`` names its deviation from ``rest``; ``side`` is the range of the deviation.
+    ``symbol`` names its deviation from ``rest``; ``side`` is the range of the deviation.  A law
+    does not know a signal that is ``unknown``.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Variable:
     unit: str
     rest: Tree
     side: Side | None
+    unknown: bool = False
 
     @property
     def label(self) -> str:
@@ -124,6 +126,8 @@ def read_plant(model: Any) -> TreePlant:
             raise Refusal(f"{key}: a list is needed")
         groups.append([_variable(one, taken, meaning, balls) for one in listed])
     states, inputs, pushes = groups
+    if any(v.unknown for v in [*states, *inputs]):
+        raise Refusal("unknown: a state or an input is not")
     count = len(states) + len(inputs) + len(pushes)
     if not states or count > MOST_VARIABLES:
         raise Refusal(f"1 to {MOST_VARIABLES} variables are needed")
@@ -266,7 +270,10 @@ def _variable(given: Any, taken: set[str], meaning: dict[str, Tree], balls: list
             raise Refusal("range: it must increase, and contain the rest")
         # These deviations keep the variable in its range for every rest in the interval.
         side = (low - lies[0], high - lies[1])
-    return Variable(name, symbol, line(given, "unit"), rest, side)
+    hidden = given.get("unknown", False)
+    if not isinstance(hidden, bool) or (hidden and side is None):
+        raise Refusal("unknown: true or false, and true only with a range")
+    return Variable(name, symbol, line(given, "unit"), rest, side, hidden)
 
 
 def plant_loop(model: Any) -> VertexLoop:

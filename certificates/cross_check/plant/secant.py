@@ -45,6 +45,8 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
     require_decimals(plant)
     if plant.form != "secant":
         raise Refusal(f"embedding.form is {plant.form!a}, not 'secant'")
+    if any(v.unknown for v in plant.pushes):
+        raise Refusal("unknown signals are of a sector embedding")
     if plant.mass is not None:
         raise Refusal("secants are of x' = f, without a mass matrix")
     if gains is not None:

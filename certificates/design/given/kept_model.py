@@ -24,6 +24,7 @@ import numpy as np
 from takagi.certificates.checker.kernel.reader import digest, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.controller.content import plain
+from takagi.certificates.design.given.changed_plant import misfits
 from takagi.certificates.design.given.plant_gains import read_gains, read_plant_law
 from takagi.certificates.document.certificate_file import as_read, content_of, files_sha256
 from takagi.models.arrays import Floats
@@ -157,10 +158,18 @@ def _own_weights(
     r, n, m = model.B.shape
     K = np.array(law["K"], dtype=np.float64)
     data = plant_and_claim(model)[0]
-    if data is None or K.ndim != 3 or K.shape[1:] != (m, n) or "blending" in law:
+    if data is None or "blending" in law:
         raise first
     wanted = plain(pdc_law_data(model, np.zeros((m, n))) | law_members(data))
+    apart = misfits(law, wanted)
+    if apart:
+        raise CertificateError(
+            f"{path}: law.{_first_apart(law, wanted)} is not the model's, so the law cannot be run "
+            f"on this plant: {'; '.join(apart)}"
+        )
     if any(not _same(law.get(key), wanted.get(key)) for key in SHARED):
+        raise first
+    if K.ndim != 3 or K.shape[1:] != (m, n):
         raise first
     notes = (
         "gains were given",
@@ -185,6 +194,10 @@ def _is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
         # Older gain files have a digest that includes the bytes of the model's files.
         members.append({"files_sha256": files_sha256(files)})
     return any(stated == digest(as_read({**data, **more})) for more in members)
+
+
+def _first_apart(law: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    return next((key for key in SHARED if not _same(law.get(key), wanted.get(key))), SHARED[0])
 
 
 def _same(first: Any, second: Any) -> bool:

@@ -101,6 +101,10 @@ def _in_share(expression: sp.Expr) -> bool:
     return any(str(symbol) in (SHARE, f"delta_{SHARE}") for symbol in expression.free_symbols)
 
 
+def _unknown(model: TSModel) -> str:
+    return "uncertain parameters" if blend_of(model) is None else "the errors of the actuators"
+
+
 def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple[str, ...]]:
     """Return the settings, with one gain for all rules where a premise is not known to the law.
 
@@ -108,12 +112,27 @@ def one_gain(model: TSModel, asked: PlantSettings) -> tuple[PlantSettings, tuple
     ------
     ModelError : another relaxation was asked for.
     """
-    if not any(unknown_premises(model)):
+    if any(unknown_premises(model)):
+        cause = f"{_unknown(model)} are not known to a law"
+        note = f"{_unknown(model)} are not measured: one gain for all rules"
+    elif commanded := _commanded_premises(model):
+        cause = f"{', '.join(commanded)} depends on an input, which the law knows only afterwards"
+        note = f"{cause}: one gain for all rules"
+    else:
         return asked, ()
     if asked.relaxation not in (None, ONE_GAIN):
         raise ModelError(
-            f"relaxation {asked.relaxation!r} makes a gain for each rule, but the errors of the "
-            f"blended actuators are not known to a law; leave it out, or give {ONE_GAIN!r}"
+            f"relaxation {asked.relaxation!r} makes a gain for each rule, but {cause}; leave it "
+            f"out, or give {ONE_GAIN!r}"
         )
-    note = "the errors of the actuators are not measured: one gain for all rules"
     return replace(asked, relaxation=ONE_GAIN), (note,)
+
+
+def _commanded_premises(model: TSModel) -> list[str]:
+    """Return the names of the premises that depend on an input."""
+    form = None if model.derivation is None else model.derivation.form
+    if form is None:
+        return []
+    inputs = set(form.problem.equations.inputs)
+    premises = form.factored.premises.items()
+    return [symbol.name for symbol, e in premises if inputs & e.free_symbols]

@@ -29,6 +29,7 @@ from takagi.certificates.design.plant.many_rules import (
     BUDGET,
     gain_choice,
     gains_of_few_premises,
+    gains_of_known_premises,
     shortened_gains,
 )
 from takagi.certificates.design.plant.result import PlantDesign
@@ -99,6 +100,12 @@ def design_plant(
         with clock("gains over few premises"):
             few = gains_of_few_premises(plant, model, asked, budget)
         again = None if few is None else _rounded(work, few)
+        if again is not None and again.proved:
+            return again
+    if made is None or not made.proved:
+        with clock("gains by known premises"):
+            known = gains_of_known_premises(plant, model, asked)
+        again = None if known is None else _rounded(work, known)
         if again is not None and again.proved:
             return again
     if made is not None:

@@ -111,6 +111,8 @@ def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Claim
         input_limits=np.array([limits[v.name] for v in plant.inputs]) if limits else None,
         region=_region(model, asked),
         sample_time=asked.sample_time,
+        noise={v.label: asked.noise[v.name] for v in plant.disturbances if v.name in asked.noise},
+        horizon=asked.horizon,
     )
 
 
@@ -180,7 +182,9 @@ def _question(plant: Plant, model: TSModel, asked: PlantSettings) -> _Question:
     from takagi.lmi import attraction_pdc, pdc
 
     asked.require_names(
-        states=tuple(v.name for v in plant.states), inputs=tuple(v.name for v in plant.inputs)
+        states=tuple(v.name for v in plant.states),
+        inputs=tuple(v.name for v in plant.inputs),
+        disturbances=tuple(v.name for v in plant.disturbances),
     )
     asked, told = one_gain(model, asked)
     limits = input_limits(plant, model, asked)

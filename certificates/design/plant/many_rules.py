@@ -18,6 +18,7 @@ import numpy as np
 from takagi.certificates.design.plant.blend_regions import ONE_GAIN, expanded
 from takagi.certificates.design.plant.gains import FoundGains, find_gains
 from takagi.certificates.design.plant.work_estimate import WorkEstimate, effects, work_of
+from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.arrays import Indices
 from takagi.models.ts.model import TSModel
 
@@ -29,6 +30,7 @@ BUDGET = 120.0  # s
 # Work that is announced although nothing is changed because of it.
 LONG = 20.0  # s
 SHOWN = 3  # premises in the announcement
+READABLE = 60  # characters of a premise's expression that are shown whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +106,29 @@ def gains_of_few_premises(
     return replace(found, design=expanded(found.design, rules), notes=(note, *found.notes))
 
 
+def gains_of_known_premises(
+    plant: Plant, model: TSModel, asked: PlantSettings
+) -> FoundGains | None:
+    """Return gains that depend on the premises without uncertain parameters.
+
+    They are sought with the other premises in the middle of their ranges.  None where no premise is
+    uncertain or known, or where the smaller model has no gains.
+    """
+    unknown = unknown_premises(model)
+    kept = [k for k, hidden in enumerate(unknown) if not hidden]
+    if not any(unknown) or not kept or plant.blending is not None or asked.relaxation is not None:
+        return None
+    smaller, rules = model_of_premises(model, kept)
+    found = find_gains(plant, smaller, asked)
+    if not found.design.found:
+        return None
+    note = (
+        "gains that depend on the premises without uncertain parameters, sought with the others in "
+        f"the middle of their ranges and proved with all {len(model.A)} rules"
+    )
+    return replace(found, design=expanded(found.design, rules), notes=(note, *found.notes))
+
+
 def model_of_premises(model: TSModel, kept: list[int]) -> tuple[TSModel, Indices]:
     """Return the model with the other premises at mid-range, and each rule's place in it."""
     places: dict[tuple[int, ...], list[int]] = {}
@@ -133,7 +158,7 @@ def _head(model: TSModel) -> str:
     """Return rules and the premises of most effect, with ranges and units."""
     ranked = np.argsort(-effects(model), kind="stable")[:SHOWN]
     ranges = [
-        f"{p.name} = {_formula(model, k)} in [{float(p.lower):.4g}, {float(p.upper):.4g}]"
+        f"{p.name}{_formula(model, k)} in [{float(p.lower):.4g}, {float(p.upper):.4g}]"
         + (f" {p.unit}" if p.unit != "-" else "")
         for k, p in ((int(k), model.premises[int(k)]) for k in ranked)
     ]
@@ -142,8 +167,15 @@ def _head(model: TSModel) -> str:
 
 
 def _formula(model: TSModel, premise: int) -> str:
+    """Return " = " and the premise's expression; of a long one the variables that it depends on."""
     form = None if model.derivation is None else model.derivation.form
-    return "?" if form is None else str(list(form.factored.premises.values())[premise])
+    if form is None:
+        return ""
+    expression = list(form.factored.premises.values())[premise]
+    shown = str(expression)
+    if len(shown) <= READABLE:
+        return f" = {shown}"
+    return f", which depends on {', '.join(sorted(map(str, expression.free_symbols)))},"
 
 
 def _less(model: TSModel, asked: PlantSettings, each: WorkEstimate, single: WorkEstimate) -> str:

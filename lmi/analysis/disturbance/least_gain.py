@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
 from takagi.lmi.analysis.disturbance.channel import ChannelUnits, DisturbanceChannel, near_least
 from takagi.lmi.analysis.slow_modes import slow_vertex
-from takagi.lmi.answer import Answer, Try
+from takagi.lmi.answer import Answer, ObjectiveUnit, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.diagnosis import binding_items
@@ -104,10 +104,19 @@ def _attempt(
         status="candidate" if good else outcome.status,
         P=P if good else None,
         gain=gain if good else None,
+        objective_unit=_unit(units, noise=noise),
         feasible={} if good else outcome.feasible,
         diagnosis=why,
     )
     return answer, bool(sure)
+
+
+def _unit(units: ChannelUnits, *, noise: bool) -> ObjectiveUnit:
+    """Return what the objective means; under white noise it is a variance, per unit of time."""
+    factor = units.output / units.disturbance
+    if noise:
+        return ObjectiveUnit("gain", factor * float(np.sqrt(units.rate)), power=2)
+    return ObjectiveUnit("gain", factor)
 
 
 def _gain_of(

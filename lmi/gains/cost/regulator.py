@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import near_least
-from takagi.lmi.answer import Design, Status
+from takagi.lmi.answer import Design, ObjectiveUnit, Status
 from takagi.lmi.argument_checks import input_stack, sample_time_of, symmetric, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import motion, state_units
@@ -235,9 +235,14 @@ def _without_gains(plain: Design) -> Design:
     return replace(plain, answer=answer)
 
 
+def _unit_of_cost(task: _Task, units: _CostUnits) -> float:
+    """Return the cost that an objective of 1 stands for."""
+    return float(np.linalg.norm(np.linalg.solve(units.states, task.factor), 2)) ** 2
+
+
 def _unsettled(outcome: Outcome, task: _Task, units: _CostUnits) -> str:
     """Return why there is no least cost; the objective is the cost for deviations of norm 1."""
-    size = float(np.linalg.norm(np.linalg.solve(units.states, task.factor), 2)) ** 2
+    size = _unit_of_cost(task, units)
     said = not_least(size * outcome.objective, size * outcome.least)
     return f"gains exist, but {said}; {UNSETTLED}"
 
@@ -259,6 +264,7 @@ def _cost_design(
         status=status,
         P=P,
         feasible=outcome.feasible,
+        objective_unit=ObjectiveUnit("cost", _unit_of_cost(task, units)),
         diagnosis="" if P is not None else _unsettled(outcome, task, units),
     )
     return Design(

@@ -77,6 +77,7 @@ def relaxation_ladder(
     relaxations: Sequence[str] | None = None,
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
+    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     scales: ArrayLike | None = None,
@@ -108,11 +109,12 @@ def relaxation_ladder(
     ------
     ModelError : as ``pdc``; no relaxations, or one twice.
     """
-    names = None if relaxations is None else _checked(relaxations)
+    names = None if relaxations is None else checked_names(relaxations)
     goal = goal_of(decay_rate)
     given = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
+        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         scales=scales,
@@ -131,7 +133,13 @@ def relaxation_ladder(
     return Ladder(tuple(done.rungs), done.best)
 
 
-def _checked(relaxations: Sequence[str]) -> tuple[str, ...]:
+def checked_names(relaxations: Sequence[str]) -> tuple[str, ...]:
+    """Return the relaxations that were named.
+
+    Raises
+    ------
+    ModelError : none, an unknown one, or one twice.
+    """
     names = (relaxations,) if isinstance(relaxations, str) else tuple(relaxations)
     if not names:
         raise ModelError("relaxations is empty; name at least one, or leave it out")

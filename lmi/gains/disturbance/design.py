@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.channel import near_least
-from takagi.lmi.answer import Answer, Design, Try
+from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import optimise
@@ -230,6 +230,7 @@ def _design(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Desig
         P=meaning.size(units) * found.P if good else None,
         margin=held,
         gain=meaning.gain(units, outcome.objective) if good else None,
+        objective_unit=ObjectiveUnit.of("gain", lambda value: meaning.gain(units, value)),
         diagnosis="" if good else ROUNDED,
     )
     return Design(

@@ -51,6 +51,7 @@ def peak_pdc(
     disturbance_peak: float = 1.0,
     input_limit: ArrayLike | None = None,
     initial_box: ArrayLike | None = None,
+    initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
     tolerance: float = 1e-6,
@@ -71,8 +72,8 @@ def peak_pdc(
         that no rate was found the status is "unknown".
     disturbance_peak : the |w| for which the limits below must hold; it does not change gamma
         where there are none.
-    input_limit, initial_box, state_box : as for ``pdc``, on x' P x <= 1, which no state leaves for
-        |w| <= disturbance_peak.
+    input_limit, initial_box, initial_ball, state_box : as for ``pdc``, on x' P x <= 1, which no
+        state leaves for |w| <= disturbance_peak.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
     tolerance : how far above the least gamma of its alpha the gains may be, relative; see
         ``hinf_pdc``.
@@ -101,6 +102,7 @@ def peak_pdc(
     given = GivenLimits(
         input_limit=input_limit,
         initial_box=initial_box,
+        initial_ball=initial_ball,
         state_box=state_box,
         gain_bound=gain_bound,
         sample_time=sample_time,

@@ -73,6 +73,7 @@ class DisturbanceRequest:
             # Merged inputs are not those that the limit is about.
             input_limit=given.input_limit if reaching is self.plant else None,
             initial_box=given.initial_box,
+            initial_ball=given.initial_ball,
             state_box=given.state_box,
             gain_bound=given.gain_bound,
         )

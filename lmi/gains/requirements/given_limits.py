@@ -21,6 +21,7 @@ class GivenLimits:
 
     input_limit: ArrayLike | None = None
     initial_box: ArrayLike | None = None
+    initial_ball: ArrayLike | None = None
     state_box: ArrayLike | None = None
     gain_bound: float | None = None
     scales: ArrayLike | None = None
@@ -42,6 +43,7 @@ class GivenLimits:
             m,
             input_limit=self.input_limit,
             initial_box=self.initial_box,
+            initial_ball=self.initial_ball,
             state_box=self.state_box,
             gain_bound=self.gain_bound,
         )

@@ -26,6 +26,8 @@ class Limits:
     ----------
     inputs : (m,), |K_i x|_k <= inputs_k on the ellipsoid.
     initial : (points, n), all inside the ellipsoid.
+    ball : (n,) semi-axes of an ellipsoid along the states that is inside; a ball in the model's
+        units where the radius is one number.
     states : (n,), |x_k| <= states_k on the ellipsoid; inf for no limit.
     gain : spectral norm of K_i in the model's units.
     state_units, input_units : (n,), (m,) of the coordinates, x = s xhat, u = tau uhat.
@@ -37,11 +39,35 @@ class Limits:
     gain: float | None
     state_units: Array
     input_units: Array
+    ball: Array | None = None
 
     @property
     def level(self) -> bool:
         """Return whether the size of the ellipsoid matters, not only its shape."""
-        return not (self.inputs is None and self.initial is None and self.states is None)
+        return not (self.inputs is None and self.states is None) or self.holds_starts
+
+    @property
+    def holds_starts(self) -> bool:
+        """Return whether the ellipsoid holds a box or a ball of initial states."""
+        return self.initial is not None or self.ball is not None
+
+    @property
+    def reach(self) -> Array | None:
+        """Return (n,), how far the initial states go along each state; None without any."""
+        parts = [] if self.initial is None else [np.abs(self.initial).max(axis=0)]
+        parts += [] if self.ball is None else [self.ball]
+        return np.max(parts, axis=0) if parts else None
+
+    def share_of_starts(self, Q: Array) -> float:
+        """Return the largest x' Q^-1 x over the initial states to be inside; 0 for none."""
+        found = [0.0]
+        if self.initial is not None:
+            one = np.linalg.solve(Q, self.initial.T).T
+            found.append(float(np.einsum("ki,ki->k", self.initial, one).max()))
+        if self.ball is not None:
+            inside = np.linalg.inv(Q) * self.ball * self.ball[:, None]
+            found.append(float(np.linalg.eigvalsh((inside + inside.T) / 2)[-1]))
+        return max(found)
 
     def scaled(self, s: Array, tau: Array) -> Limits:
         """Return the limits in the coordinates x = s xhat, u = tau uhat."""
@@ -52,6 +78,7 @@ class Limits:
             self.gain,
             self.state_units * s,
             self.input_units * tau,
+            None if self.ball is None else self.ball / s,
         )
 
 
@@ -63,12 +90,14 @@ def limits_of(
     initial_box: ArrayLike | None,
     state_box: ArrayLike | None,
     gain_bound: float | None,
+    initial_ball: ArrayLike | None = None,
 ) -> Limits:
     """Return checked limits in the model's own units.
 
     Raises
     ------
-    ModelError : lengths, entries that are not positive, an initial box outside the state box.
+    ModelError : lengths, entries that are not positive, an initial box or ball outside the state
+        box.
     """
     inputs = None if input_limit is None else positive_vector("input_limit", input_limit, m)
     initial = None if initial_box is None else _initial(initial_box, n)
@@ -77,17 +106,19 @@ def limits_of(
         states = np.asarray(state_box, dtype=np.float64)
         finite = positive_vector("state_box", np.where(np.isposinf(states), 1.0, states), n)
         states = np.where(np.isposinf(np.broadcast_to(states, (n,))), np.inf, finite)
-    if initial is not None and states is not None and np.any(initial >= states):
-        k = int(np.argmax(initial / states))
-        raise ModelError(
-            f"state {k + 1}: the initial box reaches to {initial[k]:g}, the state box only to "
-            f"{states[k]:g}; an ellipsoid between them needs the first to be smaller"
-        )
+    ball = None if initial_ball is None else positive_vector("initial_ball", initial_ball, n)
+    for what, starts in (("box", initial), ("ball", ball)):
+        if starts is not None and states is not None and np.any(starts >= states):
+            k = int(np.argmax(starts / states))
+            raise ModelError(
+                f"state {k + 1}: the initial {what} reaches to {starts[k]:g}, the state box only "
+                f"to {states[k]:g}; an ellipsoid between them needs the first to be smaller"
+            )
     gain = None if gain_bound is None else float(number("gain_bound", gain_bound))
     if gain is not None and gain <= 0:
         raise ModelError(f"gain_bound is {gain:g}; it must be positive")
     points = None if initial is None else corners_of_box(initial)
-    return Limits(inputs, points, states, gain, np.ones(n), np.ones(m))
+    return Limits(inputs, points, states, gain, np.ones(n), np.ones(m), ball)
 
 
 def _initial(given: ArrayLike, n: int) -> Array:
@@ -164,6 +195,27 @@ def initial_lmis(Q: Unknown, points: Array) -> tuple[LMI, ...]:
             count=len(points),
             weight=LIMIT_WEIGHT,
             index="x_0 \\text{ a corner of the initial box}",
+        ),
+    )
+
+
+def ball_lmis(Q: Unknown, ball: Array) -> tuple[LMI, ...]:
+    """Pose Q > diag(a)^2: all x with sum_k (x_k / a_k)^2 <= 1 lie in x' P x < 1.
+
+    x' P x <= x' diag(a)^-2 x is P <= diag(a)^-2, which is Q >= diag(a)^2.
+
+    Source: Tanaka and Wang (2001), section 3.4.1, for a ball (phi^2 I <= X there).
+    """
+    one = np.eye(Q.rows)[None]
+    return (
+        LMI(
+            name="initial ball",
+            blocks=(Q.rows,),
+            terms=(Term(unknown=Q, left=one, right=one),),
+            constants=(
+                Constant(value=-np.diag(ball**2)[None], latex=r"-\operatorname{diag}(a_k^2)"),
+            ),
+            weight=LIMIT_WEIGHT,
         ),
     )
 
@@ -299,6 +351,8 @@ def limit_lmis(
         lmis += input_lmis(Q, M, limits.inputs)
     if limits.initial is not None:
         lmis += initial_lmis(Q, limits.initial)
+    if limits.ball is not None:
+        lmis += ball_lmis(Q, limits.ball)
     if limits.states is not None:
         lmis += state_lmis(Q, limits.states)
     if limits.gain is not None:

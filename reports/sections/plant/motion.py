@@ -29,10 +29,28 @@ def motion_section(loop: PlantLoop, shown: Sequence[PlantMotion], drawn: Drawn) 
             "table": _table(loop, shown),
             "lost": [motion.name for motion in shown if not motion.whole],
             "rising": [motion.name for motion in shown if _rises(motion)],
+            "cut": cut_words(loop, shown),
             "valued": bool(shown and shown[0].value.size),
             "law": loop.gains is not None,
         },
     )
+
+
+def cut_words(loop: PlantLoop, shown: Sequence[PlantMotion]) -> list[str]:
+    """Return for each motion and input when its command was beyond the range, and for how long."""
+    blended = () if loop.blend is None else loop.blend.blending.actuators
+    variables = [*loop.plant.inputs, *(a.variable for a in blended)]
+    found = []
+    for motion in shown:
+        for k, variable in enumerate(variables):
+            cuts = [cut for cut in motion.cuts if cut.command == k]
+            if cuts:
+                spent, first = sum(cut.end - cut.begin for cut in cuts), cuts[0].begin
+                found.append(
+                    f"{variable.name} for {significant(spent)} s from {significant(first)} s on "
+                    f"({motion.name})"
+                )
+    return found
 
 
 def _rises(motion: PlantMotion) -> bool:

@@ -68,11 +68,17 @@ def variable_rows(plant: Plant) -> tuple[tuple[str, ...], ...]:
 
 
 def kinds(plant: Plant) -> list[tuple[str, Variable]]:
-    """Return (kind, variable); a kind is state, input, disturbance or scheduling."""
-    outside = [("scheduling" if v.schedules else "disturbance", v) for v in plant.disturbances]
+    """Return (kind, variable): state, input, disturbance, scheduling or uncertain parameter."""
+    outside = [(_kind_outside(v), v) for v in plant.disturbances]
     return [
         *(("state", v) for v in plant.states), *(("input", v) for v in plant.inputs), *outside
     ]  # fmt: skip
+
+
+def _kind_outside(variable: Variable) -> str:
+    if variable.unknown:
+        return "uncertain parameter"
+    return "scheduling" if variable.schedules else "disturbance"
 
 
 def parameter_rows(plant: Plant) -> tuple[tuple[str, ...], ...]:

@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import certify
-from takagi.certificates.requests import ClaimedLoop, FuzzyDecay, SampledLoop, attempts_at_all
+from takagi.certificates.requests import (
+    ClaimedLoop,
+    FuzzyDecay,
+    FuzzyL2Gain,
+    SampledLoop,
+    attempts_at_all,
+)
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
 from takagi.models.plant_files import load_plant
@@ -69,6 +75,11 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
     A = np.array([[[0.0, 1.0], [-2.0, -1.0]], [[0.0, 1.0], [-3.0, -1.0]]])
     fuzzy = certify(TSModel(A), claims=[FuzzyDecay(rate_bounds=0.2, decay_rate=0.1)])
     yield "fuzzy, rules", dict(fuzzy.document)
+    pushed = TSModel(A, E=[[0.0], [1.0]], C=[[1.0, 0.0]])
+    yield (
+        "fuzzy gain",
+        dict(certify(pushed, claims=[FuzzyL2Gain(rate_bounds=0.2)]).document),
+    )
     yield "sampled", sampled_certificate()
     yield (
         "held command",

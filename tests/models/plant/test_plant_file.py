@@ -159,6 +159,24 @@ def test_a_table_of_two_arguments_is_a_bicubic_spline(tmp_path: Path) -> None:
     )
 
 
+def test_a_number_alone_is_a_pure_parameter(tmp_path: Path) -> None:
+    """``k = 0.4`` is ``k = { value = 0.4 }``: without a unit, so that a mass m = 2 does not fit."""
+    text = FILE.replace('omega = "m*g*l*sin(theta) + tau', 'omega = "k*m*g*l*sin(theta) + tau')
+    alone = text.replace("[parameters]", "[parameters]\nk = 0.4")
+    fields = text.replace("[parameters]", "[parameters]\nk = { value = 0.4 }")
+
+    assert load_plant(written(tmp_path, alone)) == load_plant(written(tmp_path, fields))
+    with pytest.raises(ModelError, match="unit"):
+        load_plant(
+            written(
+                tmp_path,
+                FILE.replace('m = { value = 2.0, unit = "kg", source = "chosen" }', "m = 2.0"),
+            )
+        )
+    with pytest.raises(ModelError, match="parameters.k"):
+        load_plant(written(tmp_path, alone.replace("k = 0.4", "k = true")))
+
+
 def test_units_can_be_left_unchecked_and_the_plant_says_so(tmp_path: Path) -> None:
     text = FILE.replace('unit = "N m" }', 'unit = "m" }', 1)
     with pytest.raises(ModelError, match="tau has the unit m and"):
@@ -194,7 +212,7 @@ BAD = [
     ("[-3, 3]", "[3]", True, "states.omega.range", "two numbers"),
     ("[-3, 3]", '["a", 3]', True, "states.omega.range", "without quotes"),
     ("[-3, 3]", "[1, 3]", True, "states.omega", "rests at 0 rad/s where no rest is given"),
-    ('{ value = 9.81, unit = "m/s^2"', "9.81 #", True, "parameters.g", "g = { value"),
+    ('{ value = 9.81, unit = "m/s^2"', "true #", True, "parameters.g", "g = { value"),
     ("value = 2.0", "value = 1e999", True, "parameters.m.value", "finite number"),
     ("value = 2.0", "value = true", True, "parameters.m.value", "without quotes"),
     ("value = 2.0, ", "", "m = {", "parameters.m.value", "missing"),

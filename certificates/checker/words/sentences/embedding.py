@@ -35,7 +35,19 @@ def said(
     if removable:
         names = ", ".join(sorted(removable))
         found += f"; where {names} = 0 a quotient means its limit"
-    return name, found + _balls(plant) + "; standard library alone" + _trim(off)
+    return name, found + _uncertain(plant) + _balls(plant) + "; standard library alone" + _trim(off)
+
+
+def _uncertain(plant: PlantNodes) -> str:
+    """Return the clause about parameters that are known within a range only."""
+    names = [v.name for v in plant.disturbances if v.unknown]
+    if not names:
+        return ""
+    held = "is an uncertain parameter" if len(names) == 1 else "are uncertain parameters"
+    return (
+        f"; {', '.join(names)} {held}, constant or moving in any way in the range, and unknown to "
+        "the law"
+    )
 
 
 def _balls(plant: PlantNodes) -> str:

@@ -1,0 +1,58 @@
+"""A law knows only some signals: its gains must not go with the others.
+
+Rules are corners of premises.  A premise with a signal that the law does not know has weights that
+the law cannot have, so rules that differ only in such premises need equal gains.  Then the law's
+sum over these rules does not depend on the weights: sum_i h_i K_i is the sum over the corners of
+the other premises alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from takagi.certificates.checker.kernel.matrices import read_stack
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, closed_by
+from takagi.certificates.checker.plant.reading import PlantNodes
+from takagi.certificates.checker.plant.vertices import corners_of
+
+
+def check_known(
+    plant: PlantNodes, loop: PolytopicLoop, unknown: Collection[str], gains: Any, what: str
+) -> None:
+    """Refuse gains that go with signals which the law does not know.
+
+    Parameters
+    ----------
+    loop : the vertices of the plant's model, without gains.
+    unknown : symbols of these signals.
+    what : in words, what they are, such as ``"an error of an actuator"``.
+
+    Raises
+    ------
+    Refused : rules that differ only in premises with such a signal have different gains, or the
+        gains of several rules go by other weights than the model's.
+    CertificateError : another number of gains than of rules.
+    """
+    K = read_stack(gains, "K", "gains")
+    if len(K) == 1:
+        return
+    known = [
+        k for k, p in enumerate(plant.premises) if not set(unknown) & plant.graph.variables(p.node)
+    ]
+    corners = list(corners_of(plant.premises))
+    if len(corners) != len(K):
+        raise CertificateError(f"gains.K: {len(corners)} gains are needed")
+    first: dict[tuple[int, ...], int] = {}
+    for i, corner in enumerate(corners):
+        picks = [pick for pick, _ in corner.values()]
+        j = first.setdefault(tuple(picks[k] for k in known), i)
+        # Equal gains are read as equal rows over one denominator.
+        if K[i] != K[j]:
+            raise Refused(
+                f"gains {j + 1} and {i + 1} differ, and the rules differ only in {what}, which the "
+                "law does not know"
+            )
+    if not closed_by(loop, gains, "gains").shared_weights:
+        raise Refused("the law's gains go by other weights than the model's rules")

@@ -1,0 +1,56 @@
+"""What a proved claim of kind ``exit-probability`` says."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.kinds.exit_probability import NoisyMotion
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.deviations import deviations
+from takagi.certificates.checker.words.ellipsoid_size import rounded_size
+from takagi.certificates.checker.words.noise import in_which_sense, unforeseeing
+from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.certificates.checker.words.validity import granted, while_valid
+
+
+def said(
+    name: str,
+    family: PolytopicLoop,
+    moved: NoisyMotion,
+    start: Fraction,
+    horizon: Fraction,
+    probability: Fraction,
+) -> tuple[str, str]:
+    """Return name and sentence."""
+    begins = f"x'Px <= {at_least(start, 6)}" if start else "x = 0"
+    model = "the model's disturbance" if moved.way == "disturbances" else "w added to u"
+    alone = ", without the model's disturbance" if moved.way == "inputs" and family.E else ""
+    return name, (
+        f"the probability that x'Px reaches 1 within {at_least(horizon, 6)} s is at most "
+        f"{at_most(probability, 6)}, from {begins} at the start, along {about(family)}"
+        f"{unforeseeing(family)}; {model} is {_parts(moved, family)}"
+        f"{in_which_sense(family, moved.E)}{alone}{granted(family, disturbances_too=False)}"
+        f"; the set is x'Px <= 1{_inside(family)}"
+        f"{rounded_size(moved.P, Fraction(1), family.states)}"
+        f"{deviations(family, 'x' + ('w' if moved.way == 'disturbances' else ''))}"
+    )
+
+
+def _inside(family: PolytopicLoop) -> str:
+    """Return that the set lies in the model's box, where there is one."""
+    return ", inside the model's box" if while_valid(family) else ""
+
+
+def _parts(moved: NoisyMotion, family: PolytopicLoop) -> str:
+    """Return which w_k are white noise, with the roots of their intensities, and which bounded."""
+    own = family.disturbances if moved.way == "disturbances" else family.inputs
+    names = own or tuple(f"w_{k + 1}" for k in range(len(moved.noise)))
+    sizes = list(zip(names, moved.noise, moved.bounds, strict=True))
+    noise = [f"{at_least(size, 6)}^2 for {name}" for name, size, _ in sizes if size]
+    held = [f"{name} moves by at most {at_least(b, 6)}" for name, _, b in sizes if b]
+    still = [f"{name} is at rest" for name, size, b in sizes if not size and not b]
+    beside = [f"{one} besides" for one in held]
+    return ", ".join(
+        [f"white noise, independent, of intensity {', '.join(noise)}", *beside, *still]
+    )

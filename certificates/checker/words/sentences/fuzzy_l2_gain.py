@@ -1,0 +1,31 @@
+"""What a proved claim of kind ``fuzzy-l2-gain`` says."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.disturbance_channel import (
+    channel_deviations,
+    rounded_channel,
+)
+from takagi.certificates.checker.words.rounded import at_most
+from takagi.certificates.checker.words.sentences.fuzzy_decay import Rates, rounded_rates
+from takagi.certificates.checker.words.validity import while_valid
+
+
+def said(
+    name: str, claim: Any, family: PolytopicLoop, gain: Fraction, rates: Rates | None
+) -> tuple[str, str]:
+    """Return name and sentence; ``rates`` of weights that are taken for granted, None for none."""
+    moving = "however the weights move"
+    if rates is not None:
+        moving = "while the weights keep to their rates: " + rounded_rates(rates)
+    return name, (
+        f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
+        f"{about(family)}, {moving}, shown by V = x'P(h)x "
+        f"({rounded_channel(claim, family)}){while_valid(family)}"
+        f"{channel_deviations(claim, family)}"
+    )

@@ -1,0 +1,155 @@
+"""How much less would be proved of gains that are not proved on a plant: smaller ranges, rate.
+
+The gains are not changed.  Ranges of states are drawn in about rest by one factor, in which the
+proof is monotone: what holds on a box holds on every smaller one.  So the factor is found by
+halving, and the sentence names one that was proved, not an estimate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.claims.plant.certification import certify
+from takagi.certificates.design.given.kept_model import law_for
+from takagi.certificates.design.step_clock import Tell
+from takagi.certificates.requests.decay import Decay
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant.file_units import file_unit, shown_rate
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Variable
+
+# Factors are multiples of this: a box to 3 % of its size, in five proofs.
+FINEST = Fraction(1, 32)
+# With more rules each of the proofs may take half a minute.
+MOST_RULES = 64
+
+
+@dataclass(frozen=True, slots=True)
+class LargestChange:
+    """What is proved with the gains as they are.
+
+    Attributes
+    ----------
+    rate : largest decay rate [1/s] found on the whole box; None if none is proved there.
+    share : largest factor on the ranges of the states in which decay is proved; 1 for the whole
+        box, 0 if not even ``FINEST`` of it.
+    share_rate : decay rate [1/s] that is proved in it.
+    """
+
+    rate: float | None
+    share: Fraction
+    share_rate: float | None
+
+
+def largest_change(
+    plant: Plant,
+    path: Path,
+    settings: PlantSettings,
+    *,
+    files: Sequence[Path] = (),
+    tell: Tell | None = None,
+) -> LargestChange | None:
+    """Return what is proved of the gains of a file; None where this is not sought.
+
+    It is not sought for a plant with [blending], and for one without a range of a state.
+
+    Raises
+    ------
+    CertificateError : the gain file is not for this plant.
+    """
+    if plant.blending is not None or not any(v.range is not None for v in plant.states):
+        return None
+    whole = _rate(plant, path, settings, files, Fraction(1))
+    if whole is None:
+        return None
+    if whole > 0:
+        return LargestChange(whole, Fraction(1), whole)
+    good, bad, best = Fraction(0), Fraction(1), None
+    while bad - good > FINEST:
+        middle = (good + bad) / 2
+        if tell is not None:
+            tell(f"ranges of states times {float(middle):.3g}")
+        rate = _rate(plant, path, settings, files, middle)
+        if rate:
+            good, best = middle, rate
+        else:
+            bad = middle
+    return LargestChange(None, good, best)
+
+
+def as_sentences(found: LargestChange, plant: Plant, asked: PlantSettings) -> list[str]:
+    """Return what is proved in words, with ranges and rates in the units of the plant's file."""
+    wanted = asked.decay_rate if isinstance(asked.decay_rate, float | int) else None
+    if found.rate is not None:
+        number, unit = shown_rate(plant, found.rate)
+        if wanted is None or wanted <= found.rate:
+            return [f"with these gains a decay of {number:.4g} {unit} is proved on the whole box"]
+        more, own = shown_rate(plant, wanted)
+        return [
+            f"the plant's file asks for a decay rate of {more:.4g} {own}; with these gains "
+            f"{number:.4g} {unit} is proved on the whole box: ask for less in [design], or design "
+            "gains anew"
+        ]
+    if not found.share or found.share_rate is None:
+        return [
+            f"not even with {float(FINEST):.2g} of the ranges of the states is a decay proved: "
+            "these gains do not hold the new plant near its rest; design gains anew"
+        ]
+    number, unit = shown_rate(plant, found.share_rate)
+    sides = ", ".join(_side(v, found.share) for v in plant.states if v.range is not None)
+    return [
+        f"with these gains a decay of {number:.4g} {unit} is proved where the ranges of the states "
+        f"are {float(found.share):.3g} times as wide about rest: {sides}. Give the states such "
+        "ranges in the plant's file, or design gains anew"
+    ]
+
+
+def _rate(
+    plant: Plant, path: Path, settings: PlantSettings, files: Sequence[Path], share: Fraction
+) -> float | None:
+    """Return the decay rate that is proved, 0 if none is; None where it would take too long."""
+    from takagi.models.sector.model import sector_model
+
+    smaller = plant if share == 1 else replace(
+        plant, states=tuple(drawn_in(v, share) for v in plant.states)
+    )  # fmt: skip
+    try:
+        model = sector_model(smaller, rest=settings.rest, choice=settings.choice)
+        given = law_for(smaller, model, path, settings, files=files if share == 1 else ())
+    except (ModelError, CertificateError):
+        if share == 1:
+            raise
+        return 0.0
+    if len(given.model.rules) > MOST_RULES:
+        return None
+    found = certify(given.model, given.gains, claims=[Decay()], law=given.law)
+    if found.verdict is not Verdict.PROVED:
+        return 0.0
+    (claim,) = (one for one in found.document["claims"] if one["kind"] == "decay")
+    return float(claim["decay_rate"])
+
+
+def drawn_in(variable: Variable, share: Fraction) -> Variable:
+    """Return the variable with its range times ``share`` about its rest."""
+    side = variable.range
+    if side is None:
+        return variable
+    low, high = (variable.rest + share * (end - variable.rest) for end in (side.lower, side.upper))
+    return replace(variable, range=Interval(low, high))
+
+
+def _side(variable: Variable, share: Fraction) -> str:
+    size, unit = file_unit(variable)
+    side = drawn_in(variable, share).range
+    assert side is not None
+    behind = "" if unit in ("", "-") else f" {unit}"
+    return (
+        f"{variable.name} [{float(side.lower) / size:.4g}, {float(side.upper) / size:.4g}]{behind}"
+    )

@@ -1,0 +1,216 @@
+"""Requests a bound on the probability that white noise drives the loop out of a set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
+from takagi.certificates.requests.loop.disturbance_channel import WAYS
+from takagi.certificates.requests.loop.exact_floats import floats, stack_of
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.loop.valid_level import box_rows
+from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction, NoisyVertices
+
+DIGITS = (6, 9, 12)
+# Relative margins of the box, of the multipliers, of the exponent and of the probability.
+ROOM, AROUND, INSIDE, ABOVE = 1e-9, 1e-4, 1e-6, 1e-6
+# Shown where it is less: the file's numbers go to 1e-48.
+LEAST = 1e-40
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExitProbability:
+    """P(x'Px reaches 1 within the horizon) <= probability, for a set in the model's box.
+
+    Attributes
+    ----------
+    noise : (q,) root of the intensity (two-sided spectral density) of each disturbance, in its
+        unit times sqrt(s); 0 for one that is no white noise.
+    horizon : T in s.
+    start : V = x'Px at the start is at most this, from 0 to below 1.
+    disturbance_bounds : (q,) of disturbances that are only bounded; None for none.
+    probability : None takes slightly more than the least found.
+    state_limits : name or label of a state -> largest deviation, in addition to the box.
+    disturbance : "disturbances" (E), "inputs" (added to u); None takes the first that there is.
+    rate : a in 1/s; None searches it.
+    """
+
+    noise: ArrayLike
+    horizon: float
+    start: float = 0.0
+    disturbance_bounds: ArrayLike | None = None
+    probability: float | None = None
+    state_limits: Mapping[str, float] = field(default_factory=dict)
+    disturbance: str | None = None
+    rate: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("horizon", "rate"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+        if not 0 <= self.start < 1:
+            raise ModelError(f"start = {self.start!r} was given; a number from 0 to below 1")
+        if self.probability is not None and not 0 < self.probability < 1:
+            raise ModelError(f"probability = {self.probability!r}: a number between 0 and 1")
+
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
+        """Return the claim ``exit-probability``.
+
+        Raises
+        ------
+        ModelError : discrete time, no such disturbance, sizes that do not fit, no set to leave.
+        """
+        from takagi.lmi.analysis.disturbance.exit_exponent import exit_function
+
+        evidence = self._evidence(loop)
+        system = self._system(loop, evidence)
+        found = exit_function(system, self.horizon, start=self.start, rate=self.rate)
+        if found is None:
+            why = "no function was found: a vertex is not stable, or there is no common one"
+            return first_proved(loop, [(why, self._idle(loop, evidence))])
+        claims = self._claims(evidence, system, found)
+        words = (
+            f"the bound is not below 1 (exponent {found.exponent:.3g} at rate {found.rate:.3g} "
+            "1/s); a smaller horizon, less noise or a larger set may be proved"
+        )
+        return first_proved(loop, or_else(claims, (words, self._idle(loop, evidence))))
+
+    def _evidence(self, loop: ClaimedLoop) -> dict[str, Any]:
+        family = loop.family
+        if family.is_discrete:
+            raise ModelError("white noise as it is meant here enters loops in continuous time")
+        found = {"disturbances": bool(family.E), "inputs": bool(family.B)}
+        way = self.disturbance or next((name for name in WAYS if found[name]), "disturbances")
+        if not found.get(way, False):
+            raise ModelError(f"disturbance {way!r}: the model {loop.model.name!r} has none such")
+        q = (family.E if way == "disturbances" else family.B)[0].shape[1]
+        sizes = {"noise": self.noise}
+        if self.disturbance_bounds is not None:
+            sizes["disturbance_bounds"] = self.disturbance_bounds
+        evidence: dict[str, Any] = {"disturbance": way}
+        for name, given in sizes.items():
+            row = np.asarray(given, dtype=np.float64)
+            if row.shape != (q,) or not np.all(np.isfinite(row) & (row >= 0)):
+                raise ModelError(f"{name} = {given!r}: {q} numbers >= 0 are needed")
+            evidence[name] = row.tolist()
+        if not any(evidence["noise"]):
+            raise ModelError("noise: all entries are 0; give at least one intensity above 0")
+        return evidence
+
+    def _system(self, loop: ClaimedLoop, evidence: dict[str, Any]) -> NoisyVertices:
+        from takagi.lmi.analysis.disturbance.exit_exponent import NoisyVertices
+
+        rows = np.concatenate([box_rows(loop), self._limits(loop)])
+        if not len(rows):
+            raise ModelError(
+                f"model {loop.model.name!r} has no box of states, so there is no set to leave; "
+                "give state_limits"
+            )
+        stack = loop.family.E if evidence["disturbance"] == "disturbances" else loop.family.B
+        E = np.array([floats(blend.of(stack)) for blend in loop.seen.blends()])
+        noise = np.array(evidence["noise"])
+        bounds = np.array(evidence.get("disturbance_bounds", np.zeros_like(noise)))
+        A = stack_of(blend.A for blend in loop.seen.blends())
+        return NoisyVertices(A, E[:, :, bounds > 0] * bounds[bounds > 0],
+                             E[:, :, noise > 0] * noise[noise > 0], rows)  # fmt: skip
+
+    def _limits(self, loop: ClaimedLoop) -> Floats:
+        names = list(loop.family.states)
+        short_names = [name.split(" ")[0] for name in names]
+        rows = np.zeros((len(self.state_limits), loop.family.order))
+        for row, (name, limit) in zip(rows, self.state_limits.items(), strict=True):
+            if name not in names and name not in short_names:
+                raise ModelError(f"state_limits: there is no state {name!r}; {', '.join(names)}")
+            if not (np.isfinite(limit) and limit > 0):
+                raise ModelError(f"state_limits: {name} = {limit!r}; a positive number is needed")
+            row[names.index(name) if name in names else short_names.index(name)] = 1 / limit
+        return rows
+
+    def _claims(
+        self, evidence: dict[str, Any], system: NoisyVertices, found: ExitFunction
+    ) -> Iterator[tuple[str, dict[str, Any]]]:
+        reach = largest_reach(system.rows, found.P)
+        rate = rounded_down(found.rate, 4)
+        for digits in DIGITS:
+            # The margin covers the rounding, so that the set still lies in the box.
+            P = short(found.P * reach * (1 + ROOM + 2 * 10.0 ** (1 - digits)), digits)
+            if largest_reach(system.rows, P) > 1:
+                continue
+            b = [rounded_up(one * (1 + AROUND), 4) for one in found.multipliers]
+            again = with_exponent(system, P, rate, np.array(b))
+            if again is None:
+                continue
+            bound = float(np.exp(min(again.logarithm(self.horizon, self.start), 1.0)))
+            probability = self.probability or rounded_up(max(bound * (1 + ABOVE), LEAST), 4)
+            if probability >= 1 or bound > probability:
+                continue
+            claim = self._claim(evidence, P, again, probability)
+            yield f"probability {probability:.4g}, P to {digits} digits", claim
+
+    def _claim(
+        self, evidence: dict[str, Any], P: Floats, one: ExitFunction, probability: float
+    ) -> dict[str, Any]:
+        many = {"multipliers": one.multipliers.tolist()} if len(one.multipliers) else {}
+        return {
+            "name": "probability of leaving a set under white noise",
+            "kind": "exit-probability",
+            **evidence,
+            "P": P.tolist(),
+            "rate": one.rate,
+            "exponent": one.factor,
+            **many,
+            "start": self.start,
+            "horizon": self.horizon,
+            "probability": probability,
+        }
+
+    def _idle(self, loop: ClaimedLoop, evidence: dict[str, Any]) -> dict[str, Any]:
+        """Return a claim with all that is asked for and evidence that proves nothing."""
+        from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction
+
+        count = sum(bound > 0 for bound in evidence.get("disturbance_bounds", ()))
+        one = np.eye(loop.family.order)
+        nothing = ExitFunction(one, 1.0, self.rate or 1.0, np.ones(count), 1.0)
+        return self._claim(evidence, one, nothing, self.probability or 0.5)
+
+
+def largest_reach(rows: Floats, P: Floats) -> float:
+    """Return max_j h_j P^-1 h_j', the largest |h_j x|^2 where x'Px <= 1; inf without P > 0."""
+    if np.linalg.eigvalsh(P).min() <= 0:
+        return np.inf
+    return float(np.einsum("ji,ij->j", rows, np.linalg.solve(P, rows.T)).max())
+
+
+def with_exponent(
+    system: NoisyVertices, P: Floats, rate: float, multipliers: Floats
+) -> ExitFunction | None:
+    """Return the function with the largest k that P, a and b allow, slightly less; None for none.
+
+    k = 1 / (2 max_i lambda_max(S'P X^-1 P S)), X = -(He(P A) + a P) - P D diag(b)^-1 D'P > 0.
+    """
+    from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction
+
+    PA, PD, PS = P @ system.A, P @ system.D, P @ system.S
+    X = -(PA + PA.transpose(0, 2, 1)) - rate * P
+    if len(multipliers):
+        if multipliers.min() <= 0:
+            return None
+        X = X - (PD / multipliers) @ PD.transpose(0, 2, 1)
+    if np.linalg.eigvalsh(X).min() <= 0 or np.linalg.eigvalsh(P).min() <= 0:
+        return None
+    through = PS.transpose(0, 2, 1) @ np.linalg.solve(X, PS)
+    largest = float(np.linalg.eigvalsh((through + through.transpose(0, 2, 1)) / 2).max())
+    trace = float(np.einsum("nij,nij->n", system.S, PS).max())
+    factor = rounded_down((1 - INSIDE) / (2 * largest), 6)
+    return ExitFunction(P, factor, rate, multipliers, float(multipliers.sum()) + trace)

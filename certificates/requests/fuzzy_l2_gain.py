@@ -1,0 +1,161 @@
+"""Requests a bound on the energy gain by a quadratic function that is scheduled by the weights."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_up, short
+from takagi.certificates.requests.loop.disturbance_channel import Output, channel_evidence
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi.answer import Answer
+
+# Fractions added to the least gain found; each is tried until the rounded numbers prove the claim.
+BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1)
+# Degrees of Polya that are tried, one after another.
+POLYA = (0, 1, 2)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FuzzyL2Gain:
+    """|y|_2 <= gain |w|_2 from rest, by V = x'P(h)x, while the weights keep the given rates.
+
+    Attributes
+    ----------
+    gain : in units of y over those of w; None takes slightly more than the least gain found.
+    rate_bounds : as for ``FuzzyDecay``: of |dz_k/dt| for each premise, of |dh_i/dt| without
+        premises; in discrete time the weights may jump, and this attribute is not used.
+    degree : of P in the weights of each premise, or of the rules.
+    disturbance, output : the channel, as for ``L2Gain``.
+    """
+
+    gain: float | None = None
+    rate_bounds: ArrayLike | Mapping[str, float] = np.inf
+    degree: int | Sequence[int] = 1
+    disturbance: str | None = None
+    output: Output | None = None
+
+    def __post_init__(self) -> None:
+        if self.gain is not None and not (np.isfinite(self.gain) and self.gain > 0):
+            raise ModelError(f"gain = {self.gain!r} was given; a positive number is needed")
+
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
+        """Return the claim ``fuzzy-l2-gain``; a common P, left open, where no P(h) was found.
+
+        Raises
+        ------
+        ModelError : a secant embedding, whose weights nobody can evaluate; a model without
+            premises to schedule with; rules whose output or input matrices make the closed loop
+            no blend of vertices that P(h) is searched for.
+        """
+        loop.refuse_averages("function")
+        if loop.family.corners is not None and not loop.family.corners[0]:
+            raise ModelError(
+                "FuzzyL2Gain was asked for, but the model has no premises, so that a function of "
+                "the weights is a common one: ask for L2Gain"
+            )
+        evidence = channel_evidence(loop, self.disturbance, self.output)
+        tried: list[str] = []
+        solver = ""
+        for polya in POLYA:
+            answer = self._searched(loop, evidence, polya)
+            solver = str(answer.solver.get("status", ""))
+            if answer.family is None or answer.gain is None:
+                tried.append(answer.diagnosis or "no P(h) was found")
+                continue
+            attempt = first_proved(loop, self._claims(loop, evidence, answer, polya), solver)
+            if attempt.proved:
+                return attempt
+            tried += attempt.tried
+        idle = self._claim(loop, evidence, None, self.gain or 1.0, DIGITS[0], 0)
+        return Attempt(idle, loop.replay(idle), tuple(tried), solver)
+
+    def _searched(self, loop: ClaimedLoop, evidence: dict[str, Any], polya: int) -> Answer:
+        """Return P(h) of the closed loop's channel, from the LMIs of ``robust_hinf_norm``."""
+        from takagi.lmi.varying.robust_gain import robust_hinf_norm_of_loop
+
+        return robust_hinf_norm_of_loop(
+            loop.model,
+            loop.gains,
+            _channel(loop, evidence),
+            degree=self.degree if isinstance(self.degree, int) else tuple(self.degree),
+            polya=polya,
+            rate_bounds=np.inf if loop.sample_time is not None else self.rate_bounds,
+        )
+
+    def _claims(
+        self, loop: ClaimedLoop, evidence: dict[str, Any], answer: Answer, polya: int
+    ) -> Iterator[tuple[str, dict[str, Any]]]:
+        assert answer.gain is not None  # asked before
+        gains = [self.gain] if self.gain else [rounded_up(answer.gain * (1 + s)) for s in BACK_OFF]
+        for gain in gains:
+            for digits in DIGITS[1:]:
+                words = f"energy gain {gain:.6g}, P(h) to {digits} digits, raised {polya}"
+                yield words, self._claim(loop, evidence, answer, gain, digits, polya)
+
+    def _claim(
+        self,
+        loop: ClaimedLoop,
+        evidence: dict[str, Any],
+        answer: Answer | None,
+        gain: float,
+        digits: int,
+        polya: int,
+    ) -> dict[str, Any]:
+        from takagi.lmi.varying.parameter_space import membership_rates, space_of
+
+        space = space_of(loop.model, len(loop.model.A))
+        if answer is None or answer.family is None:
+            degrees = [0] * len(space.sizes)
+            rows = [([[0] * size for size in space.sizes], np.eye(loop.A.shape[1]))]
+        else:
+            family = answer.family
+            degrees = list(family.basis.degrees)
+            starts = np.cumsum([0, *space.sizes])
+            rows = [
+                ([a[s:e].tolist() for s, e in zip(starts[:-1], starts[1:], strict=True)], P)
+                for a, P in zip(family.basis.exponents, family.members, strict=True)
+            ]
+        claim: dict[str, Any] = {
+            "name": "energy gain from disturbance to output, by a scheduled function",
+            "kind": "fuzzy-l2-gain",
+            **evidence,
+            "gain": gain,
+            "degrees": degrees,
+            "polya": polya,
+            "P": [{"powers": a, "matrix": short(P, digits).tolist()} for a, P in rows],
+        }
+        if loop.sample_time is None:
+            bounds = membership_rates(space, self.rate_bounds)
+            claim["rates"] = [
+                [rounded_up(float(bound)) for bound in row] if np.isfinite(row).all() else None
+                for row in bounds
+            ]
+        return claim
+
+
+def _channel(loop: ClaimedLoop, evidence: dict[str, Any]) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return E, C, D and F of the rules, (r, ., .) each: y = C x + D u + F w, before the law."""
+    model, r = loop.model, len(loop.model.A)
+    inputs = evidence["disturbance"] == "inputs"
+    entering = np.asarray(model.B if inputs else model.E, dtype=np.float64)
+    given = evidence.get("output", {})
+    C = given.get("C", model.C)
+    C = np.asarray(C, dtype=np.float64)
+    m = 0 if model.B is None else model.B.shape[2]
+    p, q = C.shape[1], entering.shape[2]
+    D = given.get("D") if given else model.D
+    D = np.zeros((r, p, m)) if D is None else np.asarray(D, dtype=np.float64)
+    F = given.get("F")
+    F = np.zeros((r, p, q)) if F is None else np.asarray(F, dtype=np.float64)
+    C, D, F = (np.broadcast_to(part, (r, *part.shape[1:])) for part in (C, D, F))
+    return entering, C, D, F + D if inputs else F

@@ -1,0 +1,263 @@
+r"""The V = x'Px that shows the least probability of leaving a set under white noise.
+
+dx = (A x + D d) dt + S dW with |d_k| <= 1 and (A, D, S) in the hull of the vertices.  At a rate
+a > 0, with kappa = 1/(2k),
+
+    [ He(P A_i) + a P   P D_i       P S_i    ]
+    [ .                 -diag(b)    0        ]  < 0,   tr(S_i' P S_i) + sum b <= c,   P >= h_j h_j'
+    [ .                 .           -kappa I ]
+
+for every row h_j with |h_j x| <= 1 in the box.  The probability is then about exp(-k (1 - c/a)),
+and k (1 - c/a) = (1 - c/a) / (2 kappa) is a quotient of affine functions: Dinkelbach's method poses
+max (1 - c/a) - 2 r kappa for the best r so far, a few times.  All is affine in (P, b, c, kappa).
+The rate a is searched along one line.
+
+Source: the inequality is derived in docs/exit-probability.md; Dinkelbach (1967), Management Science
+13, On nonlinear fractional programming.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_continuous_lyapunov
+from scipy.optimize import minimize_scalar
+
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.decision.item_rounds import optimise_by_rounds
+from takagi.lmi.decision.outcome import Outcome
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+# Dinkelbach's steps, and the relative gain at which they end.
+STEPS, ENOUGH = 8, 1e-4
+# Candidates of the rate a, as fractions of the slowest vertex' decay of V, and its refinement.
+SHARES, REFINED = (0.02, 0.05, 0.1, 0.2, 0.4, 0.7), 0.05
+# How much the covariance is padded, so that states that no noise reaches have a unit too.
+PAD = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoisyVertices:
+    """dx = (A_i x + D_i d) dt + S_i dW, and the rows h of |h x| <= 1.
+
+    Attributes
+    ----------
+    A, D, S : (N, n, n), (N, n, m), (N, n, q); m may be 0.
+    rows : (J, n).
+    """
+
+    A: Floats
+    D: Floats
+    S: Floats
+    rows: Floats
+
+    def in_states(self, T: Floats) -> NoisyVertices:
+        """Return the same in states xhat of x = T xhat."""
+        A, D, S = (
+            np.asarray(np.linalg.solve(T, part), np.float64)
+            for part in (self.A @ T, self.D, self.S)
+        )
+        return NoisyVertices(A, D, S, self.rows @ T)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExitFunction:
+    """P, k, a, b and c of the module; ``exponent`` is k (1 - c/a)."""
+
+    P: Floats
+    factor: float
+    rate: float
+    multipliers: Floats
+    level: float
+
+    @property
+    def exponent(self) -> float:
+        return self.factor * (1 - self.level / self.rate)
+
+    def logarithm(self, horizon: float, start: float = 0.0) -> float:
+        """Return the logarithm of the bound for T s from V = start; inf where there is none."""
+        k, a, c = self.factor, self.rate, self.level
+        if k * c > a * (1 + k):
+            return np.inf
+        drift = np.log(k * c) - k if k * c <= a else np.log(a) - 1 - self.exponent
+        return float(np.logaddexp(-k * (1 - start), np.log(horizon) + drift))
+
+
+def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condition:
+    """Pose the module's LMIs at one rate a; the objective is c / a + 2 price kappa.
+
+    Parameters
+    ----------
+    rate : a in 1/s, positive.
+    price : r of Dinkelbach's method, positive.
+
+    Returns
+    -------
+    The condition with the unknowns ``P``, ``b`` (if d has entries), ``c`` and ``kappa``.  Nothing
+    is solved.
+
+    Raises
+    ------
+    ModelError : sizes that do not fit, no rows, or a rate or price that is not positive.
+    """
+    N, n, m, q = *system.A.shape[:2], system.D.shape[2], system.S.shape[2]
+    if not len(system.rows) or system.rows.shape[1] != n or q == 0:
+        raise ModelError(f"rows {system.rows.shape}, S {system.S.shape}: (J, {n}), (N, {n}, q)")
+    if rate <= 0 or price <= 0:
+        raise ModelError(f"rate = {rate:g}, price = {price:g}: positive numbers are needed")
+    P = Unknown("P", n, n, symmetric=True)
+    c, kappa = Unknown("c", 1, 1), Unknown("kappa", 1, 1, latex=r"\kappa")
+    one, corner = np.eye(n)[None], (2, 2) if m else (1, 1)
+    terms = [
+        Term(unknown=P, left=one, right=system.A, plus_transpose=True, latex=("", "A_{i}")),
+        Term(unknown=P, left=rate * one, right=one, latex=("a", "")),
+        Term(unknown=P, left=one, right=system.S, at=(0, corner[0]), latex=("", "S_{i}")),
+        Term(unknown=kappa, left=-np.eye(q)[None], at=corner, latex=("-", "I")),
+    ]
+    columns = system.S.transpose(0, 2, 1).reshape(N * q, n, 1)
+    spent = [
+        Term(unknown=c, left=np.ones((1, 1, 1))),
+        Term(
+            unknown=P,
+            left=-columns.transpose(0, 2, 1),
+            right=columns,
+            items=np.repeat(np.arange(N), q),
+            latex=(r"-\sum_k s_{ik}^\top", "s_{ik}"),
+        ),
+    ]
+    unknowns = [P, c, kappa]
+    if m:
+        b = Unknown("b", 1, 1, count=m)
+        unknowns.append(b)
+        units = [np.diag(np.eye(m)[j])[None] for j in range(m)]
+        members = [np.full(1, j) for j in range(m)]
+        terms.append(Term(unknown=P, left=one, right=system.D, at=(0, 1), latex=("", "D_{i}")))
+        for j in range(m):
+            terms.append(
+                Term(unknown=b, left=-units[j], at=(1, 1), members=members[j], latex=("-", "e e'"))
+            )
+            spent.append(Term(unknown=b, left=-np.ones((1, 1, 1)), members=members[j]))
+    return Condition(
+        name="exit of noise from a set",
+        unknowns=tuple(unknowns),
+        lmis=(
+            LMI(
+                name="drift",
+                blocks=(n, m, q) if m else (n, q),
+                terms=tuple(terms),
+                sign=-1,
+                count=N,
+                index=rf"i = 1, \dots, {N}",
+            ),
+            LMI(name="level", blocks=(1,), terms=tuple(spent), count=N, strict=False),
+            LMI(
+                name="box",
+                blocks=(n,),
+                terms=(Term(unknown=P, left=one, right=one),),
+                constants=(
+                    Constant(value=-system.rows[:, :, None] * system.rows[:, None], latex="-h h'"),
+                ),
+                count=len(system.rows),
+                strict=False,
+            ),
+        ),
+        objective={"c": np.full((1, 1, 1), 1 / rate), "kappa": np.full((1, 1, 1), 2 * price)},
+        source="docs/exit-probability.md",
+    )
+
+
+def exit_function(
+    system: NoisyVertices, horizon: float, *, start: float = 0.0, rate: float | None = None
+) -> ExitFunction | None:
+    """Return about the function with the least bound for T s from V = start; None if none is found.
+
+    Parameters
+    ----------
+    system : every vertex stable, and rows that bound a set.
+    horizon : T in s.
+    rate : a in 1/s; None searches it.
+    """
+    slowest = -2 * float(np.linalg.eigvals(system.A).real.max())
+    if slowest <= 0:
+        return None
+    T = _unit_states(system, slowest)
+    scaled, back = system.in_states(T), np.linalg.inv(T)
+    found: dict[float, ExitFunction] = {}
+
+    def bound(a: float) -> float:
+        one = _at_rate(scaled, a, found)
+        if one is None:
+            return np.inf
+        found[a] = one
+        return one.logarithm(horizon, start)
+
+    if rate is not None:
+        bound(rate)
+    else:
+        tried = {share: bound(share * slowest) for share in SHARES}
+        best = min(tried, key=lambda share: tried[share])
+        if np.isfinite(tried[best]):
+            places = np.log([share * slowest for share in SHARES])
+            k = SHARES.index(best)
+            sides = places[max(k - 1, 0)], places[min(k + 1, len(SHARES) - 1)]
+            minimize_scalar(
+                lambda s: bound(float(np.exp(s))),
+                bounds=sides,
+                method="bounded",
+                options={"xatol": REFINED, "maxiter": 8},
+            )
+    if not found:
+        return None
+    one = min(found.values(), key=lambda f: f.logarithm(horizon, start))
+    return ExitFunction(back.T @ one.P @ back, one.factor, one.rate, one.multipliers, one.level)
+
+
+def _at_rate(
+    system: NoisyVertices, rate: float, known: dict[float, ExitFunction]
+) -> ExitFunction | None:
+    """Return the function with the largest k (1 - c/a) at this rate, by Dinkelbach's method."""
+    price, best = max([f.exponent for f in known.values()], default=1.0), None
+    price = max(price, 0.05)
+    for _ in range(STEPS):
+        one = _solved(optimise_by_rounds(exit_condition(system, rate=rate, price=price)), rate)
+        if one is None:
+            break
+        gained = best is None or one.exponent > best.exponent
+        best = one if gained else best
+        if one.exponent <= 0 or abs(one.exponent - price) <= ENOUGH * price:
+            break
+        price = max(one.exponent, 0.5 * price)
+    return best
+
+
+def _solved(outcome: Outcome, rate: float) -> ExitFunction | None:
+    values = outcome.values or outcome.feasible
+    if not values or float(values["kappa"].item()) <= 0:
+        return None
+    return ExitFunction(
+        P=values["P"][0],
+        factor=float(1 / (2 * values["kappa"].item())),
+        rate=rate,
+        multipliers=values["b"].ravel() if "b" in values else np.zeros(0),
+        level=float(values["c"].item()),
+    )
+
+
+def _unit_states(system: NoisyVertices, slowest: float) -> Floats:
+    """Return T of x = T xhat in which the noise makes a set about round, that fits the rows."""
+    A, load = system.A.mean(axis=0), np.concatenate([system.S, system.D], axis=2)
+    spread = (load @ load.transpose(0, 2, 1)).mean(axis=0)
+    n = len(A)
+    if np.linalg.eigvals(A).real.max() >= 0:
+        A = A - (np.linalg.eigvals(A).real.max() + slowest) * np.eye(n)
+    reach = np.abs(solve_continuous_lyapunov(A, -spread).diagonal())
+    padded = spread + np.diag(PAD * (reach + reach.max() * PAD) * slowest)
+    X = solve_continuous_lyapunov(A, -padded)
+    try:
+        T = np.linalg.cholesky((X + X.T) / 2)
+    except np.linalg.LinAlgError:
+        T = np.diag(np.sqrt(reach + PAD * reach.max()))
+    return np.asarray(T / np.sqrt(((system.rows @ T) ** 2).sum(axis=1).max()))

@@ -1,0 +1,312 @@
+"""From statements that were written with operators to a condition as data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Equality, Term
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.expressions.constant_data import Letter, number_text
+from takagi.lmi.expressions.expression import (
+    Equation,
+    Expression,
+    Inequality,
+    expression_of,
+    pieces_at,
+)
+from takagi.lmi.expressions.piece import Piece
+from takagi.models.errors import ModelError
+
+Statement: TypeAlias = Inequality | Equation
+# Entries above and below the diagonal that differ by no more than rounding, relative.
+ROUNDED = 1e-11
+
+
+def pose(
+    *statements: Statement,
+    minimise: object = None,
+    name: str = "a condition of one's own",
+    source: str = "",
+) -> Condition:
+    """Return the condition that all statements hold, and the objective, if given, is least.
+
+    Parameters
+    ----------
+    statements : comparisons of expressions: ``X << Y`` and ``X >> Y`` (definite, with a margin),
+        ``X <= Y`` and ``X >= Y`` (semidefinite), ``X == Y``; ``.named("...")`` names one.
+    minimise : a 1 x 1 expression that is linear in the unknowns, e.g. ``trace(P)`` or ``gamma``.
+    name, source : of the condition.
+
+    Returns
+    -------
+    The condition as data; nothing is solved.  ``decide`` and ``optimise`` solve it, ``latex``
+    writes it, ``expressed`` hands it to cvxpy, ``exact_solution`` decides an answer exactly.
+
+    Raises
+    ------
+    ModelError : no statement, something that is none, an inequality of a matrix that is not
+        symmetric, unknowns of one name that differ, an objective with a constant.
+    """
+    if not statements:
+        raise ModelError("pose: no statement was given; give at least one, e.g. P >> 0")
+    lmis: list[LMI] = []
+    equalities: list[Equality] = []
+    for number, statement in enumerate(statements, start=1):
+        if isinstance(statement, Inequality):
+            lmis.append(_lmi(statement, statement.name or f"inequality {number}"))
+        elif isinstance(statement, Equation):
+            equalities.append(_equality(statement, statement.name or f"equality {number}"))
+        else:
+            raise ModelError(
+                f"pose: statement {number} is {statement!r}; a comparison of expressions is "
+                "needed, e.g. He(P @ A) << 0 or P @ B == C.T"
+            )
+    goal = None if minimise is None else expression_of(minimise, "the objective")
+    named: dict[str, Unknown] = {}
+    for unknown in _unknowns([*(one.expression for one in statements), *([goal] if goal else [])]):
+        if named.setdefault(unknown.name, unknown) != unknown:
+            raise ModelError(
+                f"pose: two unknowns have the name {unknown.name} and are not alike; rename one"
+            )
+    return Condition(
+        name=name,
+        unknowns=tuple(named.values()),
+        lmis=tuple(lmis),
+        equalities=tuple(equalities),
+        objective={} if goal is None else _objective(goal),
+        source=source,
+    )
+
+
+def _unknowns(expressions: Iterable[Expression]) -> Iterator[Unknown]:
+    for expression in expressions:
+        for piece in expression.pieces:
+            if piece.unknown is not None:
+                assert isinstance(piece.unknown, Unknown)  # no other class is one
+                yield piece.unknown
+
+
+def _lmi(statement: Inequality, name: str) -> LMI:
+    expression = statement.expression
+    if expression.shape[0] != expression.shape[1]:
+        raise ModelError(
+            f"{name}: {expression.shape[0]} x {expression.shape[1]}; a square matrix is needed"
+        )
+    if expression.known:
+        raise ModelError(f"{name}: no unknown is in it; leave it out")
+    if expression.rows != expression.columns:
+        expression = expression.flat()
+    _check_symmetric(expression, name)
+    terms: list[Term] = []
+    constants: list[Constant] = []
+    size = len(expression.rows)
+    for i in range(size):
+        for found in _diagonal(list(pieces_at(expression, (i, i)))):
+            (terms if isinstance(found, Term) else constants).append(found)  # type: ignore[arg-type]
+        for j in range(i + 1, size):
+            for piece in pieces_at(expression, (i, j)):
+                lowered = _off_diagonal(piece)
+                (terms if isinstance(lowered, Term) else constants).append(lowered)  # type: ignore[arg-type]
+    return LMI(
+        name=name,
+        blocks=expression.rows,
+        terms=tuple(terms),
+        constants=tuple(constants),
+        sign=statement.sign,
+        count=expression.count,
+        strict=statement.strict,
+        index=statement.index or _counted(expression.count),
+    )
+
+
+def _equality(statement: Equation, name: str) -> Equality:
+    expression = statement.expression.flat()
+    if expression.known:
+        raise ModelError(f"{name}: no unknown is in it; leave it out")
+    lowered = [_off_diagonal(replace(piece, at=(0, 1))) for piece in expression.pieces]
+    return Equality(
+        name=name,
+        shape=expression.shape,
+        terms=tuple(one for one in lowered if isinstance(one, Term)),
+        constants=tuple(one for one in lowered if isinstance(one, Constant)),
+        count=expression.count,
+        index=statement.index or _counted(expression.count),
+    )
+
+
+def _counted(count: int) -> str:
+    return "" if count == 1 else rf"i = 1, \dots, {count}"
+
+
+def _off_diagonal(piece: Piece) -> Term | Constant:
+    """Return a piece above the diagonal; a transposed unknown as the mirror below it."""
+    return _lowered(piece.T if piece.transposed else piece)
+
+
+def _diagonal(pieces: list[Piece]) -> Iterator[Term | Constant]:
+    """Yield the pieces of a diagonal block: each with its transpose, or half of each twice."""
+    left = list(pieces)
+    while left:
+        piece = left.pop(0)
+        if piece.unknown is None:
+            # The whole is symmetric, so the symmetric parts of its constants add up to the same.
+            symmetric = bool(np.all(piece.left == piece.left.transpose(0, 2, 1)))
+            twin = None if symmetric else _twin(piece, left)
+            if symmetric:
+                yield _lowered(piece)
+            elif twin is not None:
+                left.remove(twin)
+                both = replace(piece, left=piece.left + piece.left.transpose(0, 2, 1))
+                yield _lowered(replace(both, before=(_he(piece.before),)))
+            else:
+                half = replace(piece.times(Fraction(1, 2) if _exact(piece) else 0.5))
+                yield _lowered(replace(half, left=half.left + half.left.transpose(0, 2, 1)))
+        elif _alike(piece, piece.T):
+            yield _lowered(piece)
+        else:
+            twin = _twin(piece, left)
+            if twin is not None:
+                left.remove(twin)
+            else:
+                piece = piece.times(Fraction(1, 2) if _exact(piece) else 0.5)
+            yield _lowered(piece.T if piece.transposed else piece, plus_transpose=True)
+
+
+def _exact(piece: Piece) -> bool:
+    return piece.left.dtype == object
+
+
+def _he(word: tuple[Letter, ...]) -> Letter:
+    return Letter(rf"\mathrm{{He}}({' '.join(one.text for one in word)})", symmetric=True)
+
+
+def _twin(piece: Piece, others: list[Piece]) -> Piece | None:
+    """Return the piece among the others that is this one's transpose, number by number."""
+    turned = piece.T
+    return next((one for one in others if _alike(one, turned)), None)
+
+
+def _alike(one: Piece, other: Piece) -> bool:
+    if (one.unknown, one.transposed, one.factor) != (other.unknown, other.transposed, other.factor):
+        return False
+    pairs = ((one.left, other.left), (one.right, other.right), (one.members, other.members))
+    return all(
+        (a is None and b is None) or (a is not None and b is not None and np.array_equal(a, b))
+        for a, b in pairs
+    )
+
+
+def _lowered(piece: Piece, *, plus_transpose: bool = False) -> Term | Constant:
+    sign = "-" if piece.factor < 0 else ""
+    size = piece.factor if piece.factor >= 0 else -piece.factor
+    factor = "" if size == 1 else number_text(size)
+    before = " ".join(letter.text for letter in piece.before)
+    behind = " ".join(letter.text for letter in piece.behind)
+    if piece.unknown is None:
+        identity = "" if before else _identity(piece.left)
+        return Constant(
+            value=piece.scaled_left(),
+            at=piece.at,
+            latex=_signed(sign, _joined(factor, before or identity)),
+        )
+    assert isinstance(piece.unknown, Unknown)  # no other class is one
+    return Term(
+        unknown=piece.unknown,
+        left=piece.scaled_left(),
+        right=piece.right,
+        at=piece.at,
+        plus_transpose=plus_transpose,
+        members=piece.members,
+        latex=(_joined(sign, before), behind),
+        symbol=_member_symbol(piece, piece.unknown),
+        factor=factor,
+    )
+
+
+def _signed(sign: str, text: str) -> str:
+    if sign and text.startswith("-"):
+        return text[1:].lstrip()
+    return sign + text
+
+
+def _identity(left: Array) -> str:
+    return "1" if left.shape[1:] == (1, 1) else "I"
+
+
+def _joined(*texts: str) -> str:
+    found = [text for text in texts if text]
+    if len(found) == 2 and found[1] == "1":
+        return found[0]
+    return " ".join(found)
+
+
+def _member_symbol(piece: Piece, unknown: Unknown) -> str:
+    if unknown.count == 1 or piece.members is None:
+        return ""
+    which = "i" if len(piece.members) > 1 else str(int(piece.members[0]) + 1)
+    return f"{unknown.symbol}_{{{which}}}"
+
+
+def _check_symmetric(expression: Expression, name: str) -> None:
+    """Raise unless the matrix is symmetric for all values: at two draws, to within rounding."""
+    random = np.random.default_rng(1)
+    unknowns = {unknown.name: unknown for unknown in _unknowns([expression])}
+    count, rows, columns = expression.count, expression.rows, expression.columns
+    for _ in range(2):
+        values = {
+            key: unknown.value(random.uniform(0.5, 2.0, unknown.length))
+            for key, unknown in unknowns.items()
+        }
+        total = np.zeros((count, *expression.shape))
+        size = np.zeros(total.shape)
+        for piece in expression.pieces:
+            i, j = piece.at
+            place = (
+                slice(None),
+                slice(sum(rows[:i]), sum(rows[: i + 1])),
+                slice(sum(columns[:j]), sum(columns[: j + 1])),
+            )
+            block = piece.value(values, count)
+            total[place] += block
+            size[place] += np.abs(block).max(axis=(1, 2), keepdims=True)
+        size = size + size.transpose(0, 2, 1)
+        gap = np.abs(total - total.transpose(0, 2, 1))
+        if np.any(gap > ROUNDED * size):
+            item, row, column = (int(k) for k in np.argwhere(gap > ROUNDED * size)[0])
+            raise ModelError(
+                f"{name}: item {item + 1} of {count} is not symmetric: entries [{row}, {column}] "
+                f"and [{column}, {row}] differ; write He(...) for X + X', and None in block() "
+                "for the mirror image of a block"
+            )
+
+
+def _objective(goal: Expression) -> dict[str, Array]:
+    """Return unknown name -> weights of its entries."""
+    if goal.shape != (1, 1) or goal.count != 1:
+        raise ModelError(
+            f"the objective is {goal.count} matrices of {goal.shape[0]} x {goal.shape[1]}; one "
+            "1 x 1 expression is needed, e.g. trace(P)"
+        )
+    costs: dict[str, Array] = {}
+    for piece in goal.pieces:
+        if piece.unknown is None:
+            raise ModelError(
+                "the objective has a constant; leave it out, it does not move the minimum"
+            )
+        unknown = piece.unknown
+        assert isinstance(unknown, Unknown)  # no other class is one
+        cost = costs.setdefault(unknown.name, np.zeros((unknown.count, unknown.rows, unknown.cols)))
+        right = np.eye(1)[None] if piece.right is None else piece.right.astype(np.float64)
+        left = piece.scaled_left().astype(np.float64)
+        weight = left.transpose(0, 2, 1) @ right.transpose(0, 2, 1)
+        weight = weight.transpose(0, 2, 1) if piece.transposed else weight
+        member = 0 if piece.members is None else piece.members[0]
+        cost[member] += weight[0]
+    if not costs:
+        raise ModelError("the objective has no unknown; leave it out")
+    return costs

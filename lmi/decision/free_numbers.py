@@ -1,0 +1,104 @@
+"""Decide a condition with equalities: solve them exactly, then the LMIs in what they leave free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from takagi.lmi.answer import Status
+from takagi.lmi.condition.evaluate import holds, margin
+from takagi.lmi.condition.term import Condition
+from takagi.lmi.cone.assemble import Assembled
+from takagi.lmi.decision.outcome import Outcome, objective_at
+from takagi.lmi.equalities.exact_solution import ExactSolution
+from takagi.lmi.equalities.parametrised import Parametrised, parametrised
+from takagi.models.errors import ModelError
+
+CONTRADICTION = (
+    "the equalities contradict one another in exact arithmetic, for the numbers as they are "
+    "stored; a float is the dyadic number it stores, so give decimals as strings or Fractions "
+    "where the two sides are to agree"
+)
+
+
+def in_free_numbers(condition: Condition, solve: Callable[[Condition], Outcome]) -> Outcome:
+    """Return the outcome of a condition with equalities, from a solver of LMIs.
+
+    The values are those of the condition's own unknowns, and the margin is recomputed from them,
+    equalities included.  Where the equalities have no solution the status is "infeasible", which
+    elimination over the rationals has proved.
+    """
+    found = parametrised(condition)
+    if found is None:
+        return Outcome("infeasible", {}, -np.inf, -np.inf, {}, (), reason=CONTRADICTION)
+    if not found.condition.unknowns:
+        return _only_one(found)
+    return lifted_outcome(found, solve(found.condition))
+
+
+def _only_one(found: Parametrised) -> Outcome:
+    """Return the outcome where the equalities leave nothing free: the one solution, tested."""
+    condition, values = found.original, found.lifted({})
+    held = margin(condition, values)
+    only = ExactSolution(condition=condition, values=found.exact(values))
+    status: Status = "candidate" if holds(condition, held) else "unknown"
+    if status == "unknown" and not only.holds:
+        status = "infeasible"
+    objective = objective_at(condition, values)
+    reason = "" if status == "candidate" else f"the equalities leave one solution: {only.fault()}"
+    return Outcome(
+        status=status,
+        values=values,
+        margin=held,
+        bound=held,
+        multipliers={},
+        tries=(),
+        objective=objective,
+        least=objective,
+        settled=True,
+        reason=reason,
+    )
+
+
+def lifted_outcome(found: Parametrised, outcome: Outcome) -> Outcome:
+    """Return an outcome of the parametrised condition as one of the original."""
+    condition = found.original
+    values = found.lifted(outcome.values) if _whole(found, outcome.values) else {}
+    held = margin(condition, values) if values else outcome.margin
+    status = outcome.status
+    if status == "candidate" and not holds(condition, held):
+        status = "unknown"
+    offset = float(found.offset)
+    objective = objective_at(condition, values)
+    return replace(
+        outcome,
+        status=status,
+        values=values,
+        margin=held,
+        objective=objective if condition.objective else outcome.objective,
+        least=outcome.least + offset,
+        feasible=found.lifted(outcome.feasible) if outcome.feasible else {},
+    )
+
+
+def _whole(found: Parametrised, values: Mapping[str, object]) -> bool:
+    return all(unknown.name in values for unknown in found.condition.unknowns)
+
+
+def refuse_kept(
+    condition: Condition, assembled: Assembled | None, rows: Mapping[str, float] | None
+) -> None:
+    """Refuse what is given about a condition's cone data where equalities change them.
+
+    Raises
+    ------
+    ModelError : cone data, or upper bounds of unknowns.
+    """
+    if assembled is not None or rows:
+        given = "cone data" if assembled is not None else "upper bounds of unknowns (rows)"
+        raise ModelError(
+            f"condition {condition.name} has equalities, and {given} were given; pose the bound as "
+            "an inequality, or give parametrised(condition).condition"
+        )

@@ -1,0 +1,19 @@
+"""Equalities between unknowns and data, solved exactly: what they leave free, and exact answers.
+
+parametrised      a condition with equalities as one in the free numbers alone
+exact_solution    an answer rounded onto the equalities, and decided in exact arithmetic
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
+    from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
+    from takagi.lmi.equalities.parametrised import Parametrised as Parametrised
+    from takagi.lmi.equalities.parametrised import parametrised as parametrised
+
+__getattr__, __dir__ = lazy_names(__name__)

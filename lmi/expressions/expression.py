@@ -1,0 +1,347 @@
+"""Matrices that are affine in unknowns, written with operators; a comparison is a statement.
+
+    P @ A, A.T @ P, P * A      products with known matrices: ``*`` is the matrix product too, and
+                               scales where one of the two is a number or 1 x 1
+    +, -, .T, 2 * P, P / 2     sums, transposes, scalings
+    X << Y, X >> Y             Y - X, X - Y positive definite: holds with a margin
+    X <= Y, X >= Y             semidefinite: may be touched
+    X == Y                     equal entry by entry
+
+Nothing is solved here and nothing is compared: ``takagi.lmi.pose`` makes a condition of statements.
+An unknown with several members, or known matrices (N, p, q), mean one statement for each of N.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from numbers import Real
+from typing import Any, NoReturn
+
+import numpy as np
+
+from takagi.lmi.expressions.constant_data import (
+    Letter,
+    data_stack,
+    identity_multiple,
+    symbol_of,
+)
+from takagi.lmi.expressions.piece import (
+    Piece,
+    entrywise,
+    exact_array,
+    exact_product,
+    product,
+)
+from takagi.models.errors import ModelError
+
+
+class Operators:
+    """What an unknown and an expression have in common: the operators of the module's table."""
+
+    __slots__ = ()
+    # numpy leaves an operator with an array on its left to the methods below.
+    __array_ufunc__ = None
+
+    def as_expression(self) -> Expression:
+        """Return the matrix as a sum of pieces."""
+        raise NotImplementedError
+
+    @property
+    def T(self) -> Expression:
+        """Return the transpose."""
+        mine = self.as_expression()
+        return Expression(mine.columns, mine.rows, tuple(piece.T for piece in mine.pieces))
+
+    def __matmul__(self, other: object) -> Expression:
+        return matrix_product(self.as_expression(), expression_of(other))
+
+    def __rmatmul__(self, other: object) -> Expression:
+        return matrix_product(expression_of(other), self.as_expression())
+
+    def __mul__(self, other: object) -> Expression:
+        return yalmip_product(self.as_expression(), other)
+
+    def __rmul__(self, other: object) -> Expression:
+        if isinstance(other, Real):
+            return yalmip_product(self.as_expression(), other)
+        return yalmip_product(expression_of(other), self.as_expression())
+
+    def __truediv__(self, number: object) -> Expression:
+        if isinstance(number, bool) or not isinstance(number, Real) or number == 0:
+            raise ModelError(f"a matrix is divided by {number!r}; a number other than 0 is needed")
+        mine = self.as_expression()
+        return mine.scaled(1 / number if isinstance(number, Fraction) else 1.0 / float(number))
+
+    def __neg__(self) -> Expression:
+        return self.as_expression().scaled(-1)
+
+    def __pos__(self) -> Expression:
+        return self.as_expression()
+
+    def __add__(self, other: object) -> Expression:
+        return total(self.as_expression(), other, 1)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: object) -> Expression:
+        return total(self.as_expression(), other, -1)
+
+    def __rsub__(self, other: object) -> Expression:
+        return total(-self, other, 1)
+
+    def __lshift__(self, other: object) -> Inequality:
+        return Inequality(self - other, sign=-1, strict=True)
+
+    def __rshift__(self, other: object) -> Inequality:
+        return Inequality(self - other, sign=1, strict=True)
+
+    def __rlshift__(self, other: object) -> Inequality:
+        return Inequality(self - other, sign=1, strict=True)
+
+    def __rrshift__(self, other: object) -> Inequality:
+        return Inequality(self - other, sign=-1, strict=True)
+
+    def __le__(self, other: object) -> Inequality:
+        return Inequality(self - other, sign=-1, strict=False)
+
+    def __ge__(self, other: object) -> Inequality:
+        return Inequality(self - other, sign=1, strict=False)
+
+    def __lt__(self, other: object) -> NoReturn:
+        raise ModelError(
+            "< and > compare numbers; write << or >> for a definite difference of matrices, <= or "
+            ">= for a semidefinite one"
+        )
+
+    __gt__ = __lt__
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expression(Operators):
+    """A matrix in blocks, one for each of ``count`` items: the sum of its pieces.
+
+    Attributes
+    ----------
+    rows, columns : sizes of the block rows and of the block columns.
+    pieces : summands, each in its block.
+    """
+
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    pieces: tuple[Piece, ...]
+
+    def __post_init__(self) -> None:
+        lengths = sorted({piece.count for piece in self.pieces} - {1})
+        if len(lengths) > 1:
+            raise ModelError(
+                f"an expression has parts for {' and for '.join(map(str, lengths))} items; all "
+                "parts must be of one number, or the same for all"
+            )
+
+    def as_expression(self) -> Expression:
+        return self
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return the number of rows and of columns."""
+        return sum(self.rows), sum(self.columns)
+
+    @property
+    def count(self) -> int:
+        """Return how many matrices it stands for."""
+        return max((piece.count for piece in self.pieces), default=1)
+
+    @property
+    def known(self) -> bool:
+        """Return whether no unknown is in it."""
+        return all(piece.unknown is None for piece in self.pieces)
+
+    def scaled(self, number: float | Fraction) -> Expression:
+        """Return it times a number."""
+        return replace(self, pieces=tuple(piece.times(number) for piece in self.pieces))
+
+    def flat(self) -> Expression:
+        r"""Return it in one block; E_i in a formula is block column i of the identity."""
+        if len(self.rows) == len(self.columns) == 1:
+            return self
+        pieces = tuple(_lifted(piece, self.rows, self.columns) for piece in self.pieces)
+        return Expression((self.shape[0],), (self.shape[1],), pieces)
+
+    def __eq__(self, other: object) -> Equation:  # type: ignore[override]
+        return Equation(self - other)
+
+    __hash__ = object.__hash__
+
+
+class Statement:
+    """What a comparison of matrices gives; it is neither true nor false before it is solved."""
+
+    __slots__ = ()
+
+    def __bool__(self) -> NoReturn:
+        raise ModelError(
+            "a statement about unknowns was used as true or false; write two statements for a "
+            "chain such as 0 << P << Q, and give all of them to pose()"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inequality(Statement):
+    """sign times the expression is positive definite (strict), or semidefinite."""
+
+    expression: Expression
+    sign: int
+    strict: bool
+    name: str = ""
+    index: str = ""
+
+    def named(self, name: str, index: str = "") -> Inequality:
+        r"""Return it with a name, and LaTeX of an index range such as ``i = 1, \dots, 8``."""
+        return replace(self, name=name, index=index)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Equation(Statement):
+    """Every entry of the expression is zero."""
+
+    expression: Expression
+    name: str = ""
+    index: str = ""
+
+    def named(self, name: str, index: str = "") -> Equation:
+        """Return it with a name, and LaTeX of an index range."""
+        return replace(self, name=name, index=index)
+
+
+def expression_of(value: object, what: str = "the matrix") -> Expression:
+    """Return an expression: itself, an unknown, or known numbers."""
+    if isinstance(value, Operators):
+        return value.as_expression()
+    if isinstance(value, Statement):
+        raise ModelError("a statement was used as a matrix; compare two matrices in one statement")
+    array = data_stack(value, what)
+    multiple = identity_multiple(array)
+    p, q = array.shape[1:]
+    if multiple is None:
+        pieces: tuple[Piece, ...] = (Piece(unknown=None, left=array, before=(symbol_of(array),)),)
+    elif multiple == 0:
+        pieces = ()
+    else:
+        pieces = (Piece(unknown=None, left=np.eye(p)[None], factor=multiple),)
+    if multiple is not None and array.dtype == object:
+        pieces = tuple(replace(piece, left=exact_array(piece.left)) for piece in pieces)
+    return Expression((p,), (q,), pieces)
+
+
+def matrix_product(first: Expression, second: Expression) -> Expression:
+    """Return first times second; one of the two must be known.
+
+    Raises
+    ------
+    ModelError : shapes, or two unknowns in one product.
+    """
+    if first.shape[1] != second.shape[0]:
+        raise ModelError(
+            f"a product of {first.shape[0]} x {first.shape[1]} and {second.shape[0]} x "
+            f"{second.shape[1]} matrices; the inner sizes must be equal"
+        )
+    if not first.known and not second.known:
+        raise ModelError(
+            "a product of two unknowns is not affine in them; fix one of them, or change variables "
+            "(for gains: Y = K X)"
+        )
+    if first.columns != second.rows:
+        first, second = first.flat(), second.flat()
+    pieces = []
+    for one in first.pieces:
+        for two in second.pieces:
+            if one.at[1] == two.at[0]:
+                found = two.before_it(one) if one.unknown is None else one.behind_it(two)
+                pieces.append(replace(found, at=(one.at[0], two.at[1])))
+    return Expression(first.rows, second.columns, tuple(pieces))
+
+
+def yalmip_product(first: Expression, other: object) -> Expression:
+    """Return first * other: a scaling where one is a number or 1 x 1, else the matrix product."""
+    if isinstance(other, Real) and not isinstance(other, bool):
+        number = other if isinstance(other, Fraction) else float(other)
+        if not np.isfinite(float(number)):
+            raise ModelError(f"a matrix is multiplied by {number!r}; a finite number is needed")
+        return first.scaled(number)
+    second = expression_of(other)
+    if first.shape != (1, 1) and second.shape == (1, 1):
+        first, second = second, first
+    if first.shape != (1, 1) or second.shape[0] == 1:
+        return matrix_product(first, second)
+    if not first.known and not second.known:
+        return matrix_product(first, second.flat())  # raises, with the reason
+    pieces = [_scaling(one, two) for one in first.pieces for two in second.pieces]
+    return Expression(second.rows, second.columns, tuple(pieces))
+
+
+def total(first: Expression, other: object, sign: int) -> Expression:
+    """Return first + sign * other; the number 0 has any shape.
+
+    Raises
+    ------
+    ModelError : another shape.
+    """
+    if isinstance(other, Real) and not isinstance(other, bool) and other == 0:
+        return first
+    second = expression_of(other)
+    if first.shape != second.shape:
+        raise ModelError(
+            f"a {first.shape[0]} x {first.shape[1]} matrix and a {second.shape[0]} x "
+            f"{second.shape[1]} one are added or compared; their shapes must be equal (a number c "
+            "stands for c * np.eye(n) nowhere: write it out)"
+        )
+    if (first.rows, first.columns) != (second.rows, second.columns):
+        first, second = first.flat(), second.flat()
+    return Expression(first.rows, first.columns, first.pieces + second.scaled(sign).pieces)
+
+
+def _scaling(one: Piece, two: Piece) -> Piece:
+    """Return the 1 x 1 piece ``one`` times the piece ``two``; one of them is known."""
+    if one.unknown is None:
+        left = entrywise(one.scaled_left(), two.left)
+        return replace(two, left=left, before=one.before + two.before)
+    if not one.unknown.scalar:
+        raise ModelError(
+            f"a 1 x 1 matrix with the unknown {one.unknown.name}, which is not a number itself, "
+            "scales a matrix; introduce a scalar unknown that equals it"
+        )
+    left = one.left if one.right is None else product(one.left, one.right)
+    return replace(
+        one,
+        left=entrywise(left, two.left),
+        right=None,
+        factor=exact_product(one.factor, two.factor),
+        at=two.at,
+        before=(),
+        behind=one.before + one.behind + (two.before or (Letter("I", symmetric=True),)),
+    )
+
+
+def _lifted(piece: Piece, rows: tuple[int, ...], columns: tuple[int, ...]) -> Piece:
+    """Return the piece of a block as a piece of the whole matrix."""
+    i, j = piece.at
+    E, F = _block_column(rows, i), _block_column(columns, j)
+    left = Piece(unknown=None, left=E, before=() if len(rows) == 1 else (Letter(f"E_{{{i + 1}}}"),))
+    right = Piece(
+        unknown=None,
+        left=F.transpose(0, 2, 1),
+        before=() if len(columns) == 1 else (Letter(rf"E_{{{j + 1}}}^\top"),),
+    )
+    return replace(piece.before_it(left).behind_it(right), at=(0, 0))
+
+
+def _block_column(sizes: tuple[int, ...], k: int) -> Any:
+    start = sum(sizes[:k])
+    return np.eye(sum(sizes))[None, :, start : start + sizes[k]]
+
+
+def pieces_at(expression: Expression, at: tuple[int, int]) -> Iterator[Piece]:
+    """Yield the pieces of one block."""
+    return (piece for piece in expression.pieces if piece.at == at)

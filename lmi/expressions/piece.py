@@ -1,0 +1,166 @@
+"""One summand of an expression: a number times L X R, L X' R, or a known matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Protocol
+
+import numpy as np
+
+from takagi.lmi.expressions.constant_data import Data, Letter
+
+Word = tuple[Letter, ...]
+
+
+class Symbol(Protocol):
+    """What an expression knows of an unknown."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def cols(self) -> int: ...
+    @property
+    def symmetric(self) -> bool: ...
+    @property
+    def count(self) -> int: ...
+    @property
+    def scalar(self) -> bool: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Piece:
+    """factor times left[t] X[members[t]] right[t], with X transposed where ``transposed``.
+
+    Attributes
+    ----------
+    unknown : X, or None for a known matrix, which is ``left``.
+    left, right : (N, p, a) and (N, b, q), or N = 1 for the same in all; right is None for a known
+        matrix and for a scalar X, then left is (N, p, q).
+    members : (N,) which X, None for the first.
+    factor : a number that is not yet multiplied into ``left``.
+    at : block row, block column.
+    before, behind : symbols of left and right in order; of a known matrix ``before``.
+    """
+
+    unknown: Symbol | None
+    left: Data
+    right: Data | None = None
+    members: np.ndarray[tuple[int, ...], np.dtype[np.intp]] | None = None
+    transposed: bool = False
+    factor: float | Fraction = 1
+    at: tuple[int, int] = (0, 0)
+    before: Word = ()
+    behind: Word = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        columns = self.left if self.right is None else self.right
+        return int(self.left.shape[1]), int(columns.shape[2])
+
+    @property
+    def count(self) -> int:
+        lengths = [len(part) for part in (self.left, self.right, self.members) if part is not None]
+        return max(lengths)
+
+    @property
+    def T(self) -> Piece:
+        """Return the transpose, in the mirrored block."""
+        at = self.at[::-1]
+        turned = self.left.transpose(0, 2, 1)
+        if self.right is None:
+            # A scalar has no side, a known matrix one word: both keep theirs in front.
+            return replace(self, left=turned, at=at, before=transposed(self.before))
+        assert self.unknown is not None  # a right factor belongs to an unknown
+        return replace(
+            self,
+            left=self.right.transpose(0, 2, 1),
+            right=turned,
+            at=at,
+            transposed=not self.transposed and not self.unknown.symmetric,
+            before=transposed(self.behind),
+            behind=transposed(self.before),
+        )
+
+    def times(self, number: float | Fraction) -> Piece:
+        return replace(self, factor=exact_product(self.factor, number))
+
+    def before_it(self, known: Piece) -> Piece:
+        """Return known times this piece."""
+        return replace(
+            self,
+            left=product(known.left, self.left),
+            factor=exact_product(known.factor, self.factor),
+            before=known.before + self.before,
+        )
+
+    def behind_it(self, known: Piece) -> Piece:
+        """Return this piece times known."""
+        factor = exact_product(self.factor, known.factor)
+        if self.right is None:
+            left = product(self.left, known.left)
+            return replace(self, left=left, factor=factor, before=self.before + known.before)
+        return replace(
+            self,
+            right=product(self.right, known.left),
+            factor=factor,
+            behind=self.behind + known.before,
+        )
+
+    def scaled_left(self) -> Data:
+        """Return left with the factor multiplied in."""
+        if self.factor == 1:
+            return self.left
+        if isinstance(self.factor, Fraction) or self.left.dtype == object:
+            return np.asarray(exact_array(self.left) * Fraction(self.factor))
+        return np.asarray(self.left * float(self.factor))
+
+    def value(self, values: Mapping[str, Any], count: int) -> Data:
+        """Return the piece at given unknowns, (count, p, q) in floating point."""
+        left = self.left.astype(np.float64) * float(self.factor)
+        if self.unknown is None:
+            block = left
+        else:
+            X = values[self.unknown.name][
+                np.zeros(1, int) if self.members is None else self.members
+            ]
+            X = X.transpose(0, 2, 1) if self.transposed else X
+            block = X * left if self.right is None else left @ X @ self.right.astype(np.float64)
+        return np.broadcast_to(block, (count, *block.shape[1:]))
+
+
+def transposed(word: Word) -> Word:
+    return tuple(letter.T for letter in reversed(word))
+
+
+def product(first: Data, second: Data) -> Data:
+    """Return the products of two stacks of matrices; exact where either is."""
+    if first.dtype != second.dtype:
+        first, second = exact_array(first), exact_array(second)
+    return np.asarray(first @ second)
+
+
+def exact_array(array: Data) -> Data:
+    """Return Fractions; a float is the dyadic number it stores."""
+    if array.dtype == object:
+        return array
+    found = np.empty(array.shape, dtype=object)
+    for index, entry in np.ndenumerate(array):
+        found[index] = Fraction(float(entry))
+    return found
+
+
+def entrywise(first: Data, second: Data) -> Data:
+    """Return the entrywise products of two stacks, one of them 1 x 1; exact where either is."""
+    if first.dtype != second.dtype:
+        first, second = exact_array(first), exact_array(second)
+    return np.asarray(first * second)
+
+
+def exact_product(first: float | Fraction, second: float | Fraction) -> float | Fraction:
+    if isinstance(first, Fraction) or isinstance(second, Fraction):
+        return Fraction(first) * Fraction(second)
+    return first * second

@@ -1,0 +1,273 @@
+"""An experiment in time: integrated by LSODA from one jump of a signal to the next.
+
+Within a segment everything is continuous, so the integrator's error control holds.  Where a
+command meets an end of its range, the right-hand side bends; the integrator finds the time as an
+event, and ``cuts`` has the spans between them.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.plant_simulation.experiment import (
+    Cut,
+    Experiment,
+    ExperimentRun,
+    SampledProgram,
+)
+
+SAMPLES = 301
+RELATIVE, ABSOLUTE = 1e-7, 1e-9
+# More segments than this take minutes.
+MOST_SEGMENTS = 50_000
+# Breaks nearer than this share of the run are one.
+_TOGETHER = 1e-12
+WHOLE, FAR, UNDEFINED, STUCK = "whole", "far", "undefined", "stuck"
+
+
+def run(experiment: Experiment, start: Floats, end: float) -> ExperimentRun:
+    """Return the run from a deviation x - x* (n,) over ``end`` [s].
+
+    Raises
+    ------
+    ModelError : so many samples or jumps that it would take minutes.
+    """
+    record = _Record(experiment)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        # The integrator warns where it gives up, and numpy where a formula has no value; the run
+        # then ends, and says so.
+        warnings.simplefilter("ignore")
+        ended = _iterate(record, start, end) if experiment.discrete else _integrate(
+            record, start, end
+        )  # fmt: skip
+    return record.finished(ended)
+
+
+@dataclass
+class _Record:
+    """What has been run so far."""
+
+    experiment: Experiment
+    time: list[Floats] = field(default_factory=list)
+    state: list[Floats] = field(default_factory=list)
+    wanted: list[Floats] = field(default_factory=list)
+    disturbance: list[Floats] = field(default_factory=list)
+    cuts: list[Cut] = field(default_factory=list)
+    missed: int = 0
+
+    def add(self, time: Floats, state: Floats, wanted: Floats, disturbance: Floats) -> None:
+        self.time.append(time)
+        self.state.append(state)
+        self.wanted.append(wanted)
+        self.disturbance.append(disturbance)
+
+    def cut(self, begin: float, end: float, wanted: Floats) -> None:
+        """Note which commands are beyond their range all through a span of time."""
+        low, high = self.experiment.limits.T
+        for k in np.flatnonzero((wanted < low) | (wanted > high)):
+            self.cuts.append(Cut(int(k), begin, end, bool(wanted[k] > high[k])))
+
+    def finished(self, ended: str) -> ExperimentRun:
+        wanted = np.concatenate(self.wanted)
+        low, high = self.experiment.limits.T
+        return ExperimentRun(
+            np.concatenate(self.time),
+            np.concatenate(self.state),
+            wanted,
+            np.clip(wanted, low, high),
+            np.concatenate(self.disturbance),
+            _joined(self.cuts),
+            ended,
+            self.missed,
+        )
+
+
+def _joined(cuts: list[Cut]) -> tuple[Cut, ...]:
+    """Return the spans with those that touch as one."""
+    found: list[Cut] = []
+    open_: dict[tuple[int, bool], int] = {}
+    for cut in cuts:
+        at = open_.get((cut.command, cut.upper))
+        if at is not None and cut.begin - found[at].end <= 1e-9 * max(1e-3, cut.end):
+            found[at] = Cut(cut.command, found[at].begin, cut.end, cut.upper)
+        else:
+            open_[cut.command, cut.upper] = len(found)
+            found.append(cut)
+    return tuple(found)
+
+
+def _integrate(record: _Record, start: Floats, end: float) -> str:
+    experiment = record.experiment
+    program = None if experiment.program is None else experiment.program()
+    grid = np.linspace(0.0, end, SAMPLES)
+    x, held = np.asarray(start, dtype=np.float64), np.zeros(0)
+    for begin, stop, is_sample in _segments(experiment, end):
+        segment = _Segment(experiment, begin, stop)
+        if program is not None and is_sample:
+            held = segment.sampled(program, x)
+            record.missed = program.missed
+        inside = grid[(grid > begin) & (grid < stop)]
+        ended, x = segment.integrate(record, x, None if program is None else held, inside)
+        if ended != WHOLE:
+            return ended
+    return WHOLE
+
+
+def _segments(experiment: Experiment, end: float) -> Iterator[tuple[float, float, bool]]:
+    """Yield (begin, stop, whether the program computes at ``begin``)."""
+    step = experiment.step if experiment.program is not None else None
+    times = experiment.disturbances.breaks(end) + experiment.noise.breaks(end)
+    samples = int(np.ceil(end / step - 1e-9)) if step is not None else 0
+    if len(times) + samples > MOST_SEGMENTS:
+        raise ModelError(
+            f"the run of {end:g} s has {len(times) + samples} samples and jumps of signals; at "
+            f"most {MOST_SEGMENTS} are simulated: take a shorter duration, a longer sample time, "
+            "or hold values of noise for longer"
+        )
+    near = _TOGETHER * max(end, 1e-3)
+    ours = [] if step is None else [k * step for k in range(samples)]
+    marked = sorted([(t, 0) for t in ours] + [(t, 1) for t in times])
+    kept: list[tuple[float, bool]] = [(0.0, step is not None)]
+    for time, other in marked:
+        if time - kept[-1][0] > near and end - time > near:
+            kept.append((time, not other))
+        elif not other and time <= end - near:
+            kept[-1] = (kept[-1][0], True)
+    edges = [*kept, (end, False)]
+    for (begin, sampled), (stop, _) in pairwise(edges):
+        yield begin, stop, sampled
+
+
+class _Segment:
+    """A part of the run in which no signal jumps."""
+
+    def __init__(self, experiment: Experiment, begin: float, stop: float) -> None:
+        self.experiment, self.begin, self.stop = experiment, begin, stop
+        moved = experiment.disturbances.on(begin, stop)
+        self.disturbance: Callable[[float], Floats] = lambda t: (
+            experiment.disturbance_rest + moved(t)
+        )
+        self.noise = experiment.noise.on(begin, stop)
+        self._last: tuple[float, Floats, Floats] | None = None
+
+    def sampled(self, program: SampledProgram, x: Floats) -> Floats:
+        """Return what the program wants at the beginning."""
+        return program.sample(x + self.noise(self.begin), self.disturbance(self.begin))
+
+    def wanted(self, time: float, x: Floats, held: Floats | None) -> Floats:
+        if held is not None:
+            return held
+        last = self._last
+        if last is not None and last[0] == time and np.array_equal(last[1], x):
+            return last[2]
+        found = self.experiment.commands(x + self.noise(time), self.disturbance(time))
+        self._last = (time, x.copy(), found)
+        return found
+
+    def integrate(
+        self, record: _Record, x: Floats, held: Floats | None, inside: Floats
+    ) -> tuple[str, Floats]:
+        """Add the segment to the record; return how it ended, and the state there."""
+        from scipy.integrate import solve_ivp
+
+        own, disturbance = self.experiment, self.disturbance
+
+        def slope(time: float, at: Floats) -> Floats:
+            return own.rate(own.rest + at, own.held(self.wanted(time, at, held)), disturbance(time))
+
+        def leaves(_: float, at: Floats) -> float:
+            return float(np.min(own.far - np.abs(at)))
+
+        leaves.terminal = True  # type: ignore[attr-defined]
+        ends = [] if held is not None else self.ends(held)
+        times = np.array([self.begin, *inside, self.stop])
+        broke = False
+        try:
+            found: Any = solve_ivp(
+                slope, (self.begin, self.stop), x, method="LSODA", rtol=RELATIVE, atol=ABSOLUTE,
+                t_eval=times, events=[leaves, *ends], dense_output=bool(ends),
+            )  # fmt: skip
+        except ModelError:
+            raise
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            broke = True
+        if broke or not found.t.size or not np.all(np.isfinite(found.y)):
+            wanted = self.tried(x, held)
+            record.add(np.array([self.begin]), x[None], wanted[None], disturbance(self.begin)[None])
+            return UNDEFINED, x
+        states = found.y.T
+        wanted = np.array([self.wanted(t, y, held) for t, y in zip(found.t, states, strict=True)])
+        record.add(found.t, states, wanted, np.array([disturbance(t) for t in found.t]))
+        if held is not None:
+            record.cut(self.begin, float(found.t[-1]), held)
+        elif ends:
+            crossed = np.concatenate(found.t_events[1:])
+            edges = np.unique(np.concatenate([found.t, crossed[crossed <= found.t[-1]]]))
+            for begin, stop in pairwise(edges):
+                middle = (begin + stop) / 2
+                record.cut(begin, stop, self.wanted(middle, found.sol(middle), held))
+        ended = {0: WHOLE, 1: FAR}.get(int(found.status), STUCK)
+        return ended, states[-1]
+
+    def tried(self, x: Floats, held: Floats | None) -> Floats:
+        try:
+            return self.wanted(self.begin, x, held)
+        except ModelError:
+            raise
+        except (ArithmeticError, ValueError):
+            return np.full(len(self.experiment.limits), np.nan)
+
+    def ends(self, held: Floats | None) -> list[Callable[[float, Floats], float]]:
+        """Return a function for each end of a range, 0 where the command meets it."""
+        found: list[Callable[[float, Floats], float]] = []
+        for k, side in np.argwhere(np.isfinite(self.experiment.limits)):
+            limit = float(self.experiment.limits[k, side])
+
+            def meets(time: float, x: Floats, k: int = int(k), limit: float = limit) -> float:
+                return float(self.wanted(time, x, held)[k] - limit)
+
+            found.append(meets)
+        return found
+
+
+def _iterate(record: _Record, start: Floats, end: float) -> str:
+    own = record.experiment
+    step = own.step or 1.0
+    count = max(int(np.ceil(end / step)), 1)
+    if count > MOST_SEGMENTS:
+        raise ModelError(
+            f"the run of {end:g} s has {count} samples of {step:g} s; at most {MOST_SEGMENTS} are "
+            "simulated: take a shorter duration"
+        )
+    x = np.asarray(start, dtype=np.float64)
+    for k in range(count + 1):
+        time = k * step
+        # Jumps within a sample count from the next one on.
+        soon = time + 1e-6 * step
+        w = own.disturbance_rest + own.disturbances.on(time, soon)(time)
+        wanted, following = np.full(len(own.limits), np.nan), x
+        try:
+            wanted = own.commands(x + own.noise.on(time, soon)(time), w)
+            if k < count:
+                following = own.rate(own.rest + x, own.held(wanted), w) - own.rest
+        except ModelError:
+            raise
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            following = np.full(len(x), np.nan)
+        record.add(np.array([time]), x[None], wanted[None], w[None])
+        if not np.all(np.isfinite(following)):
+            return UNDEFINED
+        if k < count:
+            record.cut(time, time + step, wanted)
+        if np.any(np.abs(following) > own.far):
+            return FAR
+        x = following
+    return WHOLE

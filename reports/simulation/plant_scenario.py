@@ -1,0 +1,166 @@
+"""What comes to a simulated plant from outside, and how its law runs: as asked, and in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import floor, log10
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.plant.file_units import file_unit, shown_time
+from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
+from takagi.reports.loops.plant_motion import Outside
+
+if TYPE_CHECKING:
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
+    from takagi.models.plant_simulation.experiment import SampledProgram
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+# A value of noise without a time of its own is held for this share of the fastest time constant.
+HELD_SHARE = 0.1
+# Where no pole moves at all [s].
+HELD_AT_REST = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class PlantScenario:
+    """What is asked of a simulation; nothing by default.
+
+    Attributes
+    ----------
+    disturbances : (name, signal); several on one name are added.
+    noise : (state, noise on its measurement).  A noise whose ``every`` is 0 is held as long as
+        suits the loop, see ``resolved``.
+    sample_time : T [s] of a law in samples, which holds its command; None for continuous time.
+    """
+
+    disturbances: tuple[tuple[str, Signal], ...] = ()
+    noise: tuple[tuple[str, Noise], ...] = ()
+    sample_time: float | None = None
+
+
+def resolved(scenario: PlantScenario, loop: PlantLoop) -> PlantScenario:
+    """Return the scenario with a time for each noise that has none.
+
+    It is the law's sample time; of a law in continuous time a tenth of the fastest time constant
+    at rest, to one digit.
+    """
+    hold = scenario.sample_time or loop.model.sample_time or _suited(loop)
+
+    def held(signal: Signal) -> Signal:
+        waits = isinstance(signal, Noise) and not signal.every
+        return replace(signal, every=hold) if waits else signal  # type: ignore[type-var]
+
+    return replace(
+        scenario,
+        disturbances=tuple((name, held(signal)) for name, signal in scenario.disturbances),
+        noise=tuple((name, held(noise)) for name, noise in scenario.noise),  # type: ignore[misc]
+    )
+
+
+def outside(
+    scenario: PlantScenario, loop: PlantLoop, program: Callable[[], SampledProgram] | None
+) -> Outside:
+    """Return the scenario, resolved, for the loop's plant.
+
+    Raises
+    ------
+    ModelError : a name that the plant does not have, or a disturbance that moves the effectiveness
+        of a blended actuator.
+    """
+    moving = moving_disturbances(scenario, loop.plant)
+    names = [v.name for v in moving]
+    states = [v.name for v in loop.plant.states]
+    for name, _ in scenario.noise:
+        if name not in states:
+            raise ModelError(_unknown("state", name, states))
+    return Outside(
+        moving,
+        Signals(len(names), tuple((names.index(n), s) for n, s in scenario.disturbances)),
+        Signals(len(states), tuple((states.index(n), s) for n, s in scenario.noise)),
+        program,
+        scenario.sample_time,
+    )
+
+
+def moving_disturbances(scenario: PlantScenario, plant: Plant) -> tuple[Variable, ...]:
+    """Return the disturbances that move, in the order of the plant."""
+    from takagi.models.blending.blending import blending_of
+
+    blending = blending_of(plant)
+    written = plant if blending is None else blending.plant
+    known = {v.name: v for v in written.disturbances}
+    for name, _ in scenario.disturbances:
+        if name not in known:
+            raise ModelError(_unknown("disturbance", name, list(known)))
+    moved = {name for name, _ in scenario.disturbances}
+    found = tuple(v for v in written.disturbances if v.name in moved)
+    for actuator in () if blending is None else blending.actuators:
+        for v in found:
+            if v.symbol in actuator.effectiveness.free_symbols:
+                raise ModelError(
+                    f"disturbance {v.name}: it stands in the effectiveness of {actuator.name}, "
+                    "which is simulated with its value at rest; leave it out, or write the "
+                    "effectiveness without it"
+                )
+    return found
+
+
+def in_words(scenario: PlantScenario, plant: Plant) -> list[str]:
+    """Return a text for each signal, in the units of the plant's file."""
+    from takagi.models.blending.blending import blending_of
+
+    blending = blending_of(plant)
+    variables = plant.variables + (() if blending is None else blending.plant.disturbances)
+    known = {v.name: v for v in variables}
+    found = [f"{name}: {_words(plant, known[name], s)}" for name, s in scenario.disturbances]
+    return found + [
+        f"{name} is measured with {_words(plant, known[name], noise)}"
+        for name, noise in scenario.noise
+    ]
+
+
+def _words(plant: Plant, variable: Variable, signal: Signal) -> str:
+    size, unit = file_unit(variable)
+    much = f"{signal.size / size:.4g}" + ("" if unit in ("", "-") else f" {unit}")
+
+    def at(seconds: float) -> str:
+        if not seconds:
+            return "0 s"
+        number, word = shown_time(plant, seconds)
+        return f"{1e3 * number:.4g} ms" if word == "s" and number < 0.1 else f"{number:.4g} {word}"
+
+    match signal:
+        case Step(start=start):
+            return f"a step of {much} at {at(start)}"
+        case Pulse(start=start, stop=stop):
+            return f"a pulse of {much} from {at(start)} to {at(stop)}"
+        case Ramp(start=start, stop=stop):
+            return f"a ramp to {much} from {at(start)} to {at(stop)}, which stays"
+        case Sine(period=period, start=start):
+            return f"a sine of {much} with period {at(period)} from {at(start)}"
+        case Noise(every=every, seed=seed):
+            return (
+                f"Gaussian noise of standard deviation {much}, each value held for {at(every)} "
+                f"(seed {seed[0]})"
+            )
+    raise AssertionError(signal)
+
+
+def _suited(loop: PlantLoop) -> float:
+    matrices, K = loop.at_rest()
+    poles = np.abs(np.linalg.eigvals(matrices.A if K is None else matrices.A - matrices.B @ K))
+    fastest = float(poles.max())
+    if not fastest > 0:
+        return HELD_AT_REST
+    held = HELD_SHARE / fastest
+    return float(round(held, -floor(log10(held))))
+
+
+def _unknown(what: str, name: str, known: list[str]) -> str:
+    listed = ", ".join(known) or "none"
+    return f"there is no {what} {name}{did_you_mean(name, known)}; the plant has {listed}"

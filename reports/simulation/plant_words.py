@@ -1,0 +1,300 @@
+"""What a simulation of a plant shows, in sentences and as a table; units of the plant's file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.plant.file_units import file_unit, shown_time
+from takagi.reports.loops.plant_motion import settling_time
+from takagi.reports.loops.proved_kinds import proved_claims
+from takagi.reports.loops.withstood import withstood
+from takagi.reports.simulation.plant_runs import (
+    SETTLED,
+    commanded,
+    cuts_by_command,
+    in_proved_set,
+    left_box,
+)
+from takagi.reports.simulation.plant_scenario import in_words, moving_disturbances
+
+if TYPE_CHECKING:
+    from takagi.models.plant.variables import Variable
+    from takagi.reports.loops.plant_motion import PlantMotion
+    from takagi.reports.simulation.plant_runs import PlantSimulation
+# States that have a column of their own in the table.
+MOST_STATES = 3
+# Runs that are named in a sentence.
+MOST_NAMED = 3
+_ENDED = {
+    "whole": "inside",
+    "far": "diverged",
+    "undefined": "no value",
+    "stuck": "integration failed",
+}
+
+
+def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
+    """Return headings, with their units, and one row of texts for each run."""
+    loop = found.loop
+    states = [
+        (k, v) for k, v in enumerate(loop.plant.states) if len(loop.plant.states) <= MOST_STATES
+    ]
+    actuators = commanded(loop)
+    heads = ["start", *(f"largest\noff rest\n{v.name} {_bracket(v)}" for _, v in states)]
+    heads += [f"largest\n{v.name} {_bracket(v)}" for v in actuators]
+    heads += [f"{v.name}\ncut for\n[s]" for v in actuators if v.range is not None]
+    heads += ["settled\nafter\n[s]", "start in\nthe proved\nset", "ended as"]
+    rows = []
+    for motion in found.motions:
+        row = [motion.name]
+        row += [_figure(np.abs(motion.state[:, k]).max() / file_unit(v)[0]) for k, v in states]
+        sent = np.hstack([motion.input, motion.acting]) if motion.acting.size else motion.input
+        row += [
+            _figure(np.abs(sent[:, k]).max() / file_unit(v)[0]) for k, v in enumerate(actuators)
+        ]
+        for cuts in cuts_by_command(loop, motion).values():
+            spent = sum(cut.end - cut.begin for cut in cuts)
+            row.append(f"{spent:.3g}" if cuts else "-")
+        settled = settling_time(motion, SETTLED)
+        row.append("-" if np.isnan(settled) else f"{settled:.3g}")
+        row.append({True: "yes", False: "no", None: "none"}[in_proved_set(loop, motion)])
+        row.append(_ended(found, motion))
+        rows.append(row)
+    return heads, rows
+
+
+def notes(found: PlantSimulation) -> list[str]:
+    """Return what came from outside, where inputs were cut, and what the certificate covers."""
+    return [
+        *_outside(found),
+        *_law(found),
+        *_cut(found),
+        *_left(found),
+        *_ends(found),
+        *_starts(found),
+        *_covered(found),
+        "Settled: from then on within 2 % of the largest deviation. A simulation proves nothing.",
+    ]
+
+
+def as_markdown(found: PlantSimulation, *, figures: Sequence[str]) -> str:
+    """Return the table, the sentences and the figures."""
+    heads, rows = columns(found)
+    flat = [head.replace("\n", " ") for head in heads]
+    lines = [f"# {found.loop.plant.name}, simulated", ""]
+    lines += ["| " + " | ".join(flat) + " |", "|" + "---|" * len(flat)]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    lines += ["", *(f"- {note}" for note in notes(found)), ""]
+    if figures:
+        lines += ["Dashed: ends of a range. Shaded: a command is cut in one of the runs.", ""]
+    for name in figures:
+        lines += [f"![{name}]({name})", ""]
+    return "\n".join(lines)
+
+
+def _outside(found: PlantSimulation) -> list[str]:
+    told = in_words(found.scenario, found.loop.plant)
+    return [f"From outside: {'; '.join(told)}."] if told else []
+
+
+def _law(found: PlantSimulation) -> list[str]:
+    step = found.scenario.sample_time
+    if step is None:
+        return []
+    lines = [
+        f"The law is the program of the gain file: it runs every {step:.4g} s and its command is "
+        "held until the next sample."
+    ]
+    missed = sum(motion.missed for motion in found.motions)
+    if missed:
+        lines.append(
+            f"In {missed} sample{'s' * (missed > 1)} a formula of the program had no value, such "
+            "as 0/0, and the last command was kept, as the exported code does."
+        )
+    return lines
+
+
+def _cut(found: PlantSimulation) -> list[str]:
+    lines = []
+    for k, variable in enumerate(commanded(found.loop)):
+        named = []
+        for motion in found.motions:
+            cuts = cuts_by_command(found.loop, motion).get(variable.name, [])
+            if not cuts:
+                continue
+            spent = sum(cut.end - cut.begin for cut in cuts)
+            if len(cuts) == 1:
+                words = f"from {_time(found, cuts[0].begin)} to {_time(found, cuts[0].end)}"
+            else:
+                words = (
+                    f"{len(cuts)} times between {_time(found, cuts[0].begin)} and "
+                    f"{_time(found, max(cut.end for cut in cuts))}, together {_time(found, spent)}"
+                )
+            named.append(f"{words} in the run from {motion.name}")
+        if not named:
+            continue
+        more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
+        wanted = _most_wanted(found, k, variable)
+        assert variable.range is not None
+        size, unit = file_unit(variable)
+        ends = (
+            f"[{float(variable.range.lower) / size:.4g}, {float(variable.range.upper) / size:.4g}]"
+        )
+        lines.append(
+            f"{variable.name} was cut at its range {ends}{_behind(unit)}"
+            f"{wanted}: {'; '.join(named[:MOST_NAMED])}{more}. A proof about the law holds only "
+            "while no command is cut."
+        )
+    return lines
+
+
+def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
+    if k >= len(found.loop.plant.inputs):
+        return ""
+    size, unit = file_unit(variable)
+    wanted = np.concatenate([motion.wanted[:, k] for motion in found.motions])
+    most = float(wanted[np.nanargmax(np.abs(wanted))])
+    return f" (the law asked for up to {most / size:.4g}{_behind(unit)})"
+
+
+def _left(found: PlantSimulation) -> list[str]:
+    named = []
+    for motion in found.motions:
+        left = left_box(found.loop, motion)
+        if left is not None:
+            named.append(f"{left[0].name} at {_time(found, left[1])} in the run from {motion.name}")
+    if not named:
+        return []
+    more = f"; and in {len(named) - MOST_NAMED} more runs" if len(named) > MOST_NAMED else ""
+    return [
+        f"Left its range: {'; '.join(named[:MOST_NAMED])}{more}. Outside the ranges of the file "
+        "the model is not the plant, and nothing is proved."
+    ]
+
+
+def _ends(found: PlantSimulation) -> list[str]:
+    lines = []
+    for motion in found.motions:
+        time = _time(found, float(motion.time[-1]))
+        if motion.ended == "far":
+            lines.append(
+                f"The run from {motion.name} diverged: at {time} a state is 20 times as far from "
+                "rest as its range allows, and the run ends there."
+            )
+        elif motion.ended == "undefined":
+            lines.append(
+                f"The run from {motion.name} ends at {time}, where an equation of the plant or a "
+                "premise of the law has no value (a division by 0, a root or logarithm of a "
+                "negative number, or a number too large); start nearer to rest."
+            )
+        elif motion.ended == "stuck":
+            lines.append(
+                f"The run from {motion.name} ends at {time}: the integrator finds no step small "
+                "enough, as where a state goes to infinity; start nearer to rest."
+            )
+    return lines
+
+
+def _starts(found: PlantSimulation) -> list[str]:
+    if 0 < found.scale < 1:
+        return [
+            f"Starts: corners of the box times {found.scale:.3g}, so that they lie in the set "
+            "{V <= c} of the certificate's function."
+        ]
+    inside = [(motion, in_proved_set(found.loop, motion)) for motion in found.motions]
+    outer = [
+        f"{motion.name} (V is {motion.value[0]:.3g} times its level)"
+        for motion, known in inside
+        if known is False
+    ]
+    if outer:
+        return [
+            f"Outside the proved set: {', '.join(outer)}. The certificate claims nothing of these "
+            "runs."
+        ]
+    if any(known is None for _, known in inside) and found.loop.gains is not None:
+        return ["No invariant set is proved, so the certificate claims nothing of these starts."]
+    return []
+
+
+def _covered(found: PlantSimulation) -> list[str]:
+    """Return what of the scenario lies outside of what the certificate is about."""
+    lines, scenario = [], found.scenario
+    if scenario.noise:
+        lines.append("measurement noise")
+    step = scenario.sample_time
+    if step is not None:
+        held = [
+            float(str(claim["sample_time"]))
+            for claim in proved_claims(found.design.document, found.design.checked, "sampled-loop")
+        ]
+        if not any(step <= proved * (1 + 1e-12) for proved in held):
+            lines.append(
+                f"a law in samples of {step:.4g} s (--sample-time of 'takagi design' proves one)"
+            )
+    known = {one.variable.name: one.proved for one in withstood(found.design)}
+    for name in dict.fromkeys(name for name, _ in scenario.disturbances):
+        lines += _uncovered(found, name, known.get(name))
+    if not lines:
+        return []
+    return [f"Not covered by the certificate's sets: {'; '.join(lines)}."]
+
+
+def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[str]:
+    variable = next((v for v in found.loop.plant.disturbances if v.name == name), None)
+    if variable is None:
+        return []
+    size, unit = file_unit(variable)
+    place = [one for one, _ in found.scenario.disturbances]
+    moved = list(dict.fromkeys(v for v in _moving(found) if v in place)).index(name)
+    values = np.concatenate([motion.disturbance[:, moved] for motion in found.motions])
+    off = float(np.abs(values - float(variable.rest)).max())
+    side = variable.range
+    if side is not None and (values.min() < float(side.lower) or values.max() > float(side.upper)):
+        ends = f"[{float(side.lower) / size:.4g}, {float(side.upper) / size:.4g}]"
+        return [
+            f"{name} from {values.min() / size:.4g} to {values.max() / size:.4g}{_behind(unit)}, "
+            f"outside its range {ends}"
+        ]
+    if variable.schedules:
+        return []
+    if not proved:
+        return [f"{name} off rest (no invariant set is proved for it)"]
+    if off > proved * (1 + 1e-9):
+        return [
+            f"{name} up to {off / size:.4g}{_behind(unit)} off rest (an invariant set is proved "
+            f"for {proved / size:.4g}{_behind(unit)})"
+        ]
+    return []
+
+
+def _moving(found: PlantSimulation) -> list[str]:
+    """Return the names of the disturbances that move, in the order of ``disturbance``."""
+    return [v.name for v in moving_disturbances(found.scenario, found.loop.plant)]
+
+
+def _ended(found: PlantSimulation, motion: PlantMotion) -> str:
+    left = motion.whole and left_box(found.loop, motion) is not None
+    return "left the box" if left else _ENDED[motion.ended]
+
+
+def _figure(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "-"
+
+
+def _time(found: PlantSimulation, seconds: float) -> str:
+    if not seconds:
+        return "0 s"
+    number, unit = shown_time(found.loop.plant, seconds)
+    return f"{number:.3g} {unit}"
+
+
+def _bracket(variable: Variable) -> str:
+    return f"[{file_unit(variable)[1]}]"
+
+
+def _behind(unit: str) -> str:
+    return "" if unit in ("", "-") else f" {unit}"

@@ -1,0 +1,308 @@
+"""Leaving a set under white noise: exact thresholds, a known answer, simulation, forged claims."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm, solve_continuous_lyapunov
+
+from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.document import certificate_document
+from takagi.certificates.requests import ClaimedLoop, ExitProbability
+from takagi.certificates.requests.on_pieces import attempted
+from takagi.models import ModelError, TSModel
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+Floats = Any
+
+
+def lag() -> tuple[Data, Data]:
+    """Return x' = -x + w/2 on |x| <= 2, V = x^2/4: k = (2 - a) 4 / (2/4) = 8 (2 - a), c = 1/16.
+
+    At a = 1/2, k = 12: k c = 3/4 > a, m = exp(1/2) / 2, and p = exp(-12) + 10 m exp(-12).
+    """
+    model = model_data([[[-1]]], E=[[[1]]], disturbance_names=["w [-]"], box={"x1 [-]": [-2, 2]})
+    claim: Data = {"name": "lag", "kind": "exit-probability", "disturbance": "disturbances"}
+    claim |= {"noise": [0.5], "P": [[0.25]], "rate": 0.5, "exponent": 12, "start": 0}
+    return model, claim | {"horizon": 10, "probability": round(lag_bound() * 1.0001, 10)}
+
+
+def lag_bound() -> float:
+    return math.exp(-12) * (1 + 10 * 0.5 * math.exp(0.5))
+
+
+def verdicts(model: Data, claim: Data, gains: Data | None = None) -> tuple[str, str]:
+    """Return the verdicts of both checkers; "refused" where one refuses the file."""
+    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
+    try:
+        first = said_of(model, gains, claim).verdict.name
+    except CertificateError:
+        first = "refused"
+    try:
+        second = judge_document(document)[0].verdict
+    except Refusal:
+        second = "refused"
+    return first, second
+
+
+BOTH, NEITHER, REFUSED = ("PROVED",) * 2, ("UNDECIDED",) * 2, ("refused",) * 2
+
+
+def test_probability_from_both_sides_of_its_exact_value() -> None:
+    model, claim = lag()
+    for factor, expected in ((1 + 1e-9, BOTH), (1 - 1e-9, NEITHER)):
+        at = claim | {"probability": lag_bound() * factor}
+        assert verdicts(model, at) == expected
+
+
+@pytest.mark.parametrize(
+    ("key", "inside", "outside"),
+    [("exponent", 12, 12.000001), ("rate", 0.5, 0.500001), ("P", [[0.25]], [[0.2499999]])],
+)
+def test_thresholds_of_the_inequality(key: str, inside: Any, outside: Any) -> None:
+    """k = 8 (2 - a) exactly for P = 1/4; {V <= 1} is |x| <= 2 exactly, the box."""
+    model, claim = lag()
+    assert verdicts(model, claim | {key: inside}) == BOTH
+    assert verdicts(model, claim | {key: outside}) == NEITHER
+
+
+FORGED: list[tuple[Data, Data]] = [
+    ({"A": [[[-0.999]]]}, {}),
+    ({"E": [[[1.001]]]}, {}),
+    ({"box": {"x1 [-]": [-1.999, 2]}}, {}),
+    ({"box": {"x1 [-]": [-2, 2], "w [-]": [-9, 9]}}, {}),
+    ({}, {"noise": [0.501]}),
+    ({}, {"horizon": 10.01}),
+    ({}, {"start": 0.01}),
+    ({}, {"probability": 1e-9}),
+    ({}, {"P": [[-0.25]]}),
+    ({}, {"disturbance_bounds": [0.001], "multipliers": [0]}),
+]
+
+
+@pytest.mark.parametrize(("changed", "claimed"), FORGED)
+def test_forged_claims_are_not_proved(changed: Data, claimed: Data) -> None:
+    model, claim = lag()
+    assert verdicts(model | changed, claim | claimed) == NEITHER
+
+
+REFUSALS: list[tuple[Data, Data]] = [
+    ({"sample_time": 0.1}, {}),
+    ({}, {"noise": [0]}),
+    ({}, {"noise": [-0.5]}),
+    ({}, {"noise": [0.5, 0.5]}),
+    ({}, {"rate": 0}),
+    ({}, {"exponent": -1}),
+    ({}, {"start": 1}),
+    ({}, {"start": -0.1}),
+    ({}, {"horizon": 0}),
+    ({}, {"probability": 0}),
+    ({}, {"probability": 1}),
+    ({}, {"disturbance": "inputs"}),
+    ({}, {"disturbance_bounds": [-1]}),
+    ({}, {"disturbance_bounds": [0.1]}),
+    ({}, {"disturbance_bounds": [0.1], "multipliers": [-1]}),
+]
+
+
+@pytest.mark.parametrize(("changed", "claimed"), REFUSALS)
+def test_malformed_claims_are_refused(changed: Data, claimed: Data) -> None:
+    model, claim = lag()
+    assert verdicts(model | changed, claim | claimed) == REFUSED
+
+
+def test_two_noises_add_and_any_rule_may_be_the_one_that_counts() -> None:
+    """S = [1/2, 1/2] has twice the variance: k = 8 (2 - a) / 2, c = 1/8."""
+    model, claim = lag()
+    two = model | {"E": [[[1, 1]]], "disturbance_names": ["v [-]", "w [-]"]}
+    loud = claim | {"noise": [0.5, 0.5], "exponent": 6, "probability": 0.3}
+    assert verdicts(two, loud) == BOTH
+    assert verdicts(two, loud | {"exponent": 6.001}) == NEITHER
+    rules = model | {"A": [[[-1]], [[-1]]], "box": model["box"]}
+    for E in ([[[1]], [[1.01]]], [[[1.01]], [[1]]]):
+        assert verdicts(rules | {"E": E}, claim) == NEITHER
+        slower = claim | {"exponent": 11.7, "probability": 1e-3}
+        assert verdicts(rules | {"E": E}, slower) == BOTH
+
+
+def test_bounded_disturbance_has_its_multiplier() -> None:
+    """x' = -x + d + w/2, |d| <= 1/4: 2P - aP - P^2/(16 b) - 2 k P^2/4 >= 0 with P = 1/4."""
+    model, claim = lag()
+    pushed = model | {"E": [[[1, 1]]], "disturbance_names": ["d [-]", "w [-]"]}
+    held = claim | {"noise": [0, 0.5], "disturbance_bounds": [0.25, 0], "probability": 0.9}
+    least = Fraction(1, 256) / (Fraction(3, 8) - Fraction(5, 16))  # at k = 10
+    for b, expected in ((float(least), BOTH), (float(least) - 1e-6, NEITHER)):
+        one = held | {"exponent": 10, "multipliers": [b]}
+        assert verdicts(pushed, one) == expected
+    # The multiplier is part of c: c = 1/16 + 1/16, and 10 c > a.
+    bound = math.exp(-10) * (1 + 10 * 0.5 * math.exp(10 * 0.125 / 0.5 - 1))
+    one = held | {"exponent": 10, "multipliers": [0.0625]}
+    assert verdicts(pushed, one | {"probability": bound * (1 + 1e-9)}) == BOTH
+    assert verdicts(pushed, one | {"probability": bound * (1 - 1e-9)}) == NEITHER
+
+
+def test_noise_at_the_input_keeps_no_range() -> None:
+    """u = -x + w: the loop is that of ``lag``; an input with a range cannot be noise."""
+    names = {"input_names": ["u [-]"]}
+    model = model_data([[[0]]], B=[[[1]]], box={"x1 [-]": [-2, 2]}, **names)
+    gains = law_data([[[1]]], **names)
+    claim = lag()[1] | {"disturbance": "inputs"}
+    assert verdicts(model, claim, gains) == BOTH
+    limited = model | {"box": {"x1 [-]": [-2, 2], "u [-]": [-5, 5]}}
+    assert verdicts(limited, claim, gains) == NEITHER
+
+
+def test_sentence_names_set_noise_and_start() -> None:
+    model, claim = lag()
+    text = said_of(model, None, claim | {"start": 0.25, "probability": 0.01}).text
+    for part in ("within 10 s is at most 0.01", "x'Px <= 0.25", "0.5^2 for w [-]", "model's box"):
+        assert part in text
+
+
+@pytest.mark.parametrize(("a", "k", "q"), [(0.5, 12, 0.25), (0.5, 2, 0.25), (0.1, 30, 0.3)])
+def test_both_regimes_of_the_drift(a: float, k: float, q: float) -> None:
+    """m = max of k exp(kV)(c - aV) over 0 <= V <= 1, by samples; c = q^2 at P = 1."""
+    V = np.linspace(0, 1, 200_001)
+    bound = math.exp(-k) * (1 + 7 * float((k * np.exp(k * V) * (q**2 - a * V)).max()))
+    model = model_data([[[-50]]], E=[[[1]]], box={"x1 [-]": [-1, 1]})
+    claim = lag()[1] | {"P": [[1]], "noise": [q], "rate": a, "exponent": k, "horizon": 7}
+    for factor, expected in ((1 + 1e-6, BOTH), (1 - 1e-6, NEITHER)):
+        assert verdicts(model, claim | {"probability": bound * factor}) == expected
+
+
+def test_level_above_the_set() -> None:
+    """c > a (1 + 1/k): the drift grows up to V = 1, and nothing is claimed."""
+    model = model_data([[[-50]]], E=[[[1]]], box={"x1 [-]": [-1, 1]})
+    claim = lag()[1] | {"P": [[1]], "noise": [1], "exponent": 2, "horizon": 1e-6}
+    for rate, expected in ((0.667, BOTH), (0.666, NEITHER)):
+        assert verdicts(model, claim | {"rate": rate, "probability": 0.9}) == expected
+
+
+def exactly_left(rate: float, noise: float, limit: float, horizon: float) -> float:
+    """Return P(|x| reaches the limit) of x' = -rate x + noise w from 0.
+
+    Kolmogorov's backward equation u_t = noise^2/2 u'' - rate x u', u = 0 at the limits and 1 at
+    first, by Chebyshev collocation (Trefethen 2000, Spectral Methods in Matlab, program cheb).
+    """
+    N = 60
+    k = np.arange(N + 1)
+    x = np.cos(np.pi * k / N)
+    c = np.where((k == 0) | (k == N), 2.0, 1.0) * (-1.0) ** k
+    D = np.outer(c, 1 / c) / (x[:, None] - x + np.eye(N + 1))
+    D = (D - np.diag(D.sum(axis=1))) / limit
+    G = noise**2 / 2 * D @ D - rate * np.diag(limit * x) @ D
+    stays = expm(G[1:-1, 1:-1] * horizon) @ np.ones(N - 1)
+    return float(1 - stays[N // 2 - 1])
+
+
+@pytest.mark.parametrize(("limit", "most"), [(1.2, 1.9), (1.4, 2.0), (1.6, 2.6), (2.0, 5.2)])
+def test_one_state_against_the_exact_probability(limit: float, most: float) -> None:
+    loop = ClaimedLoop.of(TSModel([[[-1.0]]], E=[[0.5]]))
+    attempt = ExitProbability([1.0], 60.0, state_limits={"x1": limit}).attempt(loop)
+    truth = exactly_left(1.0, 0.5, limit, 60.0)
+
+    assert attempt.proved
+    assert truth < attempt.claim["probability"] < most * truth
+
+
+def oscillator() -> tuple[ClaimedLoop, ExitProbability]:
+    """Return x'' + 0.6 x' + x = 0.5 w and |x| <= 1.6 for 60 s."""
+    loop = ClaimedLoop.of(TSModel([[[0.0, 1.0], [-1.0, -0.6]]], E=[[0.0], [0.5]]))
+    return loop, ExitProbability([1.0], 60.0, state_limits={"x1": 1.6})
+
+
+def runs_that_leave(A: Floats, S: Floats, P: Floats, horizon: float, step: float) -> float:
+    """Return the share of 10,000 runs, exact at the samples, in which x'Px reaches 1."""
+    n = len(A)
+    X = solve_continuous_lyapunov(A, -S @ S.T)
+    flow = expm(A * step)
+    root = np.linalg.cholesky(X - flow @ X @ flow.T + 1e-15 * np.eye(n))
+    random = np.random.default_rng(7)
+    x, left = np.zeros((n, 10_000)), np.zeros(10_000, dtype=bool)
+    for _ in range(round(horizon / step)):
+        x = flow @ x + root @ random.standard_normal(x.shape)
+        left |= np.einsum("it,ij,jt->t", x, P, x) >= 1
+    return float(left.mean())
+
+
+def test_simulated_runs_leave_less_often_than_the_bound() -> None:
+    """Bound 0.685; 37 % of 40,000 runs with a fine step left (reference of this claim's probe)."""
+    loop, asked = oscillator()
+    attempt = asked.attempt(loop)
+    assert attempt.proved
+    assert 0.6 < attempt.claim["probability"] < 0.69
+    A, S = loop.A[0], loop.E[0]
+
+    share = runs_that_leave(A, S, np.array(attempt.claim["P"]), 60.0, 0.05)
+
+    assert 0.25 < share < 0.4
+    assert share < attempt.claim["probability"]
+
+
+def test_probability_that_is_asked_for() -> None:
+    loop, asked = oscillator()
+    at: Data = {"noise": [1.0], "horizon": 60.0, "state_limits": {"x1 [-]": 1.6}}
+    assert ExitProbability(**at, probability=0.69).attempt(loop).proved
+    missed = ExitProbability(**at, probability=0.68).attempt(loop)
+    assert missed.checked.verdict is Verdict.UNDECIDED
+    wild = ExitProbability([3.0], 60.0, state_limits={"x1": 1.6}).attempt(loop)
+    assert wild.checked.verdict is Verdict.UNDECIDED
+    assert "not below 1" in wild.tried[-1]
+
+
+numbers = st.floats(-1.0, 1.0).map(lambda value: round(value, 3))
+
+
+@pytest.mark.slow
+@settings(max_examples=8, deadline=None)
+@given(st.lists(numbers, min_size=8, max_size=8))
+def test_both_checkers_agree_about_random_rules(entries: list[float]) -> None:
+    A = np.reshape(entries, (2, 2, 2)) - 2 * np.eye(2)
+    loop = ClaimedLoop.of(TSModel(A, E=np.array([[[0.2], [0.1]], [[0.1], [0.2]]])))
+    attempt = ExitProbability([1.0], 5.0, state_limits={"x1": 2, "x2": 2}).attempt(loop)
+
+    document = certificate_document(
+        model=loop.model_data, gains=None, claims=[attempt.claim], provenance={}
+    )
+    assert judge_document(document)[0].verdict == attempt.checked.verdict.name
+
+
+def test_gains_by_rule_are_proved_on_blends() -> None:
+    model = TSModel(
+        [[[0.0, 1.0], [1.0, 0.0]], [[0.0, 1.0], [0.5, 0.0]]],
+        [[[0.0], [1.0]], [[0.0], [0.8]]],
+        E=[[0.0], [0.3]],
+    )
+    gains = [[[3.0, 2.0]], [[3.2, 2.2]]]
+    asked = ExitProbability([1.0], 60.0, state_limits={"x1": 1.0})
+    assert attempted(asked, ClaimedLoop.of(model, gains)).proved
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"horizon": -1.0}, "horizon"),
+        ({"start": 1.0}, "start"),
+        ({"probability": 1.5}, "probability"),
+        ({"rate": 0.0}, "rate"),
+        ({"noise": [0.0]}, "all entries are 0"),
+        ({"noise": [1.0, 2.0]}, "1 numbers"),
+        ({"state_limits": {}}, "no set to leave"),
+        ({"state_limits": {"y": 1.0}}, "no state 'y'"),
+        ({"state_limits": {"x1": -1.0}}, "positive"),
+        ({"disturbance": "inputs"}, "none such"),
+    ],
+)
+def test_misuse_raises(changed: Data, words: str) -> None:
+    loop, _ = oscillator()
+    given: Data = {"noise": [1.0], "horizon": 60.0, "state_limits": {"x1": 1.6}} | changed
+    with pytest.raises(ModelError, match=words):
+        ExitProbability(**given).attempt(loop)

@@ -1,0 +1,248 @@
+"""Energy gain by P(h): exact thresholds by hand, ROLMIP's masses, simulation, forged claims."""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.document import certificate_document
+from takagi.certificates.requests import FuzzyL2Gain
+from takagi.lmi import common_lyapunov, hinf_norm
+from takagi.models import ModelError, Premise, TSModel
+from tests.certificates.kinds.claims import law_data, model_data, said_of
+
+Data = dict[str, Any]
+
+
+def function(*values: float) -> list[Data]:
+    """Return the entries of P(h) = sum_i p_i h_i of one state."""
+    unit = np.eye(len(values), dtype=int).tolist()
+    return [{"powers": [row], "matrix": [[value]]} for row, value in zip(unit, values, strict=True)]
+
+
+def lag(sample_time: Any = None, a: float = -1) -> Data:
+    """Return x' = a x + w, y = x as two rules that are the same."""
+    one: Data = {"A": [[[a]]] * 2, "E": [[[1]]], "C": [[[1]]]}
+    return model_data(one.pop("A"), sample_time=sample_time, **one)
+
+
+def claimed(p: tuple[float, float], gain: Any, **others: Any) -> Data:
+    """Return the claim with P(h) = p_1 h_1 + p_2 h_2."""
+    claim = {"name": "x", "kind": "fuzzy-l2-gain", "disturbance": "disturbances", "gain": gain}
+    claim |= {"degrees": [1], "polya": 0, "P": function(*p), "rates": [[0.5, 0.5]]}
+    return claim | others
+
+
+def both(model: Data, gains: Data | None, claim: Data) -> str:
+    """Return the verdict of both checkers, which is one."""
+    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
+    first = said_of(model, gains, claim).verdict.name
+    assert judge_document(document)[0].verdict == first
+    return first
+
+
+@pytest.mark.parametrize(
+    ("p", "rate", "limit"),
+    [
+        # 2 p_i - rate (p_2 - p_1) - (p_i^2 + 1) / gain > 0 at both rules.
+        ((1, 1), 0.5, "1"),
+        ((1, 2), 0.5, "1.4285714285714286"),
+        ((1, 2), 0, "1.25"),
+        ((1, 2), 1, "2"),
+    ],
+)
+def test_the_gain_from_both_sides_of_its_value_by_hand(
+    p: tuple[float, float], rate: float, limit: str
+) -> None:
+    """x' = -x + w, y = x: the inequality at a rule is 2 p - rate (p2 - p1) > (p^2 + 1) / gain."""
+    least = float(limit)
+    rates = {"rates": [[rate, rate]]}
+
+    assert both(lag(), None, claimed(p, round(least + 1e-9, 12), **rates)) == "PROVED"
+    assert both(lag(), None, claimed(p, round(least - 1e-9, 12), **rates)) == "UNDECIDED"
+
+
+def test_jumps_in_discrete_time_need_the_largest_function_at_the_next_sample() -> None:
+    """x+ = w, y = x: P(h) > 1/gain now, and gain > P(h+) for every h+: gain > 3 of P = 1/2, 3."""
+    claim = claimed((0.5, 3), 3)
+    del claim["rates"]
+    model = lag(sample_time=1, a=0)
+
+    assert both(model, None, claim | {"gain": 3.000001}) == "PROVED"
+    assert both(model, None, claim) == "UNDECIDED"
+    # The largest at the next sample counts, not the present one: P = 1/2 alone would allow 2.1.
+    assert both(model, None, claim | {"gain": 2.1}) == "UNDECIDED"
+    assert both(model, None, claim | {"gain": 2.1, "P": function(0.5, 0.5)}) == "PROVED"
+
+
+def test_a_law_is_part_of_the_loop_and_of_the_output() -> None:
+    """x' = x + u + w, u = -2 x, y = x + u = -x: the gain is 1 as of x' = -x + w."""
+    model = model_data([[[1]]] * 2, B=[[[1]]], E=[[[1]]], C=[[[1]]], D=[[[1]]])
+    gains = law_data([[[2]], [[2]]])
+
+    assert both(model, gains, claimed((1, 1), 1.000001)) == "PROVED"
+    assert both(model, gains, claimed((1, 1), 0.999999)) == "UNDECIDED"
+    # w is added to u, and so to y: the path x -> -x + w has gain 2 at high frequencies no more.
+    added = claimed((1, 1), 2.1, disturbance="inputs")
+    assert both(model, gains, added) == "PROVED"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"gain": 1.4},
+        {"P": function(1, -2)},
+        {"P": function(-1, -2)},
+        {"rates": [[0.6, 0.6]]},
+        {"P": function(1, 2.1)},
+        {"output": {"C": [[[1.01]]]}},
+        {"output": {"C": [[[1]]], "F": [[[0.01]]]}},
+    ],
+    ids=str,
+)
+def test_what_is_false_is_not_proved(change: Data) -> None:
+    """A smaller gain, an indefinite P, faster weights, a larger output: never PROVED."""
+    good = claimed((1, 2), 1.4286)
+    assert both(lag(), None, good) == "PROVED"
+
+    assert both(lag(), None, good | change) == "UNDECIDED"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"gain": 0},
+        {"gain": -2},
+        {"rates": [None]},
+        {"rates": [[1]]},
+        {"degrees": [2]},
+        {"polya": -1},
+        {"polya": 9},
+        {"P": []},
+        {"disturbance": "inputs"},
+        {"disturbance": 1},
+        {"output": {"C": [[[1, 1]]]}},
+        {"output": {}},
+    ],
+    ids=str,
+)
+def test_what_does_not_fit_is_refused_by_both(change: Data) -> None:
+    """Nothing else than a refusal: no traceback, no verdict."""
+    claim = claimed((1, 2), 2) | change
+    document = certificate_document(model=lag(), gains=None, claims=[claim], provenance={})
+
+    with pytest.raises(CertificateError):
+        said_of(lag(), None, claim)
+    try:
+        second = judge_document(document)[0].verdict
+    except Refusal:
+        second = "refused"
+    assert second in ("refused", "UNDECIDED")
+
+
+def test_a_law_with_weights_of_its_own_is_refused() -> None:
+    """P(h) is a function of one set of weights."""
+    model = model_data([[[-1]]] * 2, B=[[[1]], [[2]]], E=[[[1]]], C=[[[1]]])
+    own = [{"name": "z", "lower": 0, "upper": 1}]
+
+    with pytest.raises(CertificateError, match="weights of its own"):
+        said_of(model, law_data([[[0]], [[1]]], premises=own), claimed((1, 2), 2))
+
+
+def test_pieces_prove_what_one_polynomial_does_not() -> None:
+    """x' = (-1 + 3.9 h1 h2) x + w, y = x/100: on halves of the weights every coefficient is right.
+
+    The loop's rate is 1 - 3.9/4 = 0.025 at least, and so its gain 0.4 at most.
+    """
+    s, half = 3.9, [[0, 0, 1], [], []]
+    model = model_data([[[-1]], [[2 * s - 1]]], B=[[[1]], [[2]]], E=[[[1]]], C=[[[0.01]]])
+    gains = law_data([[[0]], [[s]]])
+    claim = claimed((0.02, 0.02), 1.5, rates=[[0, 0]])
+
+    assert both(model, gains, claim) == "UNDECIDED"
+    assert both(model, gains, claim | {"halvings": half}) == "PROVED"
+
+
+def masses() -> TSModel:
+    """Two masses, springs and a damper with three numbers in ranges: ROLMIP manual, table 2."""
+    corners = list(product((2 / 3, 2.0), (0.8, 4 / 3), (1.0, 3.0)))
+    A = [
+        [[0, 0, 1, 0], [0, 0, 0, 1], [-2 * a, a, -a * c, 0], [b, -b, 0, -b * c]]
+        for a, b, c in corners
+    ]
+    return TSModel(
+        np.array(A),
+        E=np.array([[[0.0], [0.0], [a], [0.0]] for a, _, _ in corners]),
+        C=[[0.0, 1.0, 0.0, 0.0]],
+        premises=[Premise("t1", 2 / 3, 2), Premise("t2", 0.8, 4 / 3), Premise("t3", 1, 3)],
+    )
+
+
+def test_the_masses_of_rolmips_manual_are_proved_at_its_number() -> None:
+    """1.0540 by P of degree 1 and constant numbers, where one P shows 2.8429.
+
+    Below the largest norm of a corner nothing is proved.
+    """
+    model = masses()
+    found = certify(model, claims=[FuzzyL2Gain(rate_bounds=0)])
+    norms = [hinf_norm(model.A[k], model.E[k], model.C[0]).gain or 0.0 for k in range(8)]
+    below = certify(model, claims=[FuzzyL2Gain(gain=0.999 * max(norms), rate_bounds=0)])
+
+    assert found.verdict is Verdict.PROVED
+    assert found.document["claims"][0]["gain"] == pytest.approx(1.0540, abs=3e-4)
+    assert judge_document(found.document)[0].verdict == "PROVED"
+    assert below.verdict is Verdict.UNDECIDED
+
+
+def test_the_gain_of_a_moving_loop_is_never_exceeded_in_simulation() -> None:
+    """Energies of y and w along a loop whose weights move at their rates keep the bound."""
+    model = TSModel(
+        [[[0.0, 1.0], [-1.0, -0.6]], [[0.0, 1.0], [-3.0, -0.4]]], E=[[0.0], [1.0]], C=[[1.0, 0.0]]
+    )
+    certificate = certify(model, claims=[FuzzyL2Gain(rate_bounds=0.2)])
+    assert certificate.verdict is Verdict.PROVED
+    gain = certificate.document["claims"][0]["gain"]
+    # No common P serves this pair: only slow weights have a gain at all.
+    assert common_lyapunov(model).status == "infeasible"
+
+    dt, x = 1e-3, np.zeros(2)
+    energy_y = energy_w = 0.0
+    for k in range(40_000):
+        t = k * dt
+        h = 0.5 + 0.5 * np.sin(0.4 * t)  # |h'| <= 0.2
+        A = h * model.A[0] + (1 - h) * model.A[1]
+        w = np.sin(np.sqrt(h + 3 * (1 - h)) * t)
+        x = x + dt * (A @ x + model.E[0][:, 0] * w)
+        energy_y, energy_w = energy_y + dt * x[0] ** 2, energy_w + dt * w**2
+    assert 0.3 * gain < np.sqrt(energy_y / energy_w) < gain
+
+
+def test_discrete_time_with_gains_is_proved_by_both() -> None:
+    """A sampled loop with a gain a rule: jumps of the weights allowed, no rates asked for."""
+    model = TSModel(
+        [[[1.0, 0.1], [0.1, 1.0]], [[1.0, 0.1], [0.3, 0.95]]],
+        [[0.0], [0.1]],
+        C=[[1.0, 0.0]],
+        E=[[0.0], [0.02]],
+        sample_time=0.1,
+    )
+    found = certify(model, [[[6.0, 5.0]], [[8.0, 5.0]]], claims=[FuzzyL2Gain()])
+
+    assert found.verdict is Verdict.PROVED
+    assert "rates" not in found.document["claims"][0]
+    assert "however the weights move" in found.checked.claims[0].text
+    assert judge_document(json.loads(json.dumps(found.document)))[0].verdict == "PROVED"
+
+
+def test_requests_that_cannot_be_meant_are_refused() -> None:
+    """A gain that is not positive; a model without an output."""
+    with pytest.raises(ModelError, match="positive"):
+        FuzzyL2Gain(gain=-1.0)
+    with pytest.raises(ModelError, match="no output"):
+        certify(TSModel([[[-1.0]], [[-2.0]]], E=[[1.0]]), claims=[FuzzyL2Gain()])

@@ -1,0 +1,291 @@
+"""Conditions written with operators are those written as terms; equalities hold exactly."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from takagi.lmi import (
+    LMI,
+    Condition,
+    Constant,
+    He,
+    Term,
+    Unknown,
+    block,
+    common_lyapunov_condition,
+    decide,
+    exact_matrices,
+    exact_no,
+    exact_solution,
+    expressed,
+    hinf_norm_condition,
+    latex,
+    matrix,
+    objective_below,
+    optimise,
+    parametrised,
+    pose,
+    trace,
+)
+from takagi.models import ModelError
+
+A = np.array([[[-1.0, 2.0], [0.0, -1.1]], [[-1.0, 1.1], [0.0, -2.0]]])
+B = np.array([[0.0], [1.0]])
+C = np.array([[0.1, 1.0]])
+
+
+def symmetric(name: str = "P", n: int = 2) -> Unknown:
+    """An unknown symmetric matrix."""
+    return Unknown(name, n, n, symmetric=True)
+
+
+def values_of(condition: Condition, seed: int) -> dict[str, Any]:
+    """Any values of the unknowns."""
+    random = np.random.default_rng(seed)
+    return {u.name: u.value(random.normal(size=u.length)) for u in condition.unknowns}
+
+
+def same(one: Condition, other: Condition) -> bool:
+    """Whether two conditions have the same matrices at the same unknowns, LMI by LMI."""
+    values = values_of(one, 0)
+    return all(
+        np.all(exact_matrices(one, first, values) == exact_matrices(other, second, values))
+        for first, second in zip(one.lmis, other.lmis, strict=True)
+    )
+
+
+def test_the_energy_condition_of_the_guide_is_the_same_by_operators() -> None:
+    """The guide's terms and He(P @ A) + I: the same matrices, the same optimum, the same LaTeX."""
+    P, one = symmetric(), np.eye(2)[None]
+    energy = LMI(
+        name="energy",
+        blocks=(2,),
+        count=2,
+        terms=(Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_i")),),
+        constants=(Constant(value=one, latex="I"),),
+        sign=-1,
+        index=r"i = 1, \dots, 2",
+    )
+    by_terms = Condition(name="e", unknowns=(P,), lmis=(energy,), objective={"P": one})
+
+    by_hand = pose((He(P @ matrix(A, "A_i")) + np.eye(2) << 0).named("energy"), minimise=trace(P))
+
+    assert same(by_terms, by_hand)
+    assert latex(by_hand) == latex(by_terms)
+    assert optimise(by_hand).objective == pytest.approx(1.9696, abs=1e-4)
+
+
+def test_the_bounded_real_lemma_by_blocks_is_the_one_of_the_layer() -> None:
+    """Blocks, a scalar times I, None for the mirror image, against ``hinf_norm_condition``."""
+    D = np.array([[0.25]])
+    P, gamma = symmetric(), Unknown("gamma", 1, 1)
+
+    mine = pose(
+        P >> 0,
+        block(
+            [
+                [He(P @ A), P @ B, C.T],
+                [None, -gamma * np.eye(1), D.T],
+                [None, None, -gamma * np.eye(1)],
+            ]
+        )
+        << 0,
+        minimise=gamma,
+    )
+
+    theirs = hinf_norm_condition(A, B, C, D)
+    assert same(theirs, mine)
+    assert mine.objective["gamma"] == 1
+
+
+def test_members_transposes_and_products_of_unknowns_are_what_they_say() -> None:
+    """Y' and Y of a family, A Q + B Y: against the same in numpy, at any values."""
+    Q, Y = symmetric("Q"), Unknown("Y", 1, 2, count=2)
+    condition = pose(
+        (He(A @ Q + B @ Y) - 0.5 * Q << 0),
+        block([[Q, 2 * Y.member(1).T], [None, np.eye(1)]]) >= 0,
+    )
+    values = values_of(condition, 3)
+    q, y = values["Q"][0], values["Y"]
+
+    first, second = (exact_matrices(condition, lmi, values) for lmi in condition.lmis)
+
+    for i in range(2):
+        M = A[i] @ q + B @ y[i]
+        np.testing.assert_allclose(-(M + M.T - 0.5 * q), first[i].astype(float), atol=1e-14)
+    whole = np.block([[q, 2 * y[1].T], [2 * y[1], np.eye(1)]])
+    np.testing.assert_array_equal(second[0].astype(float), whole)
+
+
+def test_yalmip_products_are_matrix_products() -> None:
+    """P * A is the matrix product, as in YALMIP; a scalar unknown scales."""
+    P, tau = symmetric(), Unknown("tau", 1, 1)
+
+    one = pose(He(P * A[0]) + tau * np.eye(2) * 2.0 << 0)
+    other = pose(He(P @ A[0]) << -2 * tau * np.eye(2))
+
+    assert same(one, other)
+
+
+def test_a_statement_is_neither_true_nor_false() -> None:
+    """A chain of comparisons would silently lose its first half."""
+    P = symmetric()
+
+    with pytest.raises(ModelError, match="two statements for a chain"):
+        bool(P >> 0)
+    with pytest.raises(ModelError, match="write << or >>"):
+        P < 1  # noqa: B015
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (lambda P: P @ P, "product of two unknowns"),
+        (lambda P: P @ np.ones((3, 1)), "inner sizes"),
+        (lambda P: P + np.eye(3), "shapes must be equal"),
+        (lambda P: P + 1.0, "shapes must be equal"),
+        (lambda P: pose(P @ A[0] << 0), "is not symmetric"),
+        (lambda P: pose(block([[P, P @ A[0]], [P @ A[0], P]]) >> 0), "is not symmetric"),
+        (lambda P: block([[P, None], [None, P]]), "so is its mirror image"),
+        (lambda P: pose(P @ B << 0), "square matrix"),
+        (lambda P: pose(True), "a comparison of expressions"),  # type: ignore[arg-type]
+        (lambda P: pose(), "no statement"),
+        (lambda P: pose(P >> 0, symmetric("P", 3) >> 0), "two unknowns have the name"),
+        (lambda P: pose(P >> 0, minimise=trace(P) + 1.0), "has a constant"),
+        (lambda P: P @ [[1.0, np.nan], [0.0, 1.0]], "not finite"),
+        (lambda P: P @ [1.0, 0.0], r"a column of n numbers is \(n, 1\)"),
+        (lambda P: P.member(1), "counted from 0"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(wrong: Any, message: str) -> None:
+    """Each misuse says what was given and what was needed."""
+    with pytest.raises(ModelError, match=message):
+        wrong(symmetric())
+
+
+def test_two_unknowns_are_compared_as_values_and_numbers_make_an_equation() -> None:
+    """``==`` between unknowns stays the comparison that sets and dictionaries use."""
+    assert symmetric() == symmetric() and symmetric() != symmetric("Q")
+    assert len({symmetric(), symmetric()}) == 1
+
+    fixed = pose(symmetric() == np.eye(2), He(symmetric() @ A) << 0)
+
+    assert len(fixed.equalities) == 1
+
+
+def test_equalities_are_solved_exactly_and_the_answer_is_checked_over_the_rationals() -> None:
+    """P B = C' and trace P = 5/3: a candidate, rounded, satisfies both without any error."""
+    P = symmetric()
+    third = np.array([[Fraction(5, 3)]], dtype=object)
+    condition = pose(P >> 0, He(P @ A[0]) << 0, P @ B == C.T, trace(P) == third)
+
+    outcome = decide(condition)
+    exact = exact_solution(condition, outcome.values)
+
+    assert outcome.status == "candidate"
+    assert exact is not None and exact.holds
+    p = exact.values["P"][0]
+    assert p[0, 0] + p[1, 1] == Fraction(5, 3)
+    assert (p[0, 1], p[1, 1]) == (Fraction(0.1), 1)
+
+
+def test_a_broken_solution_is_refused() -> None:
+    """One entry moved by 1e-30, and a sign turned: neither is a solution."""
+    P = symmetric()
+    condition = pose(P >> 0, He(P @ A[0]) << 0, P @ B == C.T)
+    exact = exact_solution(condition, decide(condition).values)
+    assert exact is not None and exact.holds
+
+    moved = {"P": exact.values["P"].copy()}
+    moved["P"][0, 0, 1] += Fraction(1, 10**30)
+    moved["P"][0, 1, 0] += Fraction(1, 10**30)
+    turned = exact_solution(condition, {"P": -exact.values["P"]})
+
+    assert type(exact)(condition=condition, values=moved).fault().startswith("equality 3")
+    assert turned is not None and "not definite" in turned.fault()
+
+
+def test_equalities_that_contradict_are_a_proved_no() -> None:
+    """P = I and trace P = 3, for 2 x 2: elimination over the rationals finds no solution."""
+    P = symmetric()
+    condition = pose(P >> 0, 1 * P == np.eye(2), trace(P) == 3.0 * np.eye(1))
+
+    outcome = decide(condition)
+
+    assert outcome.status == "infeasible" and "contradict" in outcome.reason
+    assert (
+        parametrised(condition) is None
+        and exact_solution(condition, {"P": np.eye(2)[None]}) is None
+    )
+
+
+def test_equalities_that_leave_nothing_free_are_decided_too() -> None:
+    """P = I, stable or not: the margin is that of the one candidate."""
+    P = symmetric()
+
+    stable = decide(pose(He(P @ A[1]) << 0, P == np.eye(2)))
+    unstable = decide(pose(He(P @ -A[1]) << 0, P == np.eye(2)))
+
+    assert (stable.status, unstable.status) == ("candidate", "infeasible")
+    np.testing.assert_array_equal(stable.values["P"], np.eye(2)[None])
+
+
+def test_a_skew_unknown_is_one_by_an_equality() -> None:
+    """S + S' = 0 mixes an unknown and its transpose; |S| <= 1 and S_12 largest: S_12 = 1."""
+    S = Unknown("S", 2, 2)
+    condition = pose(
+        block([[np.eye(2), S], [None, np.eye(2)]]) >= 0,
+        S + S.T == 0,
+        minimise=np.array([[0.0, 1.0]]) @ S @ np.array([[1.0], [0.0]]),
+    )
+
+    outcome = optimise(condition)
+
+    assert outcome.objective == pytest.approx(-1.0, abs=1e-3)
+    np.testing.assert_allclose(outcome.values["S"][0], [[0, 1], [-1, 0]], atol=1e-3)
+
+
+def test_cvxpy_and_exact_multipliers_agree_with_the_elimination() -> None:
+    """min trace P with P B = C': cvxpy's value, and an exact lower bound from the other side."""
+    P = symmetric()
+    condition = pose(P >> 0, He(P @ A[0]) + np.eye(2) << 0, P @ [[1.0], [0.0]] == [[0.7], [0.4]])
+    with_trace = pose(
+        P >> 0,
+        He(P @ A[0]) + np.eye(2) << 0,
+        P @ [[1.0], [0.0]] == [[0.7], [0.4]],
+        minimise=trace(P),
+    )
+
+    outcome = optimise(with_trace)
+    by_cvxpy = expressed(with_trace, margin=0.0).problem().solve(solver="CLARABEL")
+    above = objective_below(with_trace, outcome.objective * 1.01)
+    below = objective_below(with_trace, outcome.objective * 0.99)
+
+    assert outcome.status == "candidate" and outcome.objective == pytest.approx(by_cvxpy, rel=1e-4)
+    assert decide(above).status == "candidate"
+    free = parametrised(below)
+    assert free is not None
+    no = exact_no(free.condition)
+    assert no is not None and no.holds
+    assert r"P" in latex(condition) and "= " in latex(condition)
+
+
+def test_what_reads_lmis_alone_refuses_equalities() -> None:
+    """Leaving them out would answer another question."""
+    P = symmetric()
+    condition = pose(P >> 0, P @ B == C.T)
+
+    with pytest.raises(ModelError, match="parametrised"):
+        exact_no(condition)
+
+
+def test_the_plain_lyapunov_condition_is_unchanged_by_operators() -> None:
+    """``He(P @ A) << 0`` is the decay LMI of ``common_lyapunov_condition`` at rate 0."""
+    theirs = common_lyapunov_condition(A)
+    mine = pose(symmetric() >> 0, symmetric() <= np.eye(2), He(symmetric() @ A) << 0)
+
+    assert same(theirs, mine)

@@ -1,0 +1,174 @@
+"""Runs against closed forms: cut inputs, jumps, samples and holds, and ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import exp, log
+
+import numpy as np
+import pytest
+
+from takagi.models import ModelError
+from takagi.models.arrays import Floats
+from takagi.models.plant_simulation import (
+    Experiment,
+    Noise,
+    Pulse,
+    SampledProgram,
+    Signals,
+    Step,
+    run,
+)
+
+FREE = np.array([[-np.inf, np.inf]])
+
+
+def integrator(
+    gain: float = 1.0,
+    *,
+    limits: Floats = FREE,
+    disturbances: Signals | None = None,
+    noise: Signals | None = None,
+    program: Callable[[], SampledProgram] | None = None,
+    step: float | None = None,
+) -> Experiment:
+    """x' = u + w with u = -gain x, about x* = 5, u* = 0."""
+    return Experiment(
+        rate=lambda x, u, w: np.array([u[0] + w.sum()]),
+        commands=lambda x, w: -gain * x,
+        inputs=1,
+        limits=limits,
+        rest=np.array([5.0]),
+        far=np.array([np.inf]),
+        disturbances=disturbances or Signals(1),
+        disturbance_rest=np.zeros(1),
+        noise=noise or Signals(1),
+        program=program,
+        step=step,
+    )
+
+
+class Proportional:
+    """u = -gain x once a sample; counts its samples."""
+
+    def __init__(self, gain: float) -> None:
+        self.gain, self.seen, self.missed = gain, 0, 0
+
+    def sample(self, state: Floats, signals: Floats) -> Floats:
+        self.seen += 1
+        return -self.gain * state
+
+
+def test_an_input_is_cut_until_the_time_of_the_closed_form() -> None:
+    """x' = -sat(x), |u| <= 1 from 3: x = 3 - t until t = 2, then exp(2 - t)."""
+    found = run(integrator(limits=np.array([[-1.0, 1.0]])), np.array([3.0]), 5.0)
+    exact = np.where(found.time < 2, 3 - found.time, np.exp(2 - found.time))
+
+    assert np.abs(found.state[:, 0] - exact).max() < 1e-5
+    (cut,) = found.cuts
+    assert cut.begin == 0.0 and cut.end == pytest.approx(2.0, abs=1e-4) and not cut.upper
+    assert found.sent.min() == -1.0 and found.wanted[0, 0] == -3.0
+    assert found.ended == "whole"
+
+
+def test_an_input_at_its_limit_is_not_cut() -> None:
+    """From x = 1 the command is -1, the end of the range: nothing is cut; from 1.001 it is."""
+    loop = integrator(limits=np.array([[-1.0, 1.0]]))
+
+    assert run(loop, np.array([1.0]), 2.0).cuts == ()
+    (cut,) = run(loop, np.array([1.001]), 2.0).cuts
+    assert cut.end == pytest.approx(0.001, abs=1e-4)
+
+
+def test_a_step_and_a_pulse_act_at_their_times() -> None:
+    """x' = -x + w: after a step x = 1 - exp(1 - t); of a pulse the rest decays."""
+    stepped = run(integrator(disturbances=Signals(1, ((0, Step(1.0, 1.0)),))), np.zeros(1), 3.0)
+    pulsed = run(
+        integrator(disturbances=Signals(1, ((0, Pulse(1.0, 1.0, 1.001)),))), np.zeros(1), 3.0
+    )
+
+    exact = np.where(stepped.time < 1, 0.0, 1 - np.exp(1 - stepped.time))
+    assert np.abs(stepped.state[:, 0] - exact).max() < 1e-6
+    # A pulse shorter than any step of the integrator is not lost.
+    assert pulsed.state[-1, 0] == pytest.approx((1 - exp(-0.001)) * exp(-1.999), rel=1e-4)
+    assert pulsed.disturbance.max() == 1.0
+
+
+def test_a_law_in_samples_holds_its_command() -> None:
+    """x(t + T) = (1 - gain T) x(t) at the samples, with 0.5 s and gain 1.2."""
+    made = []
+
+    def program() -> Proportional:
+        made.append(Proportional(1.2))
+        return made[-1]
+
+    found = run(integrator(program=program, step=0.5), np.array([2.0]), 4.0)
+    at_samples = [found.state[np.flatnonzero(found.time == 0.5 * k)[0], 0] for k in range(9)]
+
+    assert at_samples == pytest.approx([2.0 * 0.4**k for k in range(9)])
+    assert made[0].seen == 8  # the end of the run is no sample
+
+
+def test_samples_and_jumps_that_fall_together_are_one() -> None:
+    """A step at 0.3 with samples of 0.1: 3 times 0.1 is not 0.3 in floating point."""
+    own = Proportional(0.0)
+    loop = integrator(
+        program=lambda: own, step=0.1, disturbances=Signals(1, ((0, Step(1.0, 0.3)),))
+    )
+    found = run(loop, np.zeros(1), 1.0)
+
+    assert found.state[-1, 0] == pytest.approx(0.7, abs=1e-9) and own.seen == 10
+
+
+def test_noise_reaches_the_law_and_not_the_state() -> None:
+    """With samples of 0.1 s: x(k+1) = x(k) - T gain (x(k) + n(k))."""
+    noise = Noise(0.5, 0.1, (1,))
+    loop = integrator(noise=Signals(1, ((0, noise),)), program=lambda: Proportional(2.0), step=0.1)
+    found = run(loop, np.array([1.0]), 1.0)
+    x = 1.0
+    for k in range(10):
+        x -= 0.1 * 2.0 * (x + noise.on(0.1 * k, 0.1 * (k + 1))(0.1 * k))
+
+    assert found.state[-1, 0] == pytest.approx(x, abs=1e-7)
+
+
+def test_discrete_time_cuts_and_disturbs_too() -> None:
+    """x+ = x + sat(-x) + w on samples of 1 s: 3, 2, 1, 0, then the step."""
+    loop = replace(
+        integrator(limits=np.array([[-1.0, 1.0]]), disturbances=Signals(1, ((0, Step(1.0, 4.0)),))),
+        rate=lambda x, u, w: x + u + w,
+        step=1.0,
+        discrete=True,
+    )
+    found = run(loop, np.array([3.0]), 6.0)
+
+    assert found.state[:, 0] == pytest.approx([3, 2, 1, 0, 0, 1, 1])
+    (cut,) = found.cuts
+    assert (cut.begin, cut.end) == (0.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("rate", "start", "ended"),
+    [
+        (lambda x, u, w: x - 5.0, 1.0, "far"),
+        (lambda x, u, w: np.array([-1.0 / (float(x[0]) - 6.0)]), 1.0, "undefined"),
+        (lambda x, u, w: np.log(x - 5.5), 0.0, "undefined"),
+    ],
+)
+def test_a_run_that_ends_early_says_how(rate: object, start: float, ended: str) -> None:
+    """Too far; a division by zero; a logarithm of a negative number."""
+    loop = replace(integrator(), rate=rate, far=np.array([20.0]))  # type: ignore[arg-type]
+    found = run(loop, np.array([start]), 10.0)
+
+    assert found.ended == ended
+    if ended == "far":
+        assert found.time[-1] == pytest.approx(log(20), abs=0.05)
+
+
+def test_too_many_samples_are_refused_before_the_run() -> None:
+    """A microsecond for ten seconds: it would take an hour."""
+    loop = integrator(program=lambda: Proportional(1.0), step=1e-6)
+
+    with pytest.raises(ModelError, match="10000000 samples and jumps"):
+        run(loop, np.zeros(1), 10.0)
