@@ -9,8 +9,7 @@ from math import exp, log
 import numpy as np
 import pytest
 
-from takagi.models import ModelError
-from takagi.models.arrays import Floats
+from takagi.models import Floats, ModelError
 from takagi.models.plant_simulation import (
     Experiment,
     Noise,
