@@ -35,7 +35,7 @@ class ExitProbability:
     Attributes
     ----------
     noise : (q,) root of the intensity (two-sided spectral density) of each disturbance, in its
-        unit times sqrt(s); 0 for one that is no white noise.
+        unit times sqrt(s); 0 for one that is not white noise.
     horizon : T in s.
     start : V = x'Px at the start is at most this, from 0 to below 1.
     disturbance_bounds : (q,) of disturbances that are only bounded; None for none.

@@ -58,7 +58,7 @@ def plant_scenario_options(
         ),
     ] = None,
 ) -> None:
-    """Declare what may come to a simulated plant from outside."""
+    """Declare the signals that act on a simulated plant."""
 
 
 def plant_scenario(
@@ -98,7 +98,7 @@ def plant_scenario(
     measured: list[tuple[str, Noise]] = []
     for k, text in enumerate(texts, len(moved)):
         name, sign, size = text.partition("=")
-        # The kind of signal is known; who writes it nevertheless is understood.
+        # The kind of signal is known here, but writing it is allowed.
         plain = size.strip().removeprefix("white ").removeprefix("noise ")
         signal_text = f"{name}{sign}{'noise ' * bool(plain)}{plain}"
         name, signal = _signal(
@@ -106,7 +106,7 @@ def plant_scenario(
         )
         assert isinstance(signal, Noise)
         if step is not None and signal.every and signal.every < step:
-            # The program reads one value a sample: the others would not be seen.
+            # The program reads one value per sample and would not see the others.
             signal = replace(signal, every=step)
         measured.append((name, signal))
     return PlantScenario(tuple(moved), tuple(measured), step)

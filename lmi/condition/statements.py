@@ -45,11 +45,11 @@ def pose(
     Returns
     -------
     The condition as data; nothing is solved.  ``decide`` and ``optimise`` solve it, ``latex``
-    writes it, ``expressed`` hands it to cvxpy, ``exact_solution`` decides an answer exactly.
+    writes it, ``expressed`` passes it to cvxpy, ``exact_solution`` decides an answer exactly.
 
     Raises
     ------
-    ModelError : no statement, something that is none, an inequality of a matrix that is not
+    ModelError : no statement, another value than a statement, an inequality of a matrix that is not
         symmetric, unknowns of one name that differ, an objective with a constant.
     """
     if not statements:

@@ -39,11 +39,11 @@ class Parametrised:
     Attributes
     ----------
     original : the condition with equalities.
-    condition : the same LMIs, by the same names, in ``free`` and in the unknowns that no equality
-        speaks of; its objective is less than the original's by ``offset``.
+    condition : the same LMIs, by the same names, in ``free`` and in the unknowns that are in no
+        equality; its objective is less than the original's by ``offset``.
     free : (K,) unknown 1 x 1, the entries that may be chosen; None where the equalities leave
         none.
-    bound : the unknowns that the equalities speak of.
+    bound : the unknowns in the equalities.
     places : (K,) which of the bound unknowns' numbers they are.
     base, directions : (numbers,) and (K, numbers) of Fractions: x_0 and d_k.
     offset : the objective at x_0, exactly.
@@ -91,9 +91,9 @@ def parametrised(condition: Condition) -> Parametrised | None:
     """Return the condition without its equalities, solved exactly; None where they contradict.
 
     A condition without equalities, too, is returned with the exact values that it stores.  Named
-    parameters in LMIs with an unknown that an equality speaks of are replaced by their values.
-    None is a proof: no unknowns of whatever size satisfy the equalities, for the numbers as they
-    are stored.  Where decimals are meant, give them as strings or Fractions.
+    parameters in LMIs with an unknown of an equality are replaced by their values.  None is a proof
+    that no unknowns satisfy the equalities, for the numbers as they are stored.  Where decimals are
+    meant, give them as strings or Fractions.
     """
     bound = _bound(condition)
     base, directions, places = _solutions(condition, bound)

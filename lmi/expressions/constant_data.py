@@ -86,7 +86,7 @@ def identity_multiple(array: Data) -> float | Fraction | None:
 
 
 def symbol_of(array: Data) -> Letter:
-    """Return what stands for a matrix without a name: its entries where they are few."""
+    """Return the symbol of a matrix without a name: its entries, if they are few."""
     symmetric = array.shape[1] == array.shape[2] and bool(np.all(array == array.transpose(0, 2, 1)))
     if len(array) > 1 or array[0].size > PRINTED:
         return Letter(r"\mathrm{data}" + ("_{i}" if len(array) > 1 else ""), symmetric)

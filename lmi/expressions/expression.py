@@ -4,7 +4,7 @@
                                scales where one of the two is a number or 1 x 1
     +, -, .T, 2 * P, P / 2     sums, transposes, scalings
     X << Y, X >> Y             Y - X, X - Y positive definite: holds with a margin
-    X <= Y, X >= Y             semidefinite: may be touched
+    X <= Y, X >= Y             semidefinite: equality is allowed
     X == Y                     equal entry by entry
 
 Nothing is solved here and nothing is compared: ``takagi.lmi.pose`` makes a condition of statements.
@@ -38,7 +38,7 @@ from takagi.models.errors import ModelError
 
 
 class Operators:
-    """What an unknown and an expression have in common: the operators of the module's table."""
+    """The operators of the module's table, for unknowns and for expressions."""
 
     __slots__ = ()
     # numpy leaves an operator with an array on its left to the methods below.
@@ -176,7 +176,7 @@ class Expression(Operators):
 
 
 class Statement:
-    """What a comparison of matrices gives; it is neither true nor false before it is solved."""
+    """The result of a comparison of matrices; it is neither true nor false before it is solved."""
 
     __slots__ = ()
 

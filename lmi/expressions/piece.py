@@ -15,7 +15,7 @@ Word = tuple[Letter, ...]
 
 
 class Symbol(Protocol):
-    """What an expression knows of an unknown."""
+    """The properties of an unknown that an expression uses."""
 
     @property
     def name(self) -> str: ...

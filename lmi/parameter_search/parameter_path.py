@@ -181,6 +181,8 @@ def _moved(maps: list[_Map], point: _Point, short: float) -> tuple[_Point, float
         float(np.sum((F + ahead[0] * f) * (Z + ahead[1] * z)))
         for F, Z, f, z in zip(point.F, point.Z, dF, dZ, strict=True)
     )
+    # Mehrotra's rule: the more of the gap the predictor leaves, the more the step is centred; the
+    # corrector also takes the predictor's second-order term.
     centring = min(0.9, max(1e-3, left / newton.gap, 0.0) ** 3 + 0.5 * short)
     bent = [_symmetric(inv @ f @ z) for inv, f, z in zip(newton.inverse, dF, dZ, strict=True)]
     dy, dF, dZ = newton.direction(centring * newton.gap / newton.order, bent)

@@ -38,7 +38,7 @@ def run(experiment: Experiment, start: Floats, end: float) -> ExperimentRun:
 
     Raises
     ------
-    ModelError : so many samples or jumps that it would take minutes.
+    ModelError : more samples or jumps than can be simulated in minutes.
     """
     record = _Record(experiment)
     with warnings.catch_warnings(), np.errstate(all="ignore"):

@@ -2,7 +2,7 @@
 
 The inverse of a mass matrix is adj(M)/det(M).  Where every entry of it is a premise of its own, the
 rules are the corners of a box of entries that no mass matrix has: at some of them the input matrix
-can change the sign of its determinant, and no gains serve all rules.  Here 1/det(M) is one
+can have a determinant of the other sign, and no gains serve all rules.  Here 1/det(M) is one
 premise and the moving part of adj(M) another.  Both are multiplied in the entries, so that every
 rule has the inverse of some mass matrix M(z), up to a positive factor.
 """

@@ -108,6 +108,7 @@ def _matrices(found: Mapping[str, Any], path: str) -> dict[str, Floats]:
     full = {
         letter: value if value.ndim == 3 else value[:, :, None] for letter, value in made.items()
     }
+    # A matrix without the axis of the rules is the same in every rule.
     return {
         letter: np.ascontiguousarray(
             np.moveaxis(np.broadcast_to(value, (*value.shape[:2], r)), 2, 0)

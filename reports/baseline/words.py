@@ -1,4 +1,4 @@
-"""What it means that a figure is better or worse, in a word or two: faster, a smaller set."""
+"""The meaning of a better or worse figure in one or two words: faster, a smaller set."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _WORDS: tuple[tuple[str, str, str], ...] = (
 )
 # Share of a figure that another processor's rounding may change.
 ROUNDING = 1e-3
-# A ratio of gains nearer to 1 than this is not worth a word.
+# A ratio of gains nearer to 1 than this is not mentioned.
 _ALIKE = 0.005
 
 
@@ -59,8 +59,8 @@ def word_of(moved: Moved) -> str:
 def verdict(moved: Sequence[Moved], gains: Iterable[GainSize]) -> str:
     """Return on the whole what got better and what worse, in one phrase.
 
-    What got worse within the tolerance counts too, for it is the direction that is told; changes
-    that rounding explains do not.
+    A figure that got worse within the tolerance counts too, because the phrase is about the
+    direction of the change; changes within rounding do not count.
     """
     found = [(one.change > 0, word_of(one)) for one in moved if not _alike(one)]
     good = list(dict.fromkeys(word for better, word in found if better))

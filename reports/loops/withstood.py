@@ -1,4 +1,4 @@
-"""Which disturbance a proved invariant set withstands, beside the range that the file states."""
+"""The largest disturbance that a proved invariant set withstands, and the range in the file."""
 
 from __future__ import annotations
 

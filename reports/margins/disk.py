@@ -156,6 +156,7 @@ def scaled_bound(matrices: Complex) -> Floats:
 
 
 def _two_by_two(m: Complex) -> Floats:
+    """Return the least norm over diagonal scalings; the best one makes |m_01| and |m_10| equal."""
     square = np.abs(m[:, 0, 0]) ** 2 + np.abs(m[:, 1, 1]) ** 2
     square = square + 2 * np.abs(m[:, 0, 1] * m[:, 1, 0])
     product = np.abs(m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0])

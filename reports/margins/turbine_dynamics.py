@@ -156,6 +156,7 @@ def _core(
         A[2, 1:3] = -(drive.frequency**2), -2 * drive.damping * drive.frequency
         B[2, 1] = drive.frequency**2
     if tower is not None:
+        # The rotor sees the wind minus the velocity of the tower's top.
         A[0, n - 1] = -wind
         A[n - 2, n - 1] = 1.0
         A[n - 1, [0, 1, n - 2]] = tower.thrust_by_speed, tower.thrust_by_pitch, -tower.stiffness

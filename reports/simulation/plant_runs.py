@@ -24,9 +24,9 @@ SETTLED = 0.02
 class PlantSimulation:
     """Motions of the loop, and the loop itself.  A simulation proves nothing.
 
-    ``scale`` : how far the corners of the box were drawn in, so that they lie in the ellipsoid of
+    ``scale`` : factor by which the corners of the box were moved inward into the ellipsoid of
     the certificate's function; 1 for starts that were given.  ``design`` : whose certificate it
-    is.  ``scenario`` : what came from outside.
+    is.  ``scenario`` : the signals that acted on it.
     """
 
     loop: PlantLoop

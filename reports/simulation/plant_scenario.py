@@ -1,4 +1,4 @@
-"""What comes to a simulated plant from outside, and how its law runs: as asked, and in words."""
+"""The signals that act on a simulated plant, and how its law runs: as asked, and in words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # A value of noise without a time of its own is held for this share of the fastest time constant.
 HELD_SHARE = 0.1
-# Where no pole moves at all [s].
+# If no pole differs from zero [s].
 HELD_AT_REST = 0.01
 
 

@@ -1,4 +1,4 @@
-"""What a simulation of a plant shows, in sentences and as a table; units of the plant's file."""
+"""The results of a plant's simulation in sentences and as a table; units of the plant's file."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
 
 
 def notes(found: PlantSimulation) -> list[str]:
-    """Return what came from outside, where inputs were cut, and what the certificate covers."""
+    """Return the signals, the inputs that were limited, and what the certificate covers."""
     return [
         *_outside(found),
         *_law(found),
@@ -221,7 +221,7 @@ def _starts(found: PlantSimulation) -> list[str]:
 
 
 def _covered(found: PlantSimulation) -> list[str]:
-    """Return what of the scenario lies outside of what the certificate is about."""
+    """Return the parts of the scenario that the certificate does not cover."""
     lines, scenario = [], found.scenario
     if scenario.noise:
         lines.append("measurement noise")

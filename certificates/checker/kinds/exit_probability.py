@@ -19,10 +19,11 @@ inequality, from V(0) <= v0,
 
     P(V reaches 1 within T) <= exp(-k (1 - v0)) + m T exp(-k) <= p.
 
-The matrix is affine in (A, D, S) and tr(S'PS) convex in S.  So blends suffice, however weights move
-that do not foresee the noise.  {V <= 1} must lie in the model's box.  Noise is not bounded: it may
-have no range in the box and be in no premise, so that the plant is affine in it.  Where S differs
-between the rules the integral is that of Ito.  Theorem and proof: docs/exit-probability.md.
+The matrix is affine in (A, D, S) and tr(S'PS) convex in S.  So blends suffice, for all motions of
+the weights that do not foresee the noise.  {V <= 1} must lie in the model's box.  Noise is not
+bounded: it may have no range in the box and be in no premise, so that the plant is affine in it.
+Where S differs between the rules the integral is that of Ito.  Theorem and proof:
+docs/exit-probability.md.
 
 Evidence: ``disturbance`` as in ``disturbance_channel``; for each disturbance ``noise``, the root of
 its intensity (two-sided spectral density), and ``disturbance_bounds`` (left out where all are 0);

@@ -19,13 +19,13 @@ coefficient must be positive definite:
 with P_b the Bernstein coefficients of P.
 
 Theorem.  Then |y|_2 <= gamma |d|_2 from x(0) = 0, in continuous time for all weights that keep the
-rates.  Proof: the last row and column of gamma I, by a Schur complement, make of the continuous
-inequality V' < gamma |d|^2 - |y|^2 / gamma for (x, d) other than 0, where V' = 2 x'P (G x + E d) +
+rates.  Proof: by a Schur complement with the last row and column, the continuous inequality says
+V' < gamma |d|^2 - |y|^2 / gamma for (x, d) other than 0, where V' = 2 x'P (G x + E d) +
 x'(dP/dt)x and dP/dt = sum_kc w_kc' dP/dw_kc is affine in the speeds, which lie in the hull of the
 corners.  Integrated from 0, with V(0) = 0 and V >= 0, this is the claim.  In discrete time P at the
 next sample is a convex combination of the P_b, and the inequality is affine in P_b: the Schur
-complement with that combination gives V(x+) - V < gamma |d|^2 - |y|^2 / gamma, and the sum does the
-rest.  The weights may jump.
+complement with that combination gives V(x+) - V < gamma |d|^2 - |y|^2 / gamma, and the sum over all
+samples is the claim.  The weights may jump.
 
 Evidence: ``degrees``, ``P``, ``rates``, ``polya`` and ``halvings`` as for ``fuzzy-decay``;
 ``gain``, and the channel, ``disturbance`` and ``output``, as for ``l2-gain``.  Refused for weights

@@ -1,4 +1,4 @@
-"""A law knows only some signals: its gains must not go with the others.
+"""A law knows only some signals: its gains must not depend on the others.
 
 Rules are corners of premises.  A premise with a signal that the law does not know has weights that
 the law cannot have, so rules that differ only in such premises need equal gains.  Then the law's
@@ -21,7 +21,7 @@ from takagi.certificates.checker.plant.vertices import corners_of
 def check_known(
     plant: PlantNodes, loop: PolytopicLoop, unknown: Collection[str], gains: Any, what: str
 ) -> None:
-    """Refuse gains that go with signals which the law does not know.
+    """Refuse gains that depend on signals which the law does not know.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def check_known(
     Raises
     ------
     Refused : rules that differ only in premises with such a signal have different gains, or the
-        gains of several rules go by other weights than the model's.
+        gains of several rules have other weights than the model's.
     CertificateError : another number of gains than of rules.
     """
     K = read_stack(gains, "K", "gains")

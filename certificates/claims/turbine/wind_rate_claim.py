@@ -196,11 +196,14 @@ def _full_load(cells: Sequence[Mapping[str, Any]], wind_filter: float) -> RateRa
     """Return the range up to the last wind with one constant rate, and with the largest error."""
     asked = min(FULL_LOAD_RATE, float(cells[-1]["wind_rate"]))
     first = len(cells)
+    # One rate has to hold in the whole range, so it ends at the first cell that encloses less.
     while first and cells[first - 1]["wind_rate"] >= asked:
         first -= 1
     upper = cells[first:]
     allowed = min(cell["wind_error"] for cell in upper)
     asked = min(asked, math.floor(RATE_SHARE * allowed / wind_filter * 1e4) / 1e4)
+    # At this rate the filter lags by wind_filter * asked, and the admissible error covers that too.
+    # The factor keeps a product that is such a decimal but for rounding from losing its last unit.
     error = math.floor((allowed - wind_filter * asked) * 1e4 * (1 + 1e-12)) / 1e4
     if asked <= 0 or error < LEAST_ERROR:
         return None

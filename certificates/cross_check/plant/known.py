@@ -1,4 +1,4 @@
-"""Whether gains go with signals that a law does not know.
+"""Whether gains depend on signals that a law does not know.
 
 A rule is a corner of premises; premises with a hidden signal have weights that no law can form.
 Where all rules with the same corners of the other premises have one gain, the sum of weights times

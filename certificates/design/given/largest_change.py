@@ -1,7 +1,7 @@
-"""How much less would be proved of gains that are not proved on a plant: smaller ranges, rate.
+"""What can be proved of given gains where a plant's whole box cannot: smaller ranges, a lower rate.
 
-The gains are not changed.  Ranges of states are drawn in about rest by one factor, in which the
-proof is monotone: what holds on a box holds on every smaller one.  So the factor is found by
+The gains are not changed.  All ranges of states are multiplied by one factor about rest. The proof
+is monotone in it: what holds on a box holds on every smaller one.  So the factor is found by
 halving, and the sentence names one that was proved, not an estimate.
 """
 

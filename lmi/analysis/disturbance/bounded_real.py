@@ -97,6 +97,7 @@ def norm_seen(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
     last = len(grid) - 1
     for k in range(len(grid)):
         before, after = max(k - 1, 0), min(k + 1, last)
+        # Only a peak that may be the highest one is refined.
         if seen[k] < max(seen[before], seen[after], 0.5 * seen.max()):
             continue
         best = minimize_scalar(

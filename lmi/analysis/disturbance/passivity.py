@@ -13,8 +13,8 @@ with a direct term at every vertex
                  [ .                B_i' P B_i - (D_i + D_i')    ]  < 0
 
 and P > 0.  Then V', or V(x+) - V(x), is less than 2 w' y along every blend of the vertices unless x
-is 0, and w too where there is a direct term: the loop stores less than it is given.  Of one vertex
-that can be controlled and observed this is strict positive realness of C (sI - A)^-1 B + D.
+is 0 (and w, where there is a direct term): the loop stores less energy than it receives.  Of one
+vertex that can be controlled and observed this is strict positive realness of C (sI - A)^-1 B + D.
 
 The equality needs P B_i = C_i' at all vertices at once: where B or C differ from rule to rule by
 more than an exact relation allows, it has no solution, which elimination over the rationals proves.
@@ -128,8 +128,8 @@ def passivity(
 
     Raises
     ------
-    ModelError : shapes, entries that are not finite, as many inputs as outputs missing, scales or a
-        sample time that are not positive.
+    ModelError : shapes, entries that are not finite, different numbers of inputs and outputs,
+        scales or a sample time that are not positive.
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 2.7.2 and 6.3.3; Khalil (2002),
     lemmas 6.2 and 6.3.

@@ -181,10 +181,12 @@ def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Reg
 
     s = state_units(plant.A, None, step=plant.sample_time)
     middle = np.exp2(np.round(np.log2(s).mean()))
+    # A spread of 1 keeps the plant's own units.
     s = np.clip(s / middle, 1 / spread, spread)
     A, B = plant.A.mean(axis=0) * s / s[:, None], plant.B.mean(axis=0) / s[:, None]
     C, D = plant.C.mean(axis=0) * s, plant.D12.mean(axis=0)
     tau = 1.0 / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
+    # With columns of B of length one the weight that is added below charges all inputs alike.
     B, D = B * tau, D * tau
     weight, spent, both = C.T @ C, D.T @ D, C.T @ D
     weight = weight + least_weight * (np.abs(weight).max() or 1.0) * np.eye(len(A))
@@ -196,6 +198,7 @@ def _regulator(plant: DisturbedPlant, spread: float, least_weight: float) -> Reg
     except (np.linalg.LinAlgError, ValueError):
         return None
     P = (P + P.T) / 2
+    # Rounding may leave P indefinite in one of the two units although it is definite in the other.
     if not is_definite(P) or not is_definite(P / s / s[:, None]):
         return None
     if discrete:

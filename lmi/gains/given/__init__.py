@@ -1,4 +1,4 @@
-"""Given gains: what a loop u = -sum_j h_j K_j x is shown to do by each relaxation.
+"""Given gains: the decay of the loop u = -sum_j h_j K_j x that each relaxation shows.
 
 condition        the double sum of a loop with given gains, and one P for all blends
 largest_decay    the decay rate that a relaxation shows

@@ -52,8 +52,9 @@ def closed_loop_ladder(
     Returns
     -------
     A ``Ladder``: a row for each relaxation, and a last one, "any relaxation", for the condition at
-    single blends.  Every relaxation implies that one, so no relaxation shows more; what lies
-    between is what relaxing may cost.  ``best`` has the given gains with the P that shows most.
+    single blends.  Every relaxation implies that one, so no relaxation shows more; the
+    difference is the most that a relaxation may lose.  ``best`` has the given gains with the P that
+    shows most.
 
     Raises
     ------

@@ -219,6 +219,7 @@ class _Posed:
 
     def step(self, values: Mapping[str, Floats]) -> JointStep:
         f = self.functions
+        # The solver worked in coordinates in which the functions before the step are the identity.
         back = [np.linalg.inv(T) for T in self.T]
         P = back[0].T @ values["P"][0] @ back[0]
         R, decay = f.R, f.decay_rate

@@ -155,6 +155,8 @@ def _nodes(turbine: Turbine, speed_setpoint: float | None) -> list[float]:
     minimum = turbine.minimum_rotor_speed
     radius = turbine.rotor_radius
     largest = TABLE_SHARE * turbine.torque.x_range[1]
+    # omega*(v) bends where the table's end stops to limit the tip-speed ratio, where minimum speed
+    # has the best ratio, and where the set-point is reached.
     kinks = [minimum * radius / largest, minimum * radius / ratio, top * radius / ratio]
     rated = rated_wind(turbine, speed_setpoint=speed_setpoint)
     fine = [rated + edge for edge in FINE_FROM_RATED]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
@@ -14,11 +15,13 @@ import pytest
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document
+from takagi.certificates.checker.files.plant_file import compare_plant
+from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models.plant import PlantSettings
 from tests.certificates.kinds.test_damage import resealed
-from tests.models.blending.plants import plant_of
+from tests.models.blending.plants import ROOM, plant_of
 
 Data = dict[str, Any]
 GAIN = [[4.0, 6.0]]
@@ -246,11 +249,6 @@ OTHER_FILES = (
 @pytest.mark.parametrize("change", OTHER_FILES)
 def test_another_file_is_told_apart(change: str, tmp_path: Path) -> None:
     """By the numbers and equations of the file, not by its hash."""
-    import json
-
-    from takagi.certificates.checker.files.plant_file import compare_plant
-    from takagi.certificates.checker.kernel.reader import read_text
-
     model = read_text(json.dumps(design().document["model"]), "model")
     plant_of(tmp_path)
     assert compare_plant(model, tmp_path / "room.toml") == ""
@@ -261,12 +259,6 @@ def test_another_file_is_told_apart(change: str, tmp_path: Path) -> None:
 
 def test_a_direction_is_compared_by_value(tmp_path: Path) -> None:
     """-1.0 is -1, as for every number of a file."""
-    import json
-
-    from takagi.certificates.checker.files.plant_file import compare_plant
-    from takagi.certificates.checker.kernel.reader import read_text
-    from tests.models.blending.plants import ROOM
-
     model = read_text(json.dumps(design().document["model"]), "model")
     path = tmp_path / "room.toml"
     path.write_text(ROOM.replace("direction = -1,", "direction = -1.0,"), encoding="utf-8")
@@ -295,12 +287,6 @@ STRANGE = (
 @pytest.mark.parametrize("change", STRANGE)
 def test_a_strange_file_is_refused_without_a_traceback(change: str, tmp_path: Path) -> None:
     """Files that `takagi design` would not read, given to the checker."""
-    import json
-
-    from takagi.certificates.checker.files.plant_file import compare_plant
-    from takagi.certificates.checker.kernel.reader import read_text
-    from tests.models.blending.plants import ROOM
-
     model = read_text(json.dumps(design().document["model"]), "model")
     old, new = change.split(" -> ")
     path = tmp_path / "room.toml"
