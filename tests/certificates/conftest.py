@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.reader import digest, read_text
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.claims.turbine import (
     EffortSharingCandidate,
     effort_sharing_candidate,

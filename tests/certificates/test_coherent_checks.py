@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.turbine.effort_sharing.corners import (
     BOUNDS,
     RANGES,

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import check_document
-from takagi.certificates.checker.kernel.reader import digest, read_text
+from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.document import certificate_document, dumps
 
 TEXTS = ["},{", '"},{"', "a\\", '\\"},{', "plain"]

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from takagi.certificates.checker import CertificateError, check
+from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.kernel.reader import (
     LARGEST_FILE,
     Number,
@@ -21,7 +21,6 @@ from takagi.certificates.checker.kernel.reader import (
     number,
     numbers,
     read_json,
-    read_text,
     text,
 )
 

@@ -227,7 +227,8 @@ def test_the_page_has_these_numbers(
 
 
 def _resealed(document: dict[str, Any]) -> dict[str, Any]:
-    from takagi.certificates.checker.kernel.reader import digest, read_text
+    from takagi.certificates.checker import read_text
+    from takagi.certificates.checker.kernel.reader import digest
 
     read = read_text(json.dumps(document), "document")
     hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}

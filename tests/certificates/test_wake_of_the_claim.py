@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.checker import check_document
+from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.claims.turbine import DEFAULT_UNCERTAINTY, effort_sharing_claim
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.given.turbine_law import certify_law

@@ -11,9 +11,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.certificates.checker import CertificateError, check
+from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.gain_file import compare_gains
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller import bound, gain_file_of, given_file
 from takagi.certificates.design.plant import PlantDesign, design_plant

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from takagi.certificates.checker.kernel.reader import digest, read_text
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.kernel.reader import digest
 from takagi.cli.main import main
 
 if TYPE_CHECKING:

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.checker import check_document
+from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models.plant import PlantSettings

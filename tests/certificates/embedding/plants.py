@@ -8,8 +8,7 @@ from copy import deepcopy
 from typing import Any
 
 from takagi.certificates import Checked, Claim
-from takagi.certificates.checker import check_document
-from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document import certificate_document, embedding_claim, plant_data

@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, certify
-from takagi.certificates.checker import check_document
+from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.document import certificate_document

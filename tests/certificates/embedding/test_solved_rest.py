@@ -13,10 +13,9 @@ import pytest
 
 from takagi.certificates import Verdict, check
 from takagi.certificates.audit import cross_checked_document
-from takagi.certificates.checker import CertificateError
+from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.cross_check import Refusal
 from takagi.certificates.cross_check import loads as read_numbers
 from takagi.certificates.cross_check.plant.plant import read_plant as read_trees

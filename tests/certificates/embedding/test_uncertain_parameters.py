@@ -176,7 +176,7 @@ def test_the_plant_file_says_which_parameters_are_uncertain(tmp_path: Path) -> N
 
 
 def read(model: Any) -> Any:
-    from takagi.certificates.checker.kernel.reader import read_text
+    from takagi.certificates.checker import read_text
     from takagi.certificates.document import dumps
 
     return read_text(dumps({"model": model}), "model")["model"]

@@ -15,9 +15,9 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, Verdict, check
+from takagi.certificates.checker import CertificateError, Verdict, check, read_text
 from takagi.certificates.checker.files.given_files import compare_model
-from takagi.certificates.checker.kernel.reader import canonical, digest, read_text
+from takagi.certificates.checker.kernel.reader import canonical, digest
 from takagi.certificates.document import certificate_document, dumps
 from tests.certificates.pinned.turbine.recorded_files import certificate, texts_of
 

@@ -8,9 +8,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError
+from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.document import dumps, turbine_data
 from takagi.models import nrel5mw
 from takagi.models.turbine import model_files

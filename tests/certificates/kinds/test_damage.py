@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker import check_document
-from takagi.certificates.checker.kernel.reader import digest, read_text
+from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.requests import (
     BoxEnlargement,
     Decay,

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates import CertificateError, Verdict, certify
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.loop.halvings import pieces
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.coq import coq_file

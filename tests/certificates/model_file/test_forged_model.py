@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, check
+from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.document import content_of
 from takagi.models.turbine import model_files
 

@@ -9,10 +9,9 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError
+from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel, model_content
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.design.given.kept_model import law_for
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import content_of, dumps, plant_and_claim

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.document import content_of
 from takagi.models.turbine import load_turbine, model_files
 from tests.certificates.model_file.rewrites import Rewrite, all_of, replaced, reversed_sections

@@ -6,7 +6,7 @@ import json
 from functools import cache
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 

@@ -14,7 +14,8 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import digest, read_text
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.checker.replay import certificate
 from tests.certificates.recorded.answers import FOLDER, Answer, said
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.design.plant import certify_plant
 from takagi.models.plant import PlantSettings
 from tests.certificates.blend.test_effort_blend import GAIN, blend, changed, design, verdicts

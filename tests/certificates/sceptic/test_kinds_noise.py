@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kinds.h2_norm import check_h2_norm
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.model_loop import read_model_loop

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kinds.decay import check_decay
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw

@@ -67,8 +67,8 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
     """(1 + p) r + p T, where T is the larger demanded torque of both nodes over the inertia."""
     from fractions import Fraction
 
+    from takagi.certificates.checker import read_text
     from takagi.certificates.checker.arithmetic.interval import ONE
-    from takagi.certificates.checker.kernel.reader import read_text
     from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
     from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
     from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.dual import Dual
 from takagi.certificates.checker.arithmetic.interval import ONE, UNIT, ZERO, Interval
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.equilibria.effort_sharing import effort_sharing_equilibria

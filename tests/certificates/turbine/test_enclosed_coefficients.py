@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop

@@ -7,8 +7,8 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.interval import ONE
-from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 

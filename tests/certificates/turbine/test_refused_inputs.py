@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.turbine.effort_sharing.inputs import (
     Box,
     Law,

@@ -13,7 +13,8 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import digest, read_text
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.kernel.reader import digest
 
 INPUTS = Path(__file__).with_name("inputs.json")
 CELLS = ("torque", "rated", "pitch")
