@@ -40,6 +40,7 @@ CELLS = MappingProxyType(
         "equilibrium": OTHER,
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
+        "running-loop": OTHER,
     }
 )
 
