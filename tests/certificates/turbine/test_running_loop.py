@@ -9,16 +9,21 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from copy import deepcopy
+from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from takagi.certificates import check
 from takagi.certificates.checker.kernel.reader import digest, read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains, Refused
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
@@ -40,10 +45,13 @@ from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.machine import Machine as SecondMachine
 from takagi.certificates.cross_check.turbine.running.machine import box
+from takagi.certificates.design.claim_summary import running_loop_summary
+from takagi.certificates.design.given.turbine_law import read_observer
 from tests.certificates.recorded.answers import recorded
 
 motion: Any = import_module("turbine_running")
 F = Fraction
+UNDECIDED = Verdict.UNDECIDED
 CELLS = range(4)
 
 
@@ -178,6 +186,32 @@ def test_an_observer_that_makes_it_swing_is_not_proved(document: dict[str, Any],
 def test_a_file_without_a_controller_is_about_its_own_observer(document: dict[str, Any]) -> None:
     del document["controller"]
     assert verdicts(document) == ("PROVED", "PROVED")
+
+
+def test_a_gain_file_with_another_observer_is_refused(
+    document: dict[str, Any], tmp_path: Path
+) -> None:
+    """Also where the certificate has no ``controller`` to compare the file with."""
+    controller = document.pop("controller")
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text(json.dumps(sealed(document)), encoding="utf-8")
+    gains.write_text(json.dumps({"law": document["gains"], **controller}), encoding="utf-8")
+    assert check(certificate, gains=gains).verdict.name == "PROVED"
+    assert read_observer(gains) == controller
+    controller["observer"]["l1"] = 1.8
+    gains.write_text(json.dumps({"law": document["gains"], **controller}), encoding="utf-8")
+    with pytest.raises(OtherGains, match="observer.l1 is not the gain file's"):
+        check(certificate, gains=gains)
+
+
+def test_the_summary_names_rate_and_gaps(stored: dict[str, Any]) -> None:
+    checked = check_document(sealed(stored))
+    design: Any = SimpleNamespace(document=stored, checked=checked)
+    found = running_loop_summary(design)
+    assert found is not None and found[0] == 0.004
+    assert found[1].startswith("3 to 25 m/s, but NOT 3 to 8.238 m/s, 8.7006 to 11.4759 m/s")
+    design.checked = replace(checked, claims=[replace(checked.claims[0], verdict=UNDECIDED)])
+    assert running_loop_summary(design) is None
 
 
 # The nonlinear loop.
