@@ -6,7 +6,8 @@ The loop is ``turbine_loop``, which shares nothing with the checker.  Tried are
 - invariance: V' + alpha (V - 1) < 0 in the box, so V' < 0 on V = 1, by a climb from random points;
 - decay to the equilibrium at constant wind, by cell and in the common function;
 - the set: peaks, limits of torque, pitch and integrator, the overspeed that is shown;
-- the claims that rest on it: ``turbine_filter`` (wind rate) and ``turbine_actuators``.
+- the claims that rest on it: ``turbine_filter`` (wind rate) and ``turbine_actuators``;
+- the loop with its observer: ``turbine_running``.
 
 "No" is a counterexample beyond ``MARGIN``, far wider than the rounding of floats.  An empty answer
 says only that none was found: floats at points prove nothing.
@@ -24,8 +25,11 @@ import numpy as np
 from turbine_actuators import why_actuators_false, why_actuators_misshown
 from turbine_filter import why_wind_rate_false, why_wind_rate_misshown
 from turbine_loop import Data, Floats, Loop, column, psi, share
+from turbine_running import why_running_false, why_running_misshown
 from turbine_search import MARGIN, climb, drawn, first_wrong, overspeed_shown, states
 
+# The claim about the loop with its observer, which no ``Loop`` has.
+RUNNING = "running-loop"
 POINTS, CLIMBERS, SETTLERS = 150, 30, 12
 BISECTIONS = 44
 # Rows h of h xi.
@@ -44,7 +48,10 @@ def why_false(document: Data, rng: random.Random, statements: Sequence[str] = ()
     """
     draw = np.random.default_rng(rng.getrandbits(32))
     for claim in document["claims"]:
-        if why := KINDS[claim["kind"]](_loop_of(document, claim), claim, draw):
+        if claim["kind"] == RUNNING:
+            if why := why_running_false(document, claim, draw):
+                return why
+        elif why := KINDS[claim["kind"]](_loop_of(document, claim), claim, draw):
             return why
     return why_shown_false(document, statements)
 
@@ -52,7 +59,10 @@ def why_false(document: Data, rng: random.Random, statements: Sequence[str] = ()
 def why_shown_false(document: Data, statements: Sequence[str]) -> str:
     """Return what is shown better than the certificate states it; empty when nothing is."""
     for claim, statement in zip(document["claims"], statements, strict=False):
-        if why := SHOWN[claim["kind"]](_loop_of(document, claim), claim, statement):
+        if claim["kind"] == RUNNING:
+            if why := why_running_misshown(claim, statement):
+                return why
+        elif why := SHOWN[claim["kind"]](_loop_of(document, claim), claim, statement):
             return why
     return ""
 

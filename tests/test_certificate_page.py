@@ -67,8 +67,23 @@ def test_the_stored_certificate_is_proved() -> None:
         "coherent-loop",
         "wind-rate",
         "actuator-rates",
+        "running-loop",
     ]
     assert "wind filter of 12 s" in found.claims[1].text
+
+
+def test_the_pages_name_every_gap_of_the_running_loop(stored: Any) -> None:
+    """Cells, rate and what is left out, as the stored certificate has them."""
+    claim = next(claim for claim in stored["claims"] if claim["kind"] == "running-loop")
+    (first, low), (high, last) = ([Fraction(end) for end in row] for row in claim["winds"])
+    assert first == 3 and last == 25
+    left = f"{float(low):g} to {float(high):g} m/s"
+    for name in ("docs/certificate.md", "docs/running-loop.md", "README.md"):
+        page = " ".join((ROOT / name).read_text(encoding="utf-8").split())
+        assert f"but for {left}" in page, name
+        if name != "README.md":
+            assert f"in {len(claim['cells'])} cells" in page, name
+            assert f"{claim['decay_rate']} 1/s" in page, name
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,8 @@ CONTAINING = {"sector-embedding", "secant-embedding"}
 RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
+# The claim that also reads the gain file's observer and filters, from the member ``controller``.
+WITH_OBSERVER = "running-loop"
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
@@ -159,6 +161,10 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
     for claim, kind in zip(claims, kinds, strict=True):
         if unread:
             yield str(kind), _abstained(unread)
+        elif kind == WITH_OBSERVER:
+            from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
+
+            yield str(kind), running_loop(claim, document)
         elif kind in RESTING:
             yield str(kind), _resting(claim, str(kind), document)
         else:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 KIND = "coherent-loop"
+RUNNING = "running-loop"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +67,17 @@ def claim_summary(design: TurbineDesign) -> ClaimSummary | None:
             law = design.document["gains"]
             rated = design.turbine.rated_rotor_speed
             return _summary(stated, checked, max(law["rotor_speed"]), rated)
+    return None
+
+
+def running_loop_summary(design: TurbineDesign) -> tuple[float, str] | None:
+    """Return decay rate [1/s] and winds, with every gap, of the loop with its observer.
+
+    None where no such claim is proved.
+    """
+    for stated, checked in zip(design.document["claims"], design.checked.claims, strict=False):
+        if stated["kind"] == RUNNING and checked.verdict is Verdict.PROVED:
+            return float(stated["decay_rate"]), checked.name.partition(", ")[2]
     return None
 
 

@@ -51,15 +51,24 @@ class TurbineMaker:
             certify_law,
             effort_sharing_law_from_data,
             read_law,
+            read_observer,
         )
 
         turbine = self.source.model
         law = effort_sharing_law_from_data(read_law(gains), source=str(gains))
+        controller = read_observer(gains)
         uncertainty = uncertainty_asked(**{name: self.asked[name] for name in OF_UNCERTAINTY})
         files = self.source.files
 
         def work(noted: Tell) -> CertifiedLaw:
-            made = certify_law(turbine, law, uncertainty=uncertainty, files=files, tell=noted)
+            made = certify_law(
+                turbine,
+                law,
+                uncertainty=uncertainty,
+                files=files,
+                controller=controller,
+                tell=noted,
+            )
             return CertifiedLaw(*made)
 
         return self._answered(work, tell)

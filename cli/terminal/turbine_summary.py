@@ -57,11 +57,27 @@ def as_text(design: TurbineDesign) -> str:
         "rotor speed": _speed(design, found),
         "settling": f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
         "constant",
+        "observer": _observer(design),
         "found in": synthesis_words(design),
         "assumes": "; ".join(design.checked.assumes),
     }
     rows = {name: text for name, text in rows.items() if text}
     return "\n".join([head, *_aligned(rows)])
+
+
+def _observer(design: TurbineDesign) -> str:
+    """Return what is proved with the observer in the loop, with its gaps; empty for nothing."""
+    from takagi.certificates.design.claim_summary import running_loop_summary
+    from takagi.reports.page.rounded_bounds import at_least
+
+    found = running_loop_summary(design)
+    if found is None:
+        return ""
+    rate, winds = found
+    return (
+        f"with it in the loop, at constant wind ({winds}): decay of at least {at_least(rate)} 1/s "
+        "from a set of each wind cell"
+    )
 
 
 def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:

@@ -42,6 +42,7 @@ CELLS = MappingProxyType(
         "equilibrium": OTHER,
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
+        "running-loop": OTHER,
     }
 )
 

@@ -224,6 +224,18 @@ def _wind_rate(claim: Data, document: Data) -> Iterator[Found]:
         yield from _of(one, "estimate_error", "m/s", larger=True, name=known)
 
 
+def _running_loop(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "decay_rate", "1/s", larger=True, name="decay rate with the observer")
+    covered = sum((high - low for low, high, _ in _boxes(claim)), Fraction(0))
+    yield ClaimFigure("winds covered with the observer", "m/s", covered)
+    yield Profile("box of the wind estimate", "m/s", _boxes(claim))
+
+
+def _boxes(claim: Data) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
+    cells: list[Data] = [{"wind": cell["wind"], **cell["sides"]} for cell in claim["cells"]]
+    return _spans(cells, "estimate")
+
+
 def _actuator_rates(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "torque_step", "N m", larger=False)
     for name, unit in (("pitch_rate", "rad/s"), ("torque_rate", "N m/s")):
@@ -263,6 +275,7 @@ _READINGS: dict[str, Reading] = {
     "paper-loop": _paper,
     "wind-rate": _wind_rate,
     "actuator-rates": _actuator_rates,
+    "running-loop": _running_loop,
 }
 # Members that bound a disturbance; which of them are present is a part of the question.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")

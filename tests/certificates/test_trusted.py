@@ -217,13 +217,16 @@ def test_the_verb_says_nothing_of_it_unasked(
 
 
 def test_the_page_has_these_numbers(
-    counted_page: Any, decay: Path, of_turbine: tuple[Any, Trusted]
+    counted_page: Any, decay: Path, of_turbine: tuple[Any, Trusted], tmp_path: Path
 ) -> None:
     """Run ``make docs`` when this fails.  Which files are loaded does not depend on the winds."""
     page = counted_page.PAGE.read_text(encoding="utf-8")
 
     assert counted_page.row(counted_page.DECAY, check_counted(decay)[1]) in page
     assert counted_page.row(counted_page.TURBINE, of_turbine[1]) in page
+    running = tmp_path / "running.json"
+    running.write_text(json.dumps(counted_page.running()), encoding="utf-8")
+    assert counted_page.row(counted_page.RUNNING, check_counted(running)[1]) in page
 
 
 def _resealed(document: dict[str, Any]) -> dict[str, Any]:

@@ -32,6 +32,8 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     file = read_json(Path(gains))
     stated_law(file, str(gains))
     whole = "controller" in data
+    if not whole:
+        _require_observers(file, data, str(gains))
     expected = expected_file(data) if whole else {"law": data.get("gains")}
     found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
     by_name = bool(found) and whole and _calls_tables(file, data)
@@ -60,6 +62,26 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     if missing:
         told.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
     return f"{gains}: {'; '.join(told)}" if told else ""
+
+
+def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
+    """Refuse a file with another observer or other filters than a claim without a ``controller``.
+
+    With that member the claim has been compared with it, and so is the file.
+    """
+    for claim in member(data, "claims", "certificate"):
+        if isinstance(claim, dict) and claim.get("kind") == "running-loop":
+            # Imported here: most certificates have no such claim.
+            from takagi.certificates.checker.turbine.running_loop.inputs import (
+                other_than_the_controller,
+            )
+
+            if other := other_than_the_controller(claim, {"controller": file}, "claim"):
+                told = other.replace("the controller's", "the gain file's")
+                raise OtherGains(
+                    f"{gains}: claims about the loop with its observer: {told}; give the gain file "
+                    "that they were made for"
+                )
 
 
 def stated_law(file: Any, source: str) -> Any:

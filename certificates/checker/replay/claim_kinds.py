@@ -47,6 +47,10 @@ OWN_READING = {
     "quadratic-decay": "kinds.quadratic.check_quadratic",
     "no-common-quadratic": "kinds.quadratic.check_impossibility",
 }
+# Claims that also read the file's member ``controller``: they get the whole file.
+WHOLE_FILE = {
+    "running-loop": "turbine.running_loop.running_claim.check_running_loop",
+}
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {
     "wind-rate": "turbine.effort_sharing.wind_rate.check_wind_rate",
@@ -72,6 +76,8 @@ def replay(
     kind = claim["kind"]
     if kind in RESTING and data is not None:
         place, given = RESTING[kind], [data, found]
+    elif kind in WHOLE_FILE and data is not None:
+        place, given = WHOLE_FILE[kind], [data]
     elif kind in OWN_READING and data is not None:
         place, given = OWN_READING[kind], [data["model"], data.get("gains")]
     elif kind in KINDS and family is not None:

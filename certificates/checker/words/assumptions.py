@@ -13,6 +13,18 @@ PROGRAM = ("continuous time", "exact speed")
 IN_THE_SET = "start with V <= 1 and pitch at or above its lower limit"
 OUTSIDE = "wind estimate from outside, within the stated class"
 KNOWN_WIND = "constant wind that the law knows"
+RUNNING = (
+    "constant wind",
+    "start with V <= 1 in the set of the wind's cell, pitch at or above its lower limit, schedule "
+    "wind within the tables, and what is sent equal to what the law asks for",
+    "c_P of the table",
+    "wake with one state, which answers to pitch alone",
+    "torque at once, and known to the observer",
+    "first-order pitch drive",
+    RIGID[0],
+    PROGRAM[0],
+    "speed measured exactly before its filters, pitch exactly",
+)
 
 LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
 ASSUMED = {
@@ -26,6 +38,7 @@ ASSUMED = {
         *RIGID,
         *PROGRAM,
     ),
+    "running-loop": RUNNING,
     "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 

@@ -40,12 +40,16 @@ def loop_document(
     asked: object,
     *,
     files: Sequence[Path] = (),
+    controller: Mapping[str, Any] | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Return the certificate of a coherent loop, with every claim that holds.
 
     Parameters
     ----------
     asked : the configuration, as recorded in the provenance.
+    controller : the gain file's observer and filters; None makes no claim about the loop with them.
+    tell : called with a word before the search for that claim.
     files : the turbine's data files; the certificate records what they say.
 
     Raises
@@ -54,6 +58,12 @@ def loop_document(
     """
     model, gains = turbine_data(turbine, files), effort_sharing_law_data(law)
     claims, left_out = loop_claims(model, gains, effort_sharing_claim(candidate))
+    if controller is not None:
+        if tell is not None:
+            tell("loop with its observer, at constant winds")
+        running, why = running_claim(model, gains, controller, claims[0]["uncertainty"]["inertia"])
+        claims += running
+        left_out |= why
     return certificate_document(
         model=model,
         gains=gains,
@@ -98,13 +108,38 @@ def loop_claims(
     return claims, left_out
 
 
+def running_claim(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the claim about the loop with its observer, or by its kind why there is none.
+
+    Parameters
+    ----------
+    controller, inertia : as ``running_loop_claim`` takes them.
+    """
+    # Imported here: it loads a solver.
+    from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
+        running_loop_claim,
+    )
+
+    try:
+        claim = running_loop_claim(model, gains, controller, inertia)
+    except Refused as reason:
+        return [], {"running-loop": f"not claimed: {reason}"}
+    why = _open(claim, model, gains, [])
+    return ([], {"running-loop": f"not claimed: {why}"}) if why else ([claim], {})
+
+
 def _open(
     claim: Mapping[str, Any],
     model: Mapping[str, Any],
     gains: Mapping[str, Any],
     earlier: Sequence[Mapping[str, Any]],
 ) -> str:
-    """Return why the checker would not prove a dependent claim, or nothing."""
+    """Return why the checker would not prove a claim of the loop, or nothing."""
     parts = {"model": model, "gains": gains, "claims": [*earlier, claim]}
     data, place = read_text(json.dumps(parts), "candidate"), len(earlier)
     below: list[Outcome] = [

@@ -60,7 +60,7 @@ class Rotor:
         self.effectiveness = rationals(gains, "effectiveness", n)
         self.limit = rationals(gains, "effectiveness_limit", n)
         self.proportional = rationals(gains, "proportional", n)
-        rates = rationals(gains, "integral_rate", n - 1)
+        self.integral_rates = rates = rationals(gains, "integral_rate", n - 1)
         self.ahead = rationals(gains, "inertia_feedforward", n - 1)
         self.ahead_limit = rationals(gains, "feedforward_limit", n - 1)
         self.lead, self.overlap = rational(gains, "pitch_lead"), rational(gains, "overlap")

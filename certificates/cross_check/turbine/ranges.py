@@ -111,11 +111,11 @@ def _sizes(at: WindCell) -> list[tuple[str, fmpq]]:
     return [
         ("inertia_gain", at.kappa.high),
         ("wind_gain", (inner * wind * turbine.power).times(turbine.c).size),
-        ("residual", _residual(at)),
+        ("residual", residual(at)),
     ]
 
 
-def _residual(at: WindCell) -> fmpq:
+def residual(at: WindCell) -> fmpq:
     """Return a bound of the torque balance's error at the trim, over J [rad/s^2].
 
     A function with |r''| <= M on a cell of width w deviates from its chord by at most M w^2 / 8.

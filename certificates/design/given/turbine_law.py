@@ -13,12 +13,14 @@ from takagi.certificates.checker.kernel.reader import member, number, numbers, r
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates.checker.turbine.running_loop.inputs import STATED
 from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
     effort_sharing_candidate,
 )
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.loop_claims import loop_document
+from takagi.certificates.controller.content import plain
 from takagi.certificates.design.step_clock import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
@@ -41,6 +43,17 @@ def read_law(path: Path) -> Mapping[str, Any]:
     if not isinstance(law, Mapping):
         raise CertificateError(f"{path}: 'law' must be an object, as in a gain file of takagi")
     return law
+
+
+def read_observer(path: Path) -> dict[str, Any]:
+    """Return the members ``observer`` and ``measurement`` of a gain file, where it has them.
+
+    Raises
+    ------
+    CertificateError : unreadable, or not strict JSON.
+    """
+    file = read_json(path)
+    return {part: plain(file[part]) for part in STATED if file.get(part) is not None}
 
 
 def effort_sharing_law_from_data(
@@ -133,6 +146,7 @@ def certify_law(
     box: LoopBox | None = None,
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY,
     files: Sequence[Path] = (),
+    controller: Mapping[str, Any] | None = None,
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:
     """Return the certificate of a given law on a turbine, and the checker's verdict.
@@ -141,6 +155,8 @@ def certify_law(
     ----------
     box : the region around the trim that is enclosed; None takes ``scaled_box`` of the turbine.
     files : the turbine's data files; the certificate records their SHA-256.
+    controller : the gain file's observer and filters, for the claim about the loop with them; None
+        makes no such claim.
     tell : called with a word on progress.
 
     Raises
@@ -163,5 +179,7 @@ def certify_law(
     if tell is not None:
         tell("exact proof")
     asked = _Asked(law.name, box, uncertainty)
-    document = loop_document(turbine, law, candidate, asked, files=files)
+    document = loop_document(
+        turbine, law, candidate, asked, files=files, controller=controller, tell=tell
+    )
     return document, check_document(document)

@@ -20,7 +20,7 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
     EffortSharingGainDesign,
     effort_sharing_gain_design,
 )
-from takagi.certificates.design.turbine.gain_file_members import turbine_members
+from takagi.certificates.design.turbine.gain_file_members import observer_members, turbine_members
 from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.result import ObserverDesign, TurbineDesign
 from takagi.certificates.design.turbine.scale import default_settings
@@ -67,7 +67,16 @@ def design_turbine(
     if asked.law == "coherent":
         effort, found = _coherent(turbine, asked, clock)
         law = found.law
-        stated = partial(loop_document, turbine, law, found.candidate, asked, files=files)
+        stated = partial(
+            loop_document,
+            turbine,
+            law,
+            found.candidate,
+            asked,
+            files=files,
+            controller=observer_members(observer, asked),
+            tell=clock.told,
+        )
     else:
         from takagi.certificates.design.turbine.published_law import claimed_law
 

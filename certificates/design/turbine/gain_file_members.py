@@ -6,34 +6,44 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.controller.plant_members import statement
 from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.result import speed_filter
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates.design.turbine.result import ObserverDesign, TurbineDesign
+    from takagi.certificates.design.turbine.settings import DesignSettings
 
 
 def turbine_members(design: TurbineDesign) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a turbine's design."""
-    turbine, observer = design.turbine, design.observer
+    turbine = design.turbine
     found: dict[str, Any] = {
         "name": f"{turbine.name}, {design.law.name} law",
         "turbine": turbine.name,
         "states": list(design.law.state_names),
         "trim": _trim(design),
+        **observer_members(design.observer, design.settings),
+        "certificate": _certificate(design),
+    }
+    if design.coherent is None:
+        found["start"] = _start(design)
+    return found
+
+
+def observer_members(observer: ObserverDesign, settings: DesignSettings) -> dict[str, Any]:
+    """Return the members ``observer`` and, where the speed is filtered, ``measurement``."""
+    found: dict[str, Any] = {
         "observer": {
             "l1": float(observer.gains[0]),
             "l2": float(observer.gains[1]),
             "decay_rate": float(observer.decay_rate),
             "wind_limits": [float(value) for value in observer.observer.limits],
-        },
-        "certificate": _certificate(design),
+        }
     }
-    if (filters := design.speed_filter) is not None:
+    if (filters := speed_filter(settings)) is not None:
         found["measurement"] = {"speed_filter": float(filters.corner)}
         if filters.stop:
             stop = {"frequency": float(filters.stop), "passed": float(filters.passed)}
             found["measurement"]["torsion_filter"] = stop
-    if design.coherent is None:
-        found["start"] = _start(design)
     return found
 
 

@@ -93,13 +93,7 @@ class TurbineDesign:
     @property
     def speed_filter(self) -> SpeedFilter | None:
         """The filter of the measured speed before the law; None where there is none."""
-        # Imported here: reading a design needs no simulation.
-        from takagi.models.simulation.speed_filter import SpeedFilter
-
-        asked = self.settings
-        if asked.law != "coherent" or not asked.speed_filter:
-            return None
-        return SpeedFilter(asked.speed_filter, asked.torsion_filter)
+        return speed_filter(self.settings)
 
     @property
     def coherent(self) -> EffortSharingLaw | None:
@@ -107,3 +101,13 @@ class TurbineDesign:
         from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
         return self.law if isinstance(self.law, EffortSharingLaw) else None
+
+
+def speed_filter(settings: DesignSettings) -> SpeedFilter | None:
+    """Return the filter of the measured speed that the settings ask for, or None."""
+    # Imported here: reading a design needs no simulation.
+    from takagi.models.simulation.speed_filter import SpeedFilter
+
+    if settings.law != "coherent" or not settings.speed_filter:
+        return None
+    return SpeedFilter(settings.speed_filter, settings.torsion_filter)

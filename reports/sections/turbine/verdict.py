@@ -6,7 +6,11 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
+from takagi.certificates.design.claim_summary import (
+    ClaimSummary,
+    claim_summary,
+    running_loop_summary,
+)
 from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
 from takagi.reports.loops.overlap_claims import (
@@ -167,6 +171,7 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
             f"{at_most(speed, 2)} rpm; everywhere within "
             f"{at_most(summary.peaks['speed_error'] * RPM, 2)} rpm of the reference speed",
         ),
+        *_with_observer(design),
         *_actuators(design),
         (
             "Uncertainty",
@@ -200,6 +205,16 @@ def _power(summary: ClaimSummary) -> str:
     if low == high:
         return ""
     return f", power coefficient {decimal(100 * low)} to {decimal(100 * high)} %"
+
+
+def _with_observer(design: TurbineDesign) -> list[tuple[str, str, str]]:
+    """Return what is proved of the loop with its observer, where a claim about it is proved."""
+    found = running_loop_summary(design)
+    if found is None:
+        return []
+    rate, winds = found
+    where = f"at a constant wind, {winds}, from a set of each wind cell, with its filters"
+    return [("Decay with the observer", f"\u2265 {at_least(rate)} 1/s", where)]
 
 
 def _actuators(design: TurbineDesign) -> list[tuple[str, str, str]]:

@@ -21,7 +21,7 @@ judge: Any = import_module("turbine_judge")
 reading: Any = import_module("turbine_loop")
 Data = dict[str, Any]
 Change = Callable[[Data], None]
-LOOP, WIND_RATE, ACTUATORS = range(3)
+LOOP, WIND_RATE, ACTUATORS, RUNNING = range(4)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def narrowed(key: str, end: int) -> Change:
 
 def test_the_certificate_has_the_claims_that_are_judged(document: Data) -> None:
     """With a schedule wind that is fed forward in some cells and moves torque in steps."""
-    kinds = ["coherent-loop", "wind-rate", "actuator-rates"]
+    kinds = ["coherent-loop", "wind-rate", "actuator-rates", "running-loop"]
 
     assert [claim["kind"] for claim in document["claims"]] == kinds
     assert float(document["claims"][ACTUATORS]["torque_step"]) > 0

@@ -15,7 +15,7 @@ campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")
 judge: Any = import_module("turbine_judge")
 Data = dict[str, Any]
-LOOP, WIND_RATE, ACTUATORS = range(3)
+LOOP, WIND_RATE, ACTUATORS, RUNNING = range(4)
 
 
 @pytest.fixture(scope="module")
@@ -69,8 +69,10 @@ def test_the_words_that_are_compared_are_the_checker_s(document: Data, tmp_path:
         (ACTUATORS, r"\), and in ", "71"),
         (ACTUATORS, r"turbine's limit of ", "9"),
         (ACTUATORS, r"steps by at most ", "9"),
+        (RUNNING, r"a rate of ", "0.005"),
+        (RUNNING, r"NOT at winds \S+ to ", "3.49"),
     ):
         changed = re.sub(f"({words})\\S+", rf"\g<1>{number}", texts[claim], count=1)
         assert changed != texts[claim], words
-        said = [changed if place == claim else "" for place in range(3)]
+        said = [changed if place == claim else "" for place in range(4)]
         assert judge.why_shown_false(document, said) != "", words

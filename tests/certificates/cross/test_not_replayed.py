@@ -11,7 +11,12 @@ import pytest
 from takagi.certificates import Certificate, certify
 from takagi.certificates.audit import cross_checked_document
 from takagi.certificates.checker import check_document
-from takagi.certificates.checker.replay.claim_kinds import KINDS, OWN_READING, RESTING
+from takagi.certificates.checker.replay.claim_kinds import (
+    KINDS,
+    OWN_READING,
+    RESTING,
+    WHOLE_FILE,
+)
 from takagi.certificates.cross_check import opinion
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.cli.verbs.check import run as check_verb
@@ -34,6 +39,7 @@ def test_the_page_lists_the_kinds_without_a_reading() -> None:
     assert set(KINDS) == set(opinion.LOOPS)
     assert set(RESTING) == set(opinion.RESTING)
     assert own == {"paper-loop"}
+    assert set(WHOLE_FILE) == {opinion.WITH_OBSERVER}
     assert (
         "| `paper-loop`, and `equilibrium` of a law of the paper | no reading" in PAGE.read_text()
     )

@@ -19,18 +19,17 @@ STORED = DOCS / "figures" / "nrel5mw-certificate.json"
 def test_the_page_counts_what_is_replayed() -> None:
     """Matrices as ``--cross`` prints them; facts about numbers as they are decided."""
     rows = cross_checked(STORED).rows
-    cells = len(load(STORED)["claims"][0]["cells"])
+    cells, running = (len(load(STORED)["claims"][place]["cells"]) for place in (0, 3))
     obliged = Counter(
         type(one).__name__ for _, found in claims_of(load(STORED)) for one in found or ()
     )
 
     matrices = sum(row.inequalities for row in rows)
-    assert {row.second for row in rows} == {"PROVED"} and len(rows) == 3
+    assert {row.second for row in rows} == {"PROVED"} and len(rows) == 4
     assert matrices == sum(one.inequalities for one in judge(STORED)) == obliged["Definite"]
-    assert (
-        f"its three claims with {cells} wind cells, {matrices} matrices and {obliged['Fact']} "
-        "ranges, sizes and limits" in PAGE
-    )
+    of = f"{cells} wind cells and {running} of the running loop"
+    counted = f"{matrices} matrices and {obliged['Fact']} ranges, sizes and limits"
+    assert f"its four claims with {of}, {counted}" in PAGE
 
 
 def test_the_page_counts_what_is_exported(tmp_path: Path) -> None:
@@ -40,5 +39,7 @@ def test_the_page_counts_what_is_exported(tmp_path: Path) -> None:
     assert main(["export", str(STORED), "--coq", str(out)]) == 0
 
     matrices = sum(one.inequalities for one in judge(STORED))
+    running = len(load(STORED)["claims"][3]["cells"])
     size = out.stat().st_size / 1e6
-    assert f"3 claims, all 70 wind cells | {matrices} | {size:.1f} MB |" in PAGE
+    of = f"4 claims, all 70 wind cells, and {running} of the running loop"
+    assert f"{of} | {matrices} | {size:.1f} MB |" in PAGE

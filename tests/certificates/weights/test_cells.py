@@ -11,7 +11,12 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker.replay.claim_kinds import KINDS, OWN_READING, RESTING
+from takagi.certificates.checker.replay.claim_kinds import (
+    KINDS,
+    OWN_READING,
+    RESTING,
+    WHOLE_FILE,
+)
 from takagi.certificates.document import certificate_document
 from tests.certificates.weights.cells import EVIDENCE, LAWLESS, column, verdicts
 
@@ -44,7 +49,7 @@ def test_every_kind_has_a_row() -> None:
     """A new kind of claim has to say what it means for each kind of weights."""
     named = {kind.partition(",")[0] for kind in table().CELLS}
 
-    assert named == {*KINDS, *OWN_READING, *RESTING}
+    assert named == {*KINDS, *OWN_READING, *RESTING, *WHOLE_FILE}
     assert set(EVIDENCE) == set(table().CELLS)
 
 

@@ -8,12 +8,13 @@ tau_i > 0
     -(2 xi'P (xi)' + 2 alpha xi'P xi + sum tau_i (z_i^2 - w_i^2)) > 0   for all (xi, w) but zero
 
 proves that V = xi'P xi decays at least as exp(-2 alpha t).  The left side is one quadratic form in
-(xi, w); ``decay_form`` returns its matrix.
+(xi, w); ``decay_form`` returns its matrix.  A factor may change with time in any way.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
+from math import lcm
 
 Signal = dict[int, Fraction]
 Span = tuple[Fraction, Fraction]
@@ -58,22 +59,41 @@ class Signals:
 
 def decay_form(
     signals: Signals, rates: list[Signal], P: Rows, tau: list[Fraction], alpha: Fraction
-) -> Rows:
-    """Return the matrix that must be positive definite; ``rates`` are the states' derivatives."""
+) -> list[list[int]]:
+    """Return the module's matrix times a positive integer; ``rates`` are the states' derivatives.
+
+    It is computed over integers with one common denominator: fractions would take ten times as
+    long.
+    """
     n, size = signals.states, signals.states + len(signals.outer)
-    F = [signals.row(rate) for rate in rates]
-    PF = [[sum((P[i][k] * F[k][j] for k in range(n)), Fraction(0)) for j in range(size)]
-          for i in range(n)]  # fmt: skip
-    form = [[Fraction(0)] * size for _ in range(size)]
+    F, of_F = _whole([signals.row(rate) for rate in rates])
+    whole_P, of_P = _whole(P)
+    outer = [_whole([signals.row(one)]) for one in signals.outer]
+    weights = [weight / of_z**2 for weight, (_, of_z) in zip(tau, outer, strict=True)]
+    common = lcm(of_P * of_F, of_P * alpha.denominator, *(w.denominator for w in weights))
+    common = lcm(common, *(weight.denominator for weight in tau))
+    form = [[0] * size for _ in range(size)]
+    times, shift = common // (of_P * of_F), 2 * alpha.numerator * common // alpha.denominator
     for i in range(n):
         for j in range(size):
-            form[i][j] -= PF[i][j]
-            form[j][i] -= PF[i][j]
+            left = times * sum(whole_P[i][k] * F[k][j] for k in range(n))
+            form[i][j] -= left
+            form[j][i] -= left
         for j in range(n):
-            form[i][j] -= 2 * alpha * P[i][j]
-    for k, (weight, signal) in enumerate(zip(tau, signals.outer, strict=True)):
-        form[n + k][n + k] += weight
-        for i, a in signal.items():
-            for j, b in signal.items():
-                form[i][j] -= weight * a * b
+            form[i][j] -= shift * whole_P[i][j] // of_P
+    for k, (weight, scaled, (rows, _)) in enumerate(zip(tau, weights, outer, strict=True)):
+        form[n + k][n + k] += weight.numerator * (common // weight.denominator)
+        factor = scaled.numerator * (common // scaled.denominator)
+        filled = [(i, a) for i, a in enumerate(rows[0]) if a]
+        for i, a in filled:
+            for j, b in filled:
+                form[i][j] -= factor * a * b
     return form
+
+
+def _whole(rows: Rows) -> tuple[list[list[int]], int]:
+    """Return rows times their least common denominator, and that."""
+    scale = lcm(*(entry.denominator for row in rows for entry in row))
+    return [
+        [entry.numerator * (scale // entry.denominator) for entry in row] for row in rows
+    ], scale

@@ -1,0 +1,142 @@
+r"""The running loop at the constant winds of one cell, as signals with uncertain factors.
+
+States, each as its distance from the rest at the wind v:
+
+    e = omega - omega*(v)         p = b0 (beta - beta_rest)      x  the law's integral
+    s = v_s - v                   m = omega_m - omega*(v)        o = omegahat - omega*(v)
+    z = vhat - v                  eta = b0 (the wake's pitch - beta_rest)
+    y1, y2  the two poles of the band-stop, where there is one, less omega*(v)
+
+with kappa nominal over true inertia, and all of [.] a factor from a range:
+
+    error = m - [omega*'] s
+    u    = [q*'] s + [gamma] (error - x)                     U - U_rest
+    g    = [f] u                                             psi(U) - psi(U_rest)
+    rate = ([1; 0 to 1 at a table's end] z - s) / tau_f
+    E    = m_E (u - g - [feed-forward] rate)                 the generator's torque over J
+    A    = [a] e - [sigma] p                                 the table's torque over J
+    e'   = [kappa] (A - [h] (p - eta) - E)
+    p'   = [drive] ([b0 / b] g - [psi b0 b'/ b^2] s + [lead] rate - p) / tau
+    x'   = -[nu] error,   s' = rate
+    m'   = c (e - 2 (1 - passed) (y1 - y2) - m),   y1' = w (e - y1),   y2' = w (y1 - y2)
+    o'   = [J / J_o] (A + [a2] (m - e) + [d] z - E) + l_1 (m - o),   z' = l_2 (m - o)
+    eta' = [wake's rate] (p - eta)
+
+The factors are secants between the state and the rest, so they lie in the ranges of the derivatives
+over the box.  Derived in docs/running-loop.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from takagi.certificates.checker.turbine.running_loop.cell import FULL, Cell
+from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
+from takagi.certificates.checker.turbine.running_loop.signals import Signal, Signals, combined
+
+(E, P, X, S, M, SEEN, Z, ETA, FIRST, SECOND) = range(10)
+Factors = Mapping[str, Span]
+# The names of the factors; each is used once.
+FACTORS = frozenset({
+    "speed slope", "effort slope", "gamma", "share", "held estimate", "feed-forward", "stiffness",
+    "pitch gain", "late pitch gain", "pitch per effort", "pitch by schedule", "lead",
+    "observed stiffness", "wind gain", "inertia", "drive", "integral rate", "observer inertia",
+    "wake rate",
+})  # fmt: skip
+
+
+def states(machine: Machine) -> int:
+    """Return the number of states: ten with a band-stop, else eight."""
+    return 10 if machine.stop else 8
+
+
+def equations(cell: Cell, span: Factors, held: Span) -> tuple[Signals, list[Signal]]:
+    """Return the signals and the states' rates for a share of pitch from ``held``."""
+    machine = cell.machine
+    signals = Signals(states(machine))
+
+    def times(name: str, signal: Signal) -> Signal:
+        return signals.times(name, span[name], signal)
+
+    e, p, x, s, m, o, z, eta = (signals.state(i) for i in range(8))
+    error = combined((1, m), (-1, times("speed slope", s)))
+    u = combined((1, times("effort slope", s)), (1, times("gamma", combined((1, error), (-1, x)))))
+    g = signals.times("share", held, u)
+    seen = times("held estimate", z)
+    rate = combined((1 / machine.wind_filter, seen), (-1 / machine.wind_filter, s))
+    unit = cell.effort_unit
+    braking = combined((unit, u), (-unit, g), (-unit, times("feed-forward", rate)))
+    table = combined((1, times("stiffness", e)), (-1, times("pitch gain", p)))
+    late = times("late pitch gain", combined((1, p), (-1, eta)))
+    owed = combined(
+        (1, times("pitch per effort", g)),
+        (-1, times("pitch by schedule", s)),
+        (1, times("lead", rate)),
+        (-1, p),
+    )
+    seen_torque = combined(
+        (1, table),
+        (1, times("observed stiffness", combined((1, m), (-1, e)))),
+        (1, times("wind gain", z)),
+        (-1, braking),
+    )
+    apart = combined((1, m), (-1, o))
+    found = [
+        times("inertia", combined((1, table), (-1, late), (-1, braking))),
+        combined((1 / cell.plant.lag, times("drive", owed))),
+        combined((-1, times("integral rate", error))),
+        rate,
+        measured_rate(machine),
+        combined((1, times("observer inertia", seen_torque)), (machine.l1, apart)),
+        combined((machine.l2, apart)),
+        times("wake rate", combined((1, p), (-1, eta))),
+    ]
+    if machine.stop:
+        w, first, second = machine.stop[0], signals.state(FIRST), signals.state(SECOND)
+        found += [combined((w, e), (-w, first)), combined((w, first), (-w, second))]
+    return signals, found
+
+
+def measured_rate(machine: Machine) -> Signal:
+    """Return m', which no uncertain factor enters."""
+    c = machine.corner
+    found = {E: c, M: -c}
+    if machine.stop:
+        left = 2 * (1 - machine.stop[1]) * c
+        found |= {FIRST: -left, SECOND: left}
+    return found
+
+
+def rows(cell: Cell, span: Factors) -> dict[str, tuple[list[Fraction], Fraction]]:
+    """Return, by side of the box, the row h and the bound of |h xi| that must hold on the set.
+
+    Signal and effort have uncertain factors, each taken as its middle; the bound is the side less
+    what the rest of the factor's range adds.
+    """
+    sides, machine = cell.sides, cell.machine
+    (w, dw), (gamma, dgamma), (q, dq) = (
+        ((low + high) / 2, (high - low) / 2)
+        for low, high in (span[name] for name in ("speed slope", "gamma", "effort slope"))
+    )
+    signal = combined((1, {M: FULL}), (-1, {X: FULL}), (-w, {S: FULL}))
+    effort = combined((q, {S: FULL}), (gamma, signal))
+    away = dw * sides.schedule
+    spread = dq * sides.schedule + dgamma * sides.signal + gamma * away
+    wanted: dict[str, tuple[Signal, Fraction]] = {
+        "speed": ({E: FULL}, sides.speed),
+        "measured": ({M: FULL}, sides.measured),
+        "pitch": ({P: FULL}, sides.pitch),
+        "signal": (signal, sides.signal - away),
+        "effort": (effort, sides.effort - spread),
+        "schedule": ({S: FULL}, sides.schedule),
+        "estimate": ({Z: FULL}, sides.estimate),
+        "integral": ({X: FULL}, sides.integral),
+        "measured_rate": (measured_rate(machine), sides.measured_rate),
+        "innovation": ({M: FULL, SEEN: -FULL}, sides.innovation),
+    }
+    count = states(machine)
+    return {
+        name: ([row.get(i, Fraction(0)) for i in range(count)], bound)
+        for name, (row, bound) in wanted.items()
+    }

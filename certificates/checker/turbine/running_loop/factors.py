@@ -1,0 +1,85 @@
+"""The ranges of the running loop's factors over the box of one cell.
+
+Every factor is a secant between a state of the set and the rest, so it lies in the range of the
+derivative over the box; where a limit cuts a term, also between that range and 0.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.arithmetic.effort_ramp import psi
+from takagi.certificates.checker.arithmetic.interval import ONE, enclose, point
+from takagi.certificates.checker.turbine.running_loop.cell import (
+    FULL,
+    NIL,
+    Cell,
+    down,
+    size,
+    span,
+    up,
+)
+from takagi.certificates.checker.turbine.running_loop.inputs import Span
+
+
+def factors(cell: Cell) -> dict[str, Span]:
+    """Return each factor's range, but for the share of pitch, by the names of ``equations``."""
+    law, machine, sides = cell.law, cell.machine, cell.sides
+    near, b0 = cell.near, point(cell.b0)
+    # gamma(v_s) (signal - x_rest) + gamma(v) x_rest: the second part depends on v_s - v.
+    steep = size(cell.slopes(law.gamma)) * cell.rest_integral
+    q = cell.slopes(law.effort)
+    b, b_law = enclose(*cell.b), enclose(*cell.b_reach)
+    bend = enclose(*cell.slopes(law.effectiveness))
+    shed_rest = enclose(*(psi(U, law.overlap) for U in cell.efforts_at_rest))
+    sigma = cell.pitch_gain(cell.ratio(NIL), cell.pitches)
+    limit = cell.over(law.limit, cell.winds)[1]
+    late = max(limit / cell.b0 - Fraction(sigma.low, ONE), NIL)
+    fed = [law.inertia[j] for j in near]
+    observed, length = machine.observer_inertia, machine.wake_length
+    return {
+        "speed slope": cell.slopes(law.speed),
+        "effort slope": (down(q[0] - steep), up(q[1] + steep)),
+        "gamma": _outward(cell.over(law.gamma, cell.reach)),
+        "held estimate": (FULL if cell.estimate_is_free else NIL, FULL),
+        "feed-forward": (min(NIL, *fed), max(NIL, *fed)),
+        "pitch per effort": span(b0 / b_law),
+        "pitch by schedule": span(shed_rest * bend * b0 / (b_law * b)),
+        "lead": cell.lead,
+        "integral rate": cell.steps(law.nu),
+        "stiffness": span(cell.speed_gain(sides.speed)),
+        "pitch gain": span(sigma),
+        "late pitch gain": (NIL, up(late)),
+        "inertia": _outward((1 / machine.inertia[1], 1 / machine.inertia[0])),
+        "observed stiffness": span(cell.speed_gain(max(sides.speed, sides.measured))),
+        "wind gain": span(cell.wind_gain()),
+        "observer inertia": _outward((observed, observed)),
+        "wake rate": _outward((cell.winds[0] / length[1], cell.winds[1] / length[0])),
+        "drive": (drive_secant(cell), FULL),
+    }
+
+
+def drive_secant(cell: Cell) -> Fraction:
+    """Return the least secant of the drive's rate limit: h tau |y| <= limit, |y| as below.
+
+    tau |y| = |beta_ref - beta| is at most what the law's pitch moves from the rest, with the lead,
+    and what the pitch is away from it.
+    """
+    law, sides, plant = cell.law, cell.sides, cell.plant
+    shed = max(psi(U, law.overlap) for U in cell.efforts_at_rest)
+    bend = size(cell.slopes(law.effectiveness))
+    moved = cell.share[1] * sides.effort + shed * bend / cell.b[0] * sides.schedule
+    led = size(cell.lead) / cell.b0 * cell.schedule_rate
+    most = moved / cell.b_reach[0] + led + sides.pitch / cell.b0
+    return down(min(FULL, plant.rate_limit * plant.lag / most))
+
+
+def cut(ends: Span, parts: int) -> list[Span]:
+    """Return the interval in equal parts."""
+    width = (ends[1] - ends[0]) / parts
+    return [(ends[0] + width * i, ends[0] + width * (i + 1)) for i in range(parts)]
+
+
+def _outward(ends: Span) -> Span:
+    """Return seven decimals, rounded outward."""
+    return down(ends[0]), up(ends[1])

@@ -1,0 +1,65 @@
+r"""Limits that the running loop's equations leave out are not reached on the set.
+
+Torque's lower limit, pitch's upper one, the integral's, and the gain file's limits of the rates of
+torque and pitch.  With rho = (estimate + schedule) / tau_f >= |v_s'|, on the set
+
+    |v_s''| <= (l_2 innovation + rho) / tau_f
+    |U'| <= |q*'| rho + |gamma'| rho (signal + |x_rest|)
+            + gamma (measured_rate + |omega*'| rho + nu (measured + |omega*'| schedule))
+
+and for every fixed factor of the feed-forward, and of the lead,
+
+    |T'| <= E (F(-U) |U'| + |feed-forward| |v_s''|)
+    |beta_ref'| <= (F(U) |U'| + psi(U) |b'| rho / b) / b + |lead| |v_s''| .
+
+Where both are within the gain file's limits, torque and pitch as sent stay between the commands for
+the least and for the greatest factor, also after a node of the tables at which the factor jumps:
+they lie in what the equations hold already.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
+from takagi.certificates.checker.arithmetic.interval import point
+from takagi.certificates.checker.turbine.running_loop.cell import Cell, size
+
+
+def limit_failure(cell: Cell) -> str:
+    """Return the limit that may be reached, or nothing."""
+    law, sides = cell.law, cell.sides
+    rate = cell.schedule_rate
+    taken = max(min(abs(law.inertia[j]) * rate, law.inertia_limit[j]) for j in cell.near)
+    if law.effort_torque * (psi(-cell.efforts[0], law.overlap) + taken) > law.rated_torque:
+        return "negative torque may be demanded"
+    asked = cell.shed[1] / cell.b_reach[0] + law.pitch_min + size(cell.lead) * rate / cell.b0
+    if asked > law.pitch_max or cell.pitches.high > point(law.pitch_max).low:
+        return "pitch beyond its limit may be demanded"
+    if sides.integral + cell.rest_integral > law.integral_limit:
+        return "the integral may reach its limit"
+    torque, pitch = command_rates(cell)
+    if torque > cell.machine.torque_rate:
+        return "torque may reach the gain file's rate limit"
+    if pitch > cell.plant.rate_limit:
+        return "pitch may reach the gain file's rate limit"
+    return ""
+
+
+def command_rates(cell: Cell) -> tuple[Fraction, Fraction]:
+    """Return bounds of |T'| [N m/s] and of |beta_ref'| [rad/s] on the set."""
+    law, sides, machine, rate = cell.law, cell.sides, cell.machine, cell.schedule_rate
+    turned = (machine.l2 * sides.innovation + rate) / machine.wind_filter
+    w, q, gamma, b = (
+        size(cell.slopes(column))
+        for column in (law.speed, law.effort, law.gamma, law.effectiveness)
+    )
+    error = sides.measured + w * sides.schedule
+    signal = sides.measured_rate + w * rate + cell.steps(law.nu)[1] * error
+    effort = (q + gamma * (sides.signal + cell.rest_integral)) * rate
+    effort += cell.over(law.gamma, cell.reach)[1] * signal
+    fed = max(abs(law.inertia[j]) for j in cell.near)
+    torque = law.effort_torque * (share(-cell.efforts[0], law.overlap) * effort + fed * turned)
+    least = cell.b_reach[0]
+    pitch = (cell.share[1] * effort + cell.shed[1] * b * rate / least) / least
+    return torque, pitch + size(cell.lead) / cell.b0 * turned

@@ -1,0 +1,153 @@
+r"""The running loop as rows over its states and its uncertain products.
+
+A row is a vector over (xi, w_1 .. w_k).  A factor of [l, u] times a row y is
+
+    (l + u) / 2 y + w_i,      w_i^2 <= z_i^2,  z_i = (u - l) / 2 y .
+
+With F the rows of xi', Z those of z and T = diag(tau) the decay inequality is
+
+    [ -2 alpha P   0 ]     [ P F ]   [ P F ]'
+    [     0        T ]  -  [  0  ] - [  0  ]   -  Z' T Z  >  0 .
+"""
+
+from __future__ import annotations
+
+from flint import fmpq, fmpq_mat
+
+from takagi.certificates.cross_check.kernel.exact import diagonal, entries, transposed
+from takagi.certificates.cross_check.turbine.running.cell import RunningCell
+from takagi.certificates.cross_check.turbine.surface import NumberRange
+
+Row = list[fmpq]
+NAMES = (
+    "speed slope",
+    "effort slope",
+    "gamma",
+    "share",
+    "held estimate",
+    "feed-forward",
+    "pitch per effort",
+    "pitch by schedule",
+    "lead",
+    "integral rate",
+    "stiffness",
+    "pitch gain",
+    "late pitch gain",
+    "inertia",
+    "observed stiffness",
+    "wind gain",
+    "observer inertia",
+    "wake rate",
+    "drive",
+)
+
+
+class RunningRates:
+    """xi' of one cell for a share of pitch from ``share``; every name has its own w."""
+
+    def __init__(self, cell: RunningCell, factors: dict[str, NumberRange], share: NumberRange):
+        self.cell, self.spans = cell, factors | {"share": share}
+        self.n = cell.machine.states
+        self.width = self.n + len(NAMES)
+        self.outer: dict[str, Row] = {}
+        self.rates = self._equations()
+
+    def _state(self, i: int) -> Row:
+        return [fmpq(int(i == j)) for j in range(self.width)]
+
+    def _times(self, name: str, row: Row) -> Row:
+        """Return an uncertain factor times a row, with the factor's own w."""
+        span = self.spans[name]
+        middle, half = (span.low + span.high) / 2, (span.high - span.low) / 2
+        self.outer[name] = [half * y for y in row]
+        found = [middle * y for y in row]
+        found[self.n + NAMES.index(name)] += 1
+        return found
+
+    def _equations(self) -> list[Row]:
+        machine, rotor, times = self.cell.machine, self.cell.rotor, self._times
+        e, p, x, s, m, o, z, eta = (self._state(i) for i in range(8))
+        error = _less(m, times("speed slope", s))
+        u = _sum(times("effort slope", s), times("gamma", _less(error, x)))
+        g = times("share", u)
+        rate = _by(1 / machine.lag, _less(times("held estimate", z), s))
+        load = _by(rotor.m, _less(_less(u, g), times("feed-forward", rate)))
+        table = _less(times("stiffness", e), times("pitch gain", p))
+        late = times("late pitch gain", _less(p, eta))
+        asked = _less(times("pitch per effort", g), times("pitch by schedule", s))
+        owed = _less(_sum(asked, times("lead", rate)), p)
+        seen = _sum(table, times("observed stiffness", _less(m, e)))
+        seen = _less(_sum(seen, times("wind gain", z)), load)
+        gap = _less(m, o)
+        found = [
+            times("inertia", _less(_less(table, late), load)),
+            _by(1 / rotor.drive, times("drive", owed)),
+            _by(fmpq(-1), times("integral rate", error)),
+            rate,
+            self.filtered_rate(),
+            _sum(times("observer inertia", seen), _by(machine.l1, gap)),
+            _by(machine.l2, gap),
+            times("wake rate", _less(p, eta)),
+        ]
+        if machine.stop is not None:
+            w, first, second = machine.stop[0], self._state(8), self._state(9)
+            found += [_by(w, _less(e, first)), _by(w, _less(first, second))]
+        return found
+
+    def filtered_rate(self) -> Row:
+        """Return m' = c_l (e - 2 (1 - p_t) (y_1 - y_2) - m)."""
+        machine, into = self.cell.machine, self._state(0)
+        if machine.stop is not None:
+            left = 2 * (1 - machine.stop[1])
+            into = _less(into, _by(left, _less(self._state(8), self._state(9))))
+        return _by(machine.corner, _less(into, self._state(4)))
+
+    def falling(self, P: fmpq_mat, tau: dict[str, fmpq], alpha: fmpq) -> fmpq_mat:
+        """Return the matrix of the module's text; a factor that is one number needs no tau."""
+        used = [name for name in NAMES if any(self.outer[name])]
+        kept = [*range(self.n), *(self.n + NAMES.index(name) for name in used)]
+        F = fmpq_mat([[row[j] for j in kept] for row in self.rates])
+        size, T = len(kept), diagonal([tau[name] for name in used])
+        found = entries(P * F)
+        both = fmpq_mat(found + [[fmpq(0)] * size for _ in used])
+        diag = [
+            [-2 * alpha * P[i, j] if max(i, j) < self.n else fmpq(0) for j in range(size)]
+            for i in range(size)
+        ]
+        for i, name in enumerate(used):
+            diag[self.n + i][self.n + i] = tau[name]
+        Z = fmpq_mat([[self.outer[name][j] for j in kept] for name in used])
+        return fmpq_mat(diag) - both - transposed(both) - transposed(Z) * T * Z
+
+    def sides(self) -> list[tuple[str, Row, fmpq]]:
+        """Return (side, row over the states, bound): |row xi| below the bound keeps to the box."""
+        box = self.cell.box
+        e, p, x, s, m, o, z, _ = (self._state(i)[: self.n] for i in range(8))
+        middle, half = {}, {}
+        for name in ("speed slope", "gamma", "effort slope"):
+            span = self.spans[name]
+            middle[name], half[name] = (span.low + span.high) / 2, (span.high - span.low) / 2
+        signal = _less(_less(m, x), _by(middle["speed slope"], s))
+        effort = _sum(_by(middle["effort slope"], s), _by(middle["gamma"], signal))
+        off = half["speed slope"] * box["schedule"]
+        more = half["effort slope"] * box["schedule"] + half["gamma"] * box["signal"]
+        more += middle["gamma"] * off
+        plain = (("speed", e), ("measured", m), ("pitch", p), ("schedule", s), ("estimate", z))
+        found = [(name, row, box[name]) for name, row in (*plain, ("integral", x))]
+        found.append(("measured_rate", self.filtered_rate()[: self.n], box["measured_rate"]))
+        found.append(("innovation", _less(m, o), box["innovation"]))
+        found.append(("signal", signal, box["signal"] - off))
+        found.append(("effort", effort, box["effort"] - more))
+        return found
+
+
+def _sum(a: Row, b: Row) -> Row:
+    return [x + y for x, y in zip(a, b, strict=True)]
+
+
+def _less(a: Row, b: Row) -> Row:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def _by(factor: fmpq, row: Row) -> Row:
+    return [factor * y for y in row]
