@@ -306,3 +306,18 @@ def test_misuse_raises(changed: Data, words: str) -> None:
     given: Data = {"noise": [1.0], "horizon": 60.0, "state_limits": {"x1": 1.6}} | changed
     with pytest.raises(ModelError, match=words):
         ExitProbability(**given).attempt(loop)
+
+
+def test_a_given_shape_is_made_as_large_as_fits() -> None:
+    """A multiple of the P that is found gives its bound again; another shape gives a worse one."""
+    loop, asked = oscillator()
+    best = asked.attempt(loop).claim
+    found = np.array(best["P"])
+    for shape, worst in ((7 * found, 1.001), (found * [[1, 1], [1, 1.03]], 1.6)):
+        at = ExitProbability([1.0], 60.0, state_limits={"x1": 1.6}, P=shape, rate=best["rate"])
+        again = at.attempt(loop)
+        assert again.proved
+        ratio = again.claim["probability"] / best["probability"]
+        assert 0.999 <= ratio <= worst
+    with pytest.raises(ModelError, match="symmetric, positive"):
+        ExitProbability([1.0], 60.0, state_limits={"x1": 1.6}, P=-np.eye(2)).attempt(loop)
