@@ -26,6 +26,8 @@ DIGITS = (6, 9, 12)
 ROOM, AROUND, INSIDE, ABOVE = 1e-9, 1e-4, 1e-6, 1e-6
 # Shown where it is less: the file's numbers go to 1e-48.
 LEAST = 1e-40
+# Fractions of the rate with which a given P is tried.
+SLOWER = (1.0, 0.999, 0.99, 0.97, 0.94, 0.9)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +45,8 @@ class ExitProbability:
     state_limits : name or label of a state -> largest deviation, in addition to the box.
     disturbance : "disturbances" (E), "inputs" (added to u); None takes the first that there is.
     rate : a in 1/s; None searches it.
+    P : the set's shape up to a factor, (n, n), where no other disturbance is bounded; None
+        searches it.
     """
 
     noise: ArrayLike
@@ -53,6 +57,7 @@ class ExitProbability:
     state_limits: Mapping[str, float] = field(default_factory=dict)
     disturbance: str | None = None
     rate: float | None = None
+    P: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         for name in ("horizon", "rate"):
@@ -75,7 +80,10 @@ class ExitProbability:
 
         evidence = self._evidence(loop)
         system = self._system(loop, evidence)
-        found = exit_function(system, self.horizon, start=self.start, rate=self.rate)
+        if self.P is not None:
+            found = self._given(system)
+        else:
+            found = exit_function(system, self.horizon, start=self.start, rate=self.rate)
         if found is None:
             why = "no function was found: a vertex is not stable, or there is no common one"
             return first_proved(loop, [(why, self._idle(loop, evidence))])
@@ -85,6 +93,24 @@ class ExitProbability:
             "1/s); a smaller horizon, less noise or a larger set may be proved"
         )
         return first_proved(loop, or_else(claims, (words, self._idle(loop, evidence))))
+
+    def _given(self, system: NoisyVertices) -> ExitFunction | None:
+        """Return the function of the given shape, as large as fits, at about the best rate."""
+        P = np.asarray(self.P, dtype=np.float64)
+        n = system.A.shape[1]
+        symmetric = P.shape == (n, n) and np.allclose(P, P.T, atol=1e-9 * np.abs(P).max())
+        if not symmetric or not np.isfinite(largest_reach(system.rows, P)):
+            raise ModelError(f"P has shape {P.shape}; ({n}, {n}), symmetric, positive, is needed")
+        if system.D.shape[2]:
+            raise ModelError("P and disturbance_bounds were given; leave one out")
+        P = P * largest_reach(system.rows, P)
+        slowest = -2 * float(np.linalg.eigvals(system.A).real.max())
+        # A solver's P is at the limit of its rate: a little less leaves room for the rounding.
+        rates = [self.rate * share for share in SLOWER] if self.rate else []
+        rates = rates or list(slowest * np.geomspace(0.01, 1, 60))
+        tried = [with_exponent(system, P, float(a), np.zeros(0)) for a in rates if a > 0]
+        known = [one for one in tried if one is not None]
+        return min(known, key=lambda f: f.logarithm(self.horizon, self.start), default=None)
 
     def _evidence(self, loop: ClaimedLoop) -> dict[str, Any]:
         family = loop.family
@@ -187,9 +213,23 @@ class ExitProbability:
 
 def largest_reach(rows: Floats, P: Floats) -> float:
     """Return max_j h_j P^-1 h_j', the largest |h_j x|^2 where x'Px <= 1; inf without P > 0."""
-    if np.linalg.eigvalsh(P).min() <= 0:
+    unit = unit_diagonal(P)
+    if unit is None:
         return np.inf
-    return float(np.einsum("ji,ij->j", rows, np.linalg.solve(P, rows.T)).max())
+    scaled = rows * unit
+    return float(np.einsum("ji,ij->j", scaled, np.linalg.solve(_in(P, unit), scaled.T)).max())
+
+
+def unit_diagonal(P: Floats) -> Floats | None:
+    """Return s of x = s xhat in which P has a diagonal of ones; None where P is not definite."""
+    if P.diagonal().min() <= 0:
+        return None
+    unit = np.asarray(1 / np.sqrt(P.diagonal()))
+    return unit if np.linalg.eigvalsh(_in(P, unit)).min() > 0 else None
+
+
+def _in(P: Floats, unit: Floats) -> Floats:
+    return np.asarray(P * unit * unit[:, None])
 
 
 def with_exponent(
@@ -201,16 +241,18 @@ def with_exponent(
     """
     from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction
 
-    PA, PD, PS = P @ system.A, P @ system.D, P @ system.S
-    X = -(PA + PA.transpose(0, 2, 1)) - rate * P
+    unit = unit_diagonal(P)
+    if unit is None or (len(multipliers) and multipliers.min() <= 0):
+        return None
+    one, Q = system.in_states(np.diag(unit)), _in(P, unit)
+    PA, PD, PS = Q @ one.A, Q @ one.D, Q @ one.S
+    X = -(PA + PA.transpose(0, 2, 1)) - rate * Q
     if len(multipliers):
-        if multipliers.min() <= 0:
-            return None
         X = X - (PD / multipliers) @ PD.transpose(0, 2, 1)
-    if np.linalg.eigvalsh(X).min() <= 0 or np.linalg.eigvalsh(P).min() <= 0:
+    if np.linalg.eigvalsh(X).min() <= 0:
         return None
     through = PS.transpose(0, 2, 1) @ np.linalg.solve(X, PS)
     largest = float(np.linalg.eigvalsh((through + through.transpose(0, 2, 1)) / 2).max())
-    trace = float(np.einsum("nij,nij->n", system.S, PS).max())
+    trace = float(np.einsum("nij,nij->n", one.S, PS).max())
     factor = rounded_down((1 - INSIDE) / (2 * largest), 6)
     return ExitFunction(P, factor, rate, multipliers, float(multipliers.sum()) + trace)

@@ -8,20 +8,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document import certificate_document, plant_data
 from takagi.certificates.requests import ClaimedLoop, ExitProbability
 from takagi.certificates.requests.on_pieces import attempted
-from takagi.models import ModelError, TSModel
+from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]
 Floats = Any
+x, w = sp.symbols("x w", real=True)
 
 
 def lag() -> tuple[Data, Data]:
@@ -306,3 +308,51 @@ def test_misuse_raises(changed: Data, words: str) -> None:
     given: Data = {"noise": [1.0], "horizon": 60.0, "state_limits": {"x1": 1.6}} | changed
     with pytest.raises(ModelError, match=words):
         ExitProbability(**given).attempt(loop)
+
+
+def test_a_given_shape_is_made_as_large_as_fits() -> None:
+    """A multiple of the P that is found gives its bound again; another shape gives a worse one."""
+    loop, asked = oscillator()
+    best = asked.attempt(loop).claim
+    found = np.array(best["P"])
+    for shape, worst in ((7 * found, 1.001), (found * [[1, 1], [1, 1.03]], 1.6)):
+        at = ExitProbability([1.0], 60.0, state_limits={"x1": 1.6}, P=shape, rate=best["rate"])
+        again = at.attempt(loop)
+        assert again.proved
+        ratio = again.claim["probability"] / best["probability"]
+        assert 0.999 <= ratio <= worst
+    with pytest.raises(ModelError, match="symmetric, positive"):
+        ExitProbability([1.0], 60.0, state_limits={"x1": 1.6}, P=-np.eye(2)).attempt(loop)
+
+
+def cubic(equation: sp.Expr, side: Interval | None = None) -> ClaimedLoop:
+    """Return the loop of a plant with |x| <= 1 and a disturbance w, with its plant's equations."""
+    state = Variable(x, "-", Interval.of(-1, 1))
+    pushes = (Variable(w, "-", side),)
+    model = sector_model(Plant(equations=(equation,), states=(state,), disturbances=pushes))
+    return ClaimedLoop.of(model, model_data=plant_data(model))
+
+
+def test_noise_in_a_premise_proves_nothing() -> None:
+    loop = cubic(-3 * x - x * sp.sin(w) + w, Interval.of(-1, 1))
+    attempt = ExitProbability([0.3], 10.0).attempt(loop)
+    assert attempt.checked.verdict is Verdict.UNDECIDED
+    assert "may be in no premise" in attempt.checked.text
+
+
+def test_noise_that_moves_with_the_state() -> None:
+    """x' = -x - x^3 + (1 + x^2/4) w, |x| <= 1: 10,000 runs by Euler and Maruyama (Ito)."""
+    asked = ExitProbability([0.4], 20.0)
+    attempt = asked.attempt(cubic(-x - x**3 + (1 + x**2 / 4) * w))
+    assert attempt.proved
+    assert "in Ito's sense" in attempt.checked.text
+    random, step = np.random.default_rng(3), 0.01
+    at, left = np.zeros(10_000), np.zeros(10_000, dtype=bool)
+    for _ in range(2000):
+        kick = 0.4 * math.sqrt(step) * random.standard_normal(at.shape)
+        at = at - step * (at + at**3) + (1 + at**2 / 4) * kick
+        left |= attempt.claim["P"][0][0] * at**2 >= 1
+        at = np.clip(at, -1.5, 1.5)  # runs that have left count no more
+
+    assert 0.001 < left.mean() < attempt.claim["probability"]
+    assert 0.1 < attempt.claim["probability"] < 0.7

@@ -1,0 +1,467 @@
+r"""How probable it is that turbulence drives the rotor beyond an overspeed, by wind and by law.
+
+    python benchmarks/turbulence_exit.py GAINS.json [--simulate] [--ranges] [--certify FOLDER]
+
+GAINS.json is the gain file of ``takagi design nrel5mw``.  Everything here is FLOATING POINT, NOT
+PROVED, and about the loop linearised at one wind.  ``--certify`` writes certificates of the kind
+``exit-probability`` for some winds; they are about every blend of the stated vertices, not about
+the turbine.  ``--simulate`` compares with 10,000 runs where the bound is one half;
+``--ranges`` has one function for a range of winds, of the nominal loop.
+
+States, as deviations from the trim that moves with the wind v, so that v' = r enters:
+
+    e speed, p pitch, x integral, s schedule wind, m low-passed speed, o and z the observer's speed
+    and wind, eta the wake's pitch, q the wake's lag behind the wind, y = v - U, r = v'
+
+    e'   = kappa (a e - sigma p - h (p - eta) + w q - E) - omega*' r
+    p'   = (g / b - psi b'/b^2 s + lead rate - p) / tau - beta*' r
+    x'   = -nu (m - omega*' s),   s' = rate - r,   rate = (z - s) / tau_f
+    m'   = c (e - m) - omega*' r
+    o'   = a e - sigma p + a (m - e) + d z - E + l_1 (m - o) - omega*' r,   z' = l_2 (m - o) - r
+    eta' = (v/L)(p - eta) - beta*' r,   q' = r - (v/L) q
+    y'   = r,   r' = -(1/t_r + 1/t_L) r - y / (t_r t_L) + s_r W
+
+with u = q*' s + gamma (m - x - omega*' s), g = f u, E = m_E (u - g - f_v rate).  The wind model is
+that of docs/turbulence-exit.md: rotor filter t_r and eddies t_L.
+Uncertain, as vertices: inertia (kappa), a, h and w by 20 %, sigma by 10 %.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import dataclass
+from importlib import import_module
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm, solve_continuous_lyapunov
+
+from takagi.lmi.analysis.disturbance.exit_exponent import (
+    ExitFunction,
+    NoisyVertices,
+)
+from takagi.models import nrel5mw
+from takagi.models.turbine import rotor_torque_gradient
+
+Floats = NDArray[np.float64]
+STATES = ("e", "p", "x", "s", "m", "o", "z", "eta", "q", "y", "r")
+E, R = STATES.index("e"), STATES.index("r")
+WINDS = (5.0, 8.0, 10.0, 11.0, 11.4, 11.6, 12.0, 13.0, 15.0, 18.0, 20.0, 23.0)
+FILTERS, OVERSPEEDS, HORIZON = (12.0, 5.0, 1.0), (0.10, 0.15, 0.20, 0.30), 600.0
+RATES = (0.01, 0.02, 0.04, 0.08)  # a [1/s]
+SPACING, FASTEST = 1.0, 6.0  # of nodes of P(v) [m/s]; of |r| on the set, over its rms
+RANGES = ((15.0, 1.0), (15.0, 2.0))
+SOUGHT, MIDDLE = (0.15, 0.30), 0.20  # overspeeds that functions are sought for; others: scaled
+UNCERTAIN_WINDS = (8.0, 11.0, 12.0, 13.0, 15.0, 18.0, 23.0)
+# Filter [s], wind [m/s], overspeed of the certificates.
+CERTIFIED = ((12.0, 12.0, 0.30), (12.0, 15.0, 0.30), (1.0, 12.0, 0.15), (1.0, 15.0, 0.15))
+MARGIN = 1e-8  # so that rounded numbers still hold
+UNITS = ("rad/s", "rad", "rad/s", "m/s", "rad/s", "rad/s", "m/s", "rad", "m/s", "m/s", "m/s^2")
+WAKE_LENGTH, WIND_EXCESS = 63.0, 0.25  # m; share of d that the frozen wake adds at first
+# Class B of TurbSim: mean, standard deviation of the rotor-effective wind [m/s], rms of its rate
+# [m/s^2]; docs/turbulence-exit.md says how they were measured.
+CLASS_B = np.array([
+    (5, 0.70, 0.05), (7, 1.14, 0.08), (9, 1.04, 0.10), (11, 1.22, 0.135), (13, 1.29, 0.165),
+    (15, 1.64, 0.20), (17, 1.61, 0.24), (19, 1.74, 0.31), (21, 2.09, 0.35), (23, 2.15, 0.39),
+])  # fmt: skip
+TURBINE = nrel5mw()
+
+
+@dataclass(frozen=True)
+class Wind:
+    """The wind model: y' = r, r' = -(1/t_r + 1/t_L) r - y / (t_r t_L) + noise W.
+
+    ``deviation`` of y [m/s], ``rate`` the rms of r [m/s^2]; t_r t_L = (deviation / rate)^2.
+    """
+
+    deviation: float
+    rate: float
+    rotor: float = 4.0
+
+    @classmethod
+    def of_class_b(cls, mean: float) -> Wind:
+        columns = (np.interp(mean, CLASS_B[:, 0], CLASS_B[:, k]) for k in (1, 2))
+        return cls(*map(float, columns))
+
+    @property
+    def stiffness(self) -> float:
+        return (self.rate / self.deviation) ** 2
+
+    @property
+    def damping(self) -> float:
+        return 1 / self.rotor + self.rotor * self.stiffness
+
+    @property
+    def noise(self) -> float:
+        return self.rate * float(np.sqrt(2 * self.damping))
+
+
+@dataclass(frozen=True)
+class Law:
+    """The numbers of a gain file that the linear loop needs; ``filter`` replaces tau_f [s]."""
+
+    tables: dict[str, Floats]
+    overlap: float
+    lead: float
+    share: float
+    l1: float
+    l2: float
+    corner: float
+    filter: float
+
+    @classmethod
+    def read(cls, path: Path, tau: float | None = None) -> Law:
+        gains = json.loads(path.read_text(encoding="utf-8"))
+        law, observer = gains["law"], gains["observer"]
+        names = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+        names += ("proportional", "integral_rate", "inertia_feedforward")
+        return cls(
+            tables={name: np.array(law[name], dtype=float) for name in names},
+            overlap=float(law["overlap"]),
+            lead=float(law["pitch_lead"]),
+            share=float(law["effort_torque"]) * TURBINE.gear_ratio / TURBINE.inertia,
+            l1=float(observer["l1"]),
+            l2=float(observer["l2"]),
+            corner=float(gains["measurement"]["speed_filter"]),
+            filter=float(law["wind_filter"]) if tau is None else tau,
+        )
+
+    def at(self, name: str, wind: float) -> float:
+        return float(np.interp(wind, self.tables["wind"], self.tables[name]))
+
+    def segment(self, wind: float) -> int:
+        nodes = self.tables["wind"]
+        return int(np.clip(np.searchsorted(nodes, wind, side="right") - 1, 0, len(nodes) - 2))
+
+    def slope(self, name: str, wind: float) -> float:
+        k, nodes, column = self.segment(wind), self.tables["wind"], self.tables[name]
+        return float((column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k]))
+
+    def held(self, name: str, wind: float) -> float:
+        return float(self.tables[name][self.segment(wind)])
+
+
+def linear_loop(law: Law, v: float, wind: Wind, scales: tuple[float, ...] = (1.0,) * 5) -> Floats:
+    """Return A, (11, 11), at the wind v; ``scales`` of kappa, a, sigma, h and w."""
+    kappa, by_a, by_sigma, by_h, by_w = scales
+    eps, b, db = law.overlap, law.at("effectiveness", v), law.slope("effectiveness", v)
+    q, dq, dw = law.at("trim_effort", v), law.slope("trim_effort", v), law.slope("rotor_speed", v)
+    f = float(np.clip((q + eps) / (2 * eps), 0, 1))
+    psi = 0.0 if q <= -eps else q if q >= eps else (q + eps) ** 2 / (4 * eps)
+    rest = psi / b + TURBINE.pitch_min
+    a, by_pitch, d = (
+        float(part) / TURBINE.inertia
+        for part in rotor_torque_gradient(TURBINE, law.at("rotor_speed", v), rest, v)
+    )
+    late = max(law.at("effectiveness_limit", v) + by_pitch, 0.0)
+    bend = (f * dq - psi * db / b) / b
+    one = np.eye(len(STATES))
+    e, p, x, s, m, o, z, eta, lag, y, r = one
+    gamma = law.at("proportional", v)
+    u = dq * s + gamma * (m - x - dw * s)
+    rate = (z - s) / law.filter
+    braking = law.share * ((1 - f) * u - law.held("inertia_feedforward", v) * rate)
+    known = a * e - (-by_pitch) * p
+    torque = by_a * a * e + by_sigma * by_pitch * p - by_h * late * (p - eta)
+    torque = torque + by_w * WIND_EXCESS * d * lag - braking
+    wake = v / WAKE_LENGTH
+    owed = f / b * u - psi * db / b**2 * s + law.lead * bend * rate - p
+    return np.array([
+        kappa * torque - dw * r,
+        owed / TURBINE.pitch_time_constant - bend * r,
+        -law.held("integral_rate", v) * (m - dw * s),
+        rate - r,
+        law.corner * (e - m) - dw * r,
+        known + a * (m - e) + d * z - braking + law.l1 * (m - o) - dw * r,
+        law.l2 * (m - o) - r,
+        wake * (p - eta) - bend * r,
+        r - wake * lag,
+        r,
+        -wind.damping * r - wind.stiffness * y,
+    ])  # fmt: skip
+
+
+UNCERTAIN = tuple(product((1 / 1.1, 1 / 0.9), (0.8, 1.2), (0.9, 1.1), (0.8, 1.2), (0.8, 1.2)))
+
+
+def system(law: Law, v: float, overspeed: float, *, uncertain: bool) -> NoisyVertices:
+    """Return the vertices at v, and the row of |e| <= (1 + overspeed) rated - omega*(v)."""
+    wind = Wind.of_class_b(v)
+    corners = UNCERTAIN if uncertain else ((1.0,) * 5,)
+    A = np.array([linear_loop(law, v, wind, scales) for scales in corners])
+    noise = np.zeros((len(A), len(STATES), 1))
+    noise[:, R] = wind.noise
+    row = np.zeros((1, len(STATES)))
+    row[0, E] = 1 / room(law, v, overspeed)
+    return NoisyVertices(A, np.zeros((len(A), len(STATES), 0)), noise, row)
+
+
+def room(law: Law, v: float, overspeed: float) -> float:
+    return (1 + overspeed) * TURBINE.rated_rotor_speed - law.at("rotor_speed", v)
+
+
+def deviation(law: Law, v: float) -> float:
+    """Return the standard deviation of the nominal speed error [rad/s]."""
+    one = system(law, v, 0.1, uncertain=False)
+    S = one.S[0]
+    return float(np.sqrt(solve_continuous_lyapunov(one.A[0], -S @ S.T)[E, E]))
+
+
+class Search:
+    """The LMIs of ``exit_exponent`` for one system, compiled once."""
+
+    def __init__(self, system: NoisyVertices) -> None:
+        cp: Any = import_module("cvxpy")
+        mean = system.A.mean(axis=0)
+        X = solve_continuous_lyapunov(mean, -system.S[0] @ system.S[0].T)
+        T = np.linalg.cholesky(X + 1e-9 * np.diag(X.diagonal() + 1e-6))
+        T /= np.abs(system.rows @ T).max()
+        one, self.back = system.in_states(T), np.linalg.inv(T)
+        n, self.solver = len(T), cp.CLARABEL
+        self.P = cp.Variable((n, n), symmetric=True)
+        self.c, self.kappa = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
+        self.rate, self.by_level, self.price = (cp.Parameter(nonneg=True) for _ in range(3))
+        h = one.rows
+        conditions = [self.P - h.T @ h >> MARGIN * np.eye(n)]
+        corner = -cp.reshape(self.kappa, (1, 1), order="C")
+        for A, S in zip(one.A, one.S, strict=True):
+            side = self.P @ S
+            top = self.P @ A + A.T @ self.P + self.rate * self.P + MARGIN * np.eye(n)
+            conditions.append(cp.bmat([[top, side], [side.T, corner]]) << 0)
+        conditions.append(cp.trace(one.S[0].T @ self.P @ one.S[0]) <= self.c)
+        aim = self.by_level * self.c + self.price * self.kappa
+        self.problem = cp.Problem(cp.Minimize(aim), conditions)
+
+    def at(self, rate: float, price: float) -> ExitFunction | None:
+        """Return the function that maximises (1 - c/a) - 2 price kappa at the rate a [1/s]."""
+        self.rate.value, self.by_level.value, self.price.value = rate, 1 / rate, 2 * price
+        try:
+            self.problem.solve(solver=self.solver)
+        except Exception as error:  # cvxpy's own class is imported late with it
+            if type(error).__name__ != "SolverError":
+                raise
+            return None
+        if self.P.value is None or self.kappa.value <= 0:
+            return None
+        P = self.back.T @ (self.P.value + self.P.value.T) @ self.back / 2
+        return ExitFunction(P, 1 / (2 * self.kappa.value), rate, np.zeros(0), float(self.c.value))
+
+    def best(self, rate: float, guess: float) -> ExitFunction | None:
+        """Return the function with the largest exponent at the rate, by Dinkelbach's method."""
+        price, best = max(guess, 0.05), None
+        for _ in range(6):
+            one = self.at(rate, price)
+            if one is None:
+                break
+            best = one if best is None or one.exponent > best.exponent else best
+            if abs(one.exponent - price) <= 0.02 * price or price < 0.05:
+                break
+            price = one.exponent if one.exponent > 0 else price / 5
+        return best
+
+
+def found(
+    law: Law, v: float, overspeed: float, *, uncertain: bool, rate: float | None = None
+) -> ExitFunction | None:
+    """Return about the function with the least bound at one wind; None where there is none.
+
+    Parameters
+    ----------
+    rate : a [1/s]; None tries RATES.
+    """
+    search = Search(system(law, v, overspeed, uncertain=uncertain))
+    guess, best = 0.1 * (room(law, v, overspeed) / deviation(law, v)) ** 2, None
+    for a in RATES if rate is None else (rate,):
+        one = search.best(a, guess)
+        if one is not None and (best is None or one.logarithm(HORIZON) < best.logarithm(HORIZON)):
+            best, guess = one, max(one.exponent, guess / 10)
+    return best
+
+
+Functions = dict[float, ExitFunction]
+
+
+def functions(law: Law, v: float, *, uncertain: bool, rates: Functions | None = None) -> Functions:
+    """Return overspeed -> function for those of SOUGHT that have one."""
+    rows = {
+        x: found(law, v, x, uncertain=uncertain, rate=rates[x].rate if rates else None)
+        for x in (rates or SOUGHT)
+    }
+    return {x: one for x, one in rows.items() if one is not None}
+
+
+class RangeSearch:
+    """One function for U - w <= v <= U + w: P, or P(v) linear between nodes, nominal loop.
+
+    P(v) adds dP/dv r to the drift.  That is affine in r, which the set bounds by FASTEST of its
+    rms, and the rest is affine in P(v) for each of the three loops of a segment.
+    """
+
+    def __init__(self, law: Law, mean: float, width: float, *, moving: bool) -> None:
+        cp: Any = import_module("cvxpy")
+        wind, self.solver = Wind.of_class_b(mean), cp.CLARABEL
+        nodes = np.linspace(mean - width, mean + width, 1 + round(2 * width / SPACING))
+        middle = system(law, mean, MIDDLE, uncertain=False)
+        A, S = middle.A[0], middle.S[0]
+        X = solve_continuous_lyapunov(A, -S @ S.T)
+        T = np.linalg.cholesky(X + 1e-9 * np.diag(X.diagonal() + 1e-6))
+        speed = np.eye(len(A))[[E]] / min(room(law, v, MIDDLE) for v in nodes)
+        rate = np.eye(len(A))[[R]] / (FASTEST * wind.rate)
+        T /= np.abs(speed @ T).max()
+        S = np.linalg.solve(T, S)
+        n, count = len(A), len(nodes) if moving else 1
+        P = [cp.Variable((n, n), symmetric=True) for _ in range(count)]
+        self.c, self.kappa = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
+        self.rate, self.by_level, self.price = (cp.Parameter(nonneg=True) for _ in range(3))
+        corner = -cp.reshape(self.kappa, (1, 1), order="C")
+        conditions = [
+            one - T.T @ h.T @ h @ T >> 0
+            for one in P
+            for h in ((speed, rate) if moving else (speed,))
+        ]
+        conditions += [cp.trace(S.T @ one @ S) <= self.c for one in P]
+        for j, (low, high) in enumerate(pairwise(nodes)):
+            ends = (P[j], P[j + 1]) if moving else (P[0], P[0])
+            turn = (ends[1] - ends[0]) * (FASTEST * wind.rate / (high - low))
+            for v in np.linspace(low + 1e-6, high - 1e-6, 3):
+                At = np.linalg.solve(T, linear_loop(law, float(v), wind) @ T)
+                for one, sign in product(ends if moving else ends[:1], (1, -1) if moving else (0,)):
+                    top = one @ At + At.T @ one + self.rate * one + sign * turn
+                    side = one @ S
+                    conditions.append(cp.bmat([[top, side], [side.T, corner]]) << 0)
+        aim = self.by_level * self.c + self.price * self.kappa
+        self.problem = cp.Problem(cp.Minimize(aim), conditions)
+        self.P, self.back = P[0], np.linalg.inv(T)
+
+    at = Search.at
+    best = Search.best
+
+
+def of_range(law: Law, mean: float, width: float, *, moving: bool) -> str:
+    """Return ten-minute bounds for all overspeeds, as far as the wind stays in the range."""
+    search = RangeSearch(law, mean, width, moving=moving)
+    best: ExitFunction | None = None
+    for a in RATES[1:3]:
+        one = search.best(a, 10.0 if best is None else best.exponent)
+        if one is not None and (best is None or one.logarithm(HORIZON) < best.logarithm(HORIZON)):
+            best = one
+    return shown({} if best is None else {MIDDLE: best}, law, mean)
+
+
+def for_room(one: ExitFunction, ratio: float) -> ExitFunction:
+    """Return the function for a set that is ``ratio`` times as large: P / ratio^2."""
+    square = ratio**2
+    return ExitFunction(
+        one.P / square, one.factor * square, one.rate, one.multipliers, one.level / square
+    )
+
+
+def shown(known: Functions, law: Law, v: float) -> str:
+    """Return the bounds for all overspeeds in ten minutes, as powers of ten; 1 for no bound."""
+    told = []
+    for x in OVERSPEEDS:
+        logs = [
+            for_room(one, room(law, v, x) / room(law, v, own)).logarithm(HORIZON) / np.log(10)
+            for own, one in known.items()
+        ]
+        least = min(logs, default=0.0)
+        told.append("1" if least >= 0 else f"10^{least:.1f}")
+    return " | ".join(told)
+
+
+def simulated(law: Law, v: float, runs: int = 10_000, step: float = 0.1) -> str:
+    """Return bound and share of runs of the nominal loop, for the set whose bound is one half."""
+    one = found(law, v, MIDDLE, uncertain=False)
+    assert one is not None
+    ratios = np.linspace(0.2, 2, 2000)
+    bounds = np.array([for_room(one, ratio).logarithm(HORIZON) for ratio in ratios])
+    set_ = for_room(one, float(ratios[np.argmin(np.abs(bounds - np.log(0.5)))]))
+    loop = system(law, v, MIDDLE, uncertain=False)
+    A, S = loop.A[0], loop.S[0]
+    spread, flow = solve_continuous_lyapunov(A, -S @ S.T), expm(A * step)
+    values, vectors = np.linalg.eigh(spread - flow @ spread @ flow.T)
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    random = np.random.default_rng(1)
+    x, left = np.zeros((len(A), runs)), np.zeros(runs, dtype=bool)
+    for _ in range(round(HORIZON / step)):
+        x = flow @ x + root @ random.standard_normal(x.shape)
+        left |= (x * (set_.P @ x)).sum(axis=0) >= 1
+    bound = np.exp(set_.logarithm(HORIZON))
+    return f"{v:g} m/s: bound {bound:.2f}, V reached 1 in {left.mean():.3f} of {runs} runs"
+
+
+def certified(law: Law, v: float, overspeed: float, folder: Path) -> str:
+    """Write a certificate about every blend of the uncertain vertices; return what is proved."""
+    from takagi.certificates import certify
+    from takagi.certificates.requests import ExitProbability
+    from takagi.models import TSModel
+
+    nominal = found(law, v, overspeed, uncertain=False)
+    one = found(law, v, overspeed, uncertain=True, rate=nominal and nominal.rate)
+    if one is None:
+        return f"{v:g} m/s: no function was found"
+    noise = np.zeros((len(STATES), 1))
+    noise[R] = float(f"{Wind.of_class_b(v).noise:.6g}")
+    A = system(law, v, overspeed, uncertain=True).A
+    model = TSModel(
+        [[[float(f"{entry:.9g}") for entry in row] for row in vertex] for vertex in A],
+        E=noise,
+        states=[f"{name} [{unit}]" for name, unit in zip(STATES, UNITS, strict=True)],
+        disturbances=["turbulence [m/s^2]"],
+        name=f"NREL 5-MW, linear loop at {v:g} m/s",
+    )
+    limit = float(f"{room(law, v, overspeed):.6g}")
+    asked = ExitProbability(
+        noise=[1.0], horizon=HORIZON, state_limits={"e": limit}, P=one.P, rate=one.rate
+    )
+    answer = certify(model, claims=[asked])
+    answer.save(folder / f"exit-{law.filter:g}s-{v:g}.json")
+    claim = answer.document["claims"][0]
+    return (
+        f"{v:g} m/s, {100 * overspeed:g} %: {answer.verdict.name}, "
+        f"p = {claim['probability']:g} of every blend of {len(A)} vertices"
+    )
+
+
+def main() -> None:
+    reader = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    reader.add_argument("gains", type=Path)
+    reader.add_argument("--certify", type=Path, metavar="FOLDER")
+    reader.add_argument("--simulate", action="store_true")
+    reader.add_argument("--ranges", action="store_true")
+    given = reader.parse_args()
+    if given.certify is not None:
+        given.certify.mkdir(parents=True, exist_ok=True)
+        for tau, v, overspeed in CERTIFIED:
+            law = Law.read(given.gains, tau)
+            print(f"filter {tau:g} s, {certified(law, v, overspeed, given.certify)}", flush=True)
+        return
+    if given.simulate:
+        for v in (12.0, 15.0, 20.0):
+            print(simulated(Law.read(given.gains), v), flush=True)
+        return
+    if given.ranges:
+        for tau, (mean, width) in product((12.0,), RANGES):
+            for moving in (False, True):
+                told = of_range(Law.read(given.gains, tau), mean, width, moving=moving)
+                kind = "P(v)" if moving else "one P"
+                print(f"| {tau:g} | {mean:g} ± {width:g} | {kind} | {told} |", flush=True)
+        return
+    print("FLOATING POINT, NOT PROVED: p for ten minutes at overspeeds of 10, 15, 20, 30 %")
+    for tau in FILTERS:
+        law = Law.read(given.gains, tau)
+        for v in WINDS:
+            spread = 100 * deviation(law, v) / TURBINE.rated_rotor_speed
+            nominal = functions(law, v, uncertain=False)
+            told = f"| {tau:g} | {v:g} | {spread:.2f} | {shown(nominal, law, v)} |"
+            if nominal and v in UNCERTAIN_WINDS:
+                told += f" {shown(functions(law, v, uncertain=True, rates=nominal), law, v)} |"
+            print(told, flush=True)
+
+
+if __name__ == "__main__":
+    main()
