@@ -15,6 +15,7 @@ weaker claim and reports this.
     L2Gain, H2Norm       gain of energy; variance under white noise
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
+    ObservedLoop         plant and observer of a law with measured outputs stay in a set
     ObservedFeedback     decay of the loop with u = -K xhat
     SampledLoop          decay with a law that runs every T seconds and holds its command
     attempts_at_all      all requests that apply to a loop
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
     from takagi.certificates.requests.l2_gain import L2Gain
     from takagi.certificates.requests.loop.loop import ClaimedLoop, Loop
+    from takagi.certificates.requests.observed_loop import ObservedLoop
     from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
     from takagi.certificates.requests.peak import Peak
     from takagi.certificates.requests.pole_region import Poles
@@ -62,6 +64,7 @@ __all__ = [
     "L2Gain",
     "Loop",
     "ObservedFeedback",
+    "ObservedLoop",
     "ObserverError",
     "Peak",
     "Poles",

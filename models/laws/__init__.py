@@ -3,6 +3,7 @@
 protocol           Law, Measurement, Command
 sampled            a law as the discrete program that a controller runs
 pdc                one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant
+output_feedback    the same of an estimate, with the observer that makes it
 effort_sharing/    one effort shared by torque and pitch: the law, its tables, its feed-forward
 published/         the published multi-region law and its parts; its equilibria, its linearisation
 """
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     )
     from takagi.models.laws.effort_sharing.law import CoherentLaw, EffortGains, EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+    from takagi.models.laws.output_feedback import OutputFeedback
     from takagi.models.laws.pdc import PdcLaw
     from takagi.models.laws.protocol import Command, Law, Measurement
     from takagi.models.laws.published.coupling_filter import CouplingFilter
@@ -47,6 +49,7 @@ __all__ = [
     "FilteredReferenceLaw",
     "Law",
     "Measurement",
+    "OutputFeedback",
     "PaperLaw",
     "PaperRule",
     "PdcLaw",

@@ -10,6 +10,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.reports.loops.observed_path import ObservedPath, observed_flow, observed_steps
 
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
@@ -38,6 +39,7 @@ class PlantMotion:
     value : (k,) V / level; empty where there is no proved function or no level.
     whole : False if the motion diverged, or reached a state where the plant is undefined.
     acting : (k, 2), the commands of the two actuators of a blend; empty without one.
+    estimate : (k, n) of the deviations, by a law with outputs; empty for one of all states.
     """
 
     name: str
@@ -47,6 +49,7 @@ class PlantMotion:
     value: Floats
     whole: bool = True
     acting: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    estimate: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def plant_rate(plant: Plant) -> Callable[[Floats, Floats], Floats]:
@@ -90,7 +93,7 @@ def starts(loop: PlantLoop) -> list[tuple[str, Floats]]:
     """
     n = len(loop.names)
     if loop.bounded:
-        P, level = loop.ellipsoid
+        P, level = loop.start_ellipsoid
         inverse = np.linalg.inv(P)
         size = np.sqrt(INSIDE * level)
         return [
@@ -108,7 +111,7 @@ def around(loop: PlantLoop, count: int) -> list[tuple[str, Floats]]:
     """Return ``count`` starts around the ellipse (or box) of a loop with two states."""
     shape: Floats = np.asarray(np.diag(SHARE * _box(loop)), dtype=np.float64)
     if loop.bounded:
-        P, level = loop.ellipsoid
+        P, level = loop.start_ellipsoid
         root = np.linalg.cholesky(np.linalg.inv(P)) * np.sqrt(INSIDE * level)
         shape = np.asarray(root, dtype=np.float64)
     turns = 2 * np.pi * (np.arange(count) + 0.5) / count
@@ -155,6 +158,8 @@ def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
     """
     matrices, K = loop.at_rest()
     poles = np.linalg.eigvals(matrices.A if K is None else matrices.A - matrices.B @ K)
+    if loop.observed is not None:
+        poles = loop.observed.poles_at(loop.memberships(np.zeros(len(loop.names))))
     step = loop.model.sample_time
     rates = -np.real(poles) if step is None else -np.log(np.maximum(np.abs(poles), 1e-9)) / step
     moving = np.abs(rates)[np.abs(rates) > 1e-6]
@@ -180,6 +185,9 @@ def _integrated(
     from scipy.integrate import solve_ivp
 
     far = _far(loop, x0)
+    if loop.observed is not None:
+        times = np.linspace(0.0, end, SAMPLES)
+        return _observed(loop, name, observed_flow(loop.observed, loop.state, rate, x0, times, far))
 
     def slope(_: float, x: Floats) -> Floats:
         return rate(loop.state + x, loop.command(x))
@@ -200,6 +208,11 @@ def _iterated(
 ) -> PlantMotion:
     step = loop.model.sample_time or 1.0
     far = _far(loop, x0)
+    if loop.observed is not None:
+        times = step * np.arange(max(int(np.ceil(end / step)), 1) + 1, dtype=np.float64)
+        return _observed(
+            loop, name, observed_steps(loop.observed, loop.state, rate, x0, times, far)
+        )
     states = [x0]
     for _ in range(max(int(np.ceil(end / step)), 1)):
         following = rate(loop.state + states[-1], loop.command(states[-1])) - loop.state
@@ -212,6 +225,18 @@ def _iterated(
 def _run(loop: PlantLoop, name: str, states: list[Floats], *, whole: bool) -> PlantMotion:
     time = (loop.model.sample_time or 1.0) * np.arange(len(states), dtype=np.float64)
     return _motion(loop, name, time, np.array(states), whole=whole)
+
+
+def _observed(loop: PlantLoop, name: str, path: ObservedPath) -> PlantMotion:
+    """Return the motion of a path; V is that of plant and estimate."""
+    assert loop.observed is not None
+    value = np.zeros(0)
+    if loop.observed.P is not None and loop.bounded:
+        z = loop.observed.coordinates(path.state, path.estimate)
+        value = np.einsum("ki,ij,kj->k", z, loop.observed.P, z) / loop.ellipsoid[1]
+    return PlantMotion(
+        name, path.time, path.state, path.command, value, path.whole, estimate=path.estimate
+    )
 
 
 def _motion(loop: PlantLoop, name: str, time: Floats, state: Floats, *, whole: bool) -> PlantMotion:

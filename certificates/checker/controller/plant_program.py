@@ -30,10 +30,12 @@ def plant_program(model: Any, law: Any, own: Any) -> Part:
     own : the gain file's own members: ``removable`` has the replacement of a premise near a point
         where its expression is 0/0.
     """
-    return _Writing(model, law, own).whole()
+    return PlantWriting(model, law, own).whole()
 
 
-class _Writing:
+class PlantWriting:
+    """The parts of a plant's program as they are written."""
+
     def __init__(self, model: Any, law: Any, own: Any) -> None:
         self.model, self.law, self.near = model, law, own.get("removable", {})
         self.blending = law.get("blending")
@@ -45,7 +47,7 @@ class _Writing:
         self.sends: list[Part] = []
 
     def whole(self) -> Part:
-        variables = _variables(self.model, "states")
+        variables = variables_of(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
         for k, variable in enumerate(variables):
             name, unit = variable["name"], variable["unit"]
@@ -56,7 +58,7 @@ class _Writing:
         if self.blending:
             self.share()
         weights = self.weights() if self.law.get("premises") else []
-        inputs = _variables(self.model, "inputs")
+        inputs = variables_of(self.model, "inputs")
         for k, variable in enumerate(inputs):
             self.command(k, variable, inputs, variables, deviations, weights)
         if self.blending:
@@ -209,7 +211,7 @@ def _split(label: str) -> tuple[str, str]:
     return name, unit.removesuffix("]")
 
 
-def _variables(model: Any, key: str) -> list[Any]:
+def variables_of(model: Any, key: str) -> list[Any]:
     """Return the plant's variables, or the variables of the model if there is no plant."""
     if model.get("kind") == "plant":
         return list(model[key])

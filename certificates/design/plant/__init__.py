@@ -7,6 +7,9 @@ obstacle        which wish is in the way where there are no gains, in a sentence
 many_rules      which gains are sought where there are many rules; how long that takes:
                 work_estimate
 secant_model    a model of slopes, for gains that need no measured premise
+observed_design  a law with measured outputs: gains, observer, and the proof of both together;
+                what is asked of it: observer_question
+rounding        gains as short decimals
 blend_regions   gains of a plant behind a blend, region by region
 """
 
@@ -17,23 +20,26 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.design import certify_plant, design_plant
+    from takagi.certificates.design.plant.design import certify_filed, certify_plant, design_plant
     from takagi.certificates.design.plant.many_rules import (
         gain_choice,
         gains_of_few_premises,
         model_of_premises,
     )
     from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.certificates.design.plant.rounding import rounded_gains
     from takagi.certificates.design.plant.work_estimate import effects, work_of
 
 __all__ = [
     "PlantDesign",
+    "certify_filed",
     "certify_plant",
     "design_plant",
     "effects",
     "gain_choice",
     "gains_of_few_premises",
     "model_of_premises",
+    "rounded_gains",
     "work_of",
 ]
 
