@@ -20,11 +20,12 @@ def plant_members(
     """Return the certificate's member ``controller`` for a plant with gains."""
     near, words = removable_points(model)
     return {
-        "name": f"{plant.name}, law by rules",
+        "name": f"{plant.name}, law {'of outputs, ' if 'observer' in law else ''}by rules",
         "plant": plant.name,
         "units": {
             **{f"K, {u.name} per {x.name}": _per(u.unit, x.unit) for u in plant.inputs
                for x in plant.states},
+            **_observer_units(plant, law),
             "sample_time": "s",
         },
         "states": [*map(_signal, plant.states, law["trim"]["state"])],
@@ -33,6 +34,19 @@ def plant_members(
         "notes": [*notes, *words],
         "certificate": statement(checked),
     }  # fmt: skip
+
+
+def _observer_units(plant: Plant, law: Mapping[str, Any]) -> dict[str, str]:
+    """Return the units of L, of a law with an observer."""
+    if "observer" not in law:
+        return {}
+    units = {y.name: y.unit for y in plant.outputs}
+    rate = "" if plant.sample_time is not None else "/s"
+    return {
+        f"observer.L, {x.name} per {name}": f"{_per(x.unit, units[name])}{rate}"
+        for x in plant.states
+        for name in law["observer"]["measured"]
+    }
 
 
 def _signal(variable: Variable, rest: float) -> dict[str, Any]:

@@ -33,11 +33,12 @@ from takagi.certificates.cross_check.loop import (
     fuzzy_gain,
     limits,
     noisy,
+    observed,
     observing,
     sampled,
 )
 from takagi.certificates.cross_check.loop.loop import VertexLoop
-from takagi.certificates.cross_check.plant.model_loop import read_loop
+from takagi.certificates.cross_check.plant.model_loop import read_loop, with_slopes
 
 NOT_REPLAYED = "NOT REPLAYED"
 FORMAT, VERSION = "takagi-certificate", 1
@@ -58,10 +59,11 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "input-limits": limits.input_limits,
     "observer": observing.observer,
     "observed-feedback": observing.observed_feedback,
+    "observed-loop": observed.observed_loop,
     "sampled-loop": sampled.sampled_loop,
 }
-# Claims that the model contains the plant.
-CONTAINING = {"sector-embedding", "secant-embedding"}
+# Claims that the model contains the plant, and that its slopes are the plant's.
+CONTAINING, SLOPES = {"sector-embedding", "secant-embedding"}, "slope-embedding"
 # Claims that depend on an earlier claim of the same file.
 RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
@@ -122,6 +124,7 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
                 verdict = NOT_REPLAYED if unproved[0] == NOT_REPLAYED else "UNDECIDED"
                 one = Opinion(kind, verdict, one.inequalities, reason)
         found.append(one)
+    found = _with_its_slopes(found, document)
     # A containing claim that is not implemented here leaves the claims about the loop as they are:
     # the reader sees NOT REPLAYED beside them, and the first checker decides it.
     contained = {one.verdict for one in found if one.kind in CONTAINING}
@@ -131,6 +134,24 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
     return [
         Opinion(one.kind, "UNDECIDED", one.inequalities, reason)
         if one.kind in LOOPS and one.verdict == "PROVED"
+        else one
+        for one in found
+    ]
+
+
+def _with_its_slopes(found: list[Opinion], document: Any) -> list[Opinion]:
+    """Return the opinions; the loop of an observer at its estimate needs proved slopes."""
+    gains = document.get("gains")
+    own = gains.get("observer") if isinstance(gains, dict) else None
+    if not isinstance(own, dict) or own.get("weights") != "estimated":
+        return found
+    tied = {one.verdict for one in found if one.kind == SLOPES}
+    if tied & {"PROVED", NOT_REPLAYED}:
+        return found
+    reason = "the slopes are not proved to be the plant's"
+    return [
+        Opinion(one.kind, "UNDECIDED", one.inequalities, reason)
+        if one.kind == "observed-loop" and one.verdict == "PROVED"
         else one
         for one in found
     ]
@@ -153,6 +174,11 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
     about_plant = isinstance(model, dict) and model.get("kind") == "plant"
     if about_plant and not CONTAINING & {*map(str, kinds)}:
         raise Refusal("claims about a plant, and none that it is its model")
+    of_states = {*map(str, kinds)} & set(LOOPS) - {"observed-loop"}
+    if isinstance(gains, dict) and "observer" in gains and of_states:
+        raise Refusal(
+            f"the law has outputs, and {', '.join(sorted(of_states))} is of one of states"
+        )
     loop, unread = None, ""
     try:
         loop = read_loop(model, gains) if any(kind in LOOPS for kind in kinds) else None
@@ -208,6 +234,10 @@ def obligations(
         from takagi.certificates.cross_check.plant.tracking import tracking
 
         return tracking(claim, model, gains)
+    if kind == "slope-embedding":
+        from takagi.certificates.cross_check.plant.secant import lies_in_secants
+
+        return lies_in_secants(with_slopes(model), gains)
     if kind == "effort-blend":
         from takagi.certificates.cross_check.plant.blend import effort_blend_obligations
 

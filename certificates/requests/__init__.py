@@ -17,6 +17,7 @@ weaker claim and reports this.
     ExitProbability      probability of leaving a set under white noise
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
+    ObservedLoop         plant and observer of a law with measured outputs stay in a set
     ObservedFeedback     decay of the loop with u = -K xhat
     SampledLoop          decay with a law that runs every T seconds and holds its command
     attempts_at_all      all requests that apply to a loop
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.l2_gain import L2Gain as L2Gain
     from takagi.certificates.requests.loop.loop import ClaimedLoop as ClaimedLoop
     from takagi.certificates.requests.loop.loop import Loop as Loop
+    from takagi.certificates.requests.observed_loop import ObservedLoop as ObservedLoop
     from takagi.certificates.requests.observer import ObservedFeedback as ObservedFeedback
     from takagi.certificates.requests.observer import ObserverError as ObserverError
     from takagi.certificates.requests.peak import Peak as Peak

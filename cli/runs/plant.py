@@ -77,9 +77,11 @@ class PlantMaker:
     def with_gains(self, gains: Path, tell: Tell) -> PlantDesign:
         """Return the proof for the gains of a file, as they stand: a design to be simulated."""
         from takagi.certificates.design.given.plant_gains import read_gains
-        from takagi.certificates.design.plant.design import certify_plant
+        from takagi.certificates.design.plant.design import certify_filed, certify_plant
 
         plant, settings = self._question()
+        if plant.measured is not None:
+            return certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
         return certify_plant(
             plant,
             lambda derived: read_gains(gains, derived),

@@ -92,7 +92,7 @@ def regulator_line(design: PlantDesign) -> list[str]:
 def _starts(loop: PlantLoop) -> dict[str, float]:
     if not (loop.bounded and loop.level_proved):
         return {}
-    P, level = loop.ellipsoid
+    P, level = loop.start_ellipsoid
     reach = (float(np.sqrt(level / size)) for size in np.diag(P))
     return dict(zip(loop.model.states, reach, strict=True))
 
@@ -171,6 +171,12 @@ def _decay(loop: PlantLoop) -> list[str]:
     time, seconds = shown_time(loop.plant, 1 / loop.decay_rate)
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
     still = ", without disturbance," if disturbed else ""
+    if loop.observed is not None:
+        return told(
+            "decay",
+            f"{at_least(rate)} {unit}: in the proved set{still} the square root of V of state and "
+            f"estimate falls to 37% in {at_most(time)} {seconds}",
+        )
     return told(
         "decay",
         f"{at_least(rate)} {unit}: in the box{still} the square root of V falls to 37% in "

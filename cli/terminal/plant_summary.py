@@ -7,6 +7,8 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from takagi.cli.terminal.lines import INDENT, WIDTH, kept, told
 from takagi.cli.terminal.plant_set import box_line, regulator_line, set_lines, starts_alone
 from takagi.cli.terminal.turbine_summary import claims_as_data
@@ -38,7 +40,7 @@ def as_text(design: PlantDesign) -> str:
     model = design.model
     lines = [f"{design.verdict_words}  {design.plant.name}", _rules(design)]
     lines += box_line(design)
-    if design.law is not None and design.gains is not None:
+    if design.gains is not None and (design.law or design.output_law) is not None:
         lines += _gains(design)
     lines += set_lines(design)
     lines += regulator_line(design)
@@ -103,4 +105,12 @@ def _gains(design: PlantDesign) -> list[str]:
         ]
         names = ", ".join(v.name for v in design.plant.states)
         lines.append(f"  gains      {variable.label} from ({names}): {'; '.join(parts)}")
+    if design.output_law is not None:
+        outputs = [design.plant.outputs[k].name for k in design.output_law.rows]
+        lines += told(
+            "observer",
+            f"of {', '.join(outputs)}, weights "
+            + ("at the estimate" if design.output_law.at_estimate else "as the plant's")
+            + f"; largest gain {np.abs(design.output_law.L).max():.4g}, all in gains.json",
+        )
     return lines

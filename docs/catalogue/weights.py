@@ -32,6 +32,14 @@ CELLS = MappingProxyType(
         "fuzzy-decay": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
         "observer": ("theorem (6)", "theorem (6)", PROVED, PROVED, "refused (7)"),
         "observed-feedback": ("theorem (6)", "refused (4)", PROVED, PROVED, "refused (7)"),
+        "observed-loop": ("theorem (6)", "refused (4)", PROVED, PROVED, "refused (7)"),
+        "observed-loop, by estimate": (
+            *("refused (11)",) * 2,
+            PROVED,
+            "refused (12)",
+            "refused (7)",
+        ),
+        "slope-embedding": (PLANT, PLANT, PROVED, "refused (12)", PROVED),
         "sector-embedding": (PLANT, PLANT, PROVED, PROVED, "refused: its form"),
         "secant-embedding": (PLANT, PLANT, "refused: its form", "refused: its form", PROVED),
         "effort-blend": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
@@ -103,6 +111,10 @@ as it is run, which takes u = 0 for a command that it does not know yet, is unst
 10. In continuous time, where the matrix by which noise enters differs between rules, the verdict
    says "in Ito's sense". (x1' = -x1 + w, x2' = -x2/5 + tanh(5 x1) w: the mean of x2^2 is at most
    2.52 in Ito's sense, and 7.96 in a simulation with noise of 500 rad/s bandwidth.)
+11. Weights at the estimate need the slopes of a plant between any two states (`slope-embedding`),
+   which vertices alone do not tell. (Rules x' = -x and x' = -2 x, y = x: where the plant has the
+   first and the estimate the second, e' = x - (2 + L) e, and no slope of a plant says so.)
+12. A certificate has no name for the slope of a table.
 
 What the theorems rest on: [claims](claims.md), and the docstring of each kind.
 """

@@ -8,6 +8,21 @@ attraction/        the largest region of attraction, with input limits and satur
 fuzzy/             with a Lyapunov function that depends on the memberships
 structured/        with zeros, shared gains, outputs in the place of states
 observer, secant_vertices    observers, also with premises that are not measured
+dynamic_output     a controller of the plant's order from measured outputs
 
 The sums and their relaxations are in ``sums``.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from takagi.models.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from takagi.lmi.gains.dynamic_output import DynamicController as DynamicController
+    from takagi.lmi.gains.dynamic_output import DynamicOutputDesign as DynamicOutputDesign
+    from takagi.lmi.gains.dynamic_output import dynamic_output_condition as dynamic_output_condition
+    from takagi.lmi.gains.dynamic_output import dynamic_output_feedback as dynamic_output_feedback
+
+__getattr__, __dir__ = lazy_names(__name__)

@@ -3,6 +3,7 @@
 protocol           Law, Measurement, Command
 sampled            a law as the discrete program that a controller runs
 pdc                one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant
+output_feedback    the same of an estimate, with the observer that makes it
 effort_sharing/    one effort shared by torque and pitch: the law, its tables, its feed-forward
 published/         the published multi-region law and its parts; its equilibria, its linearisation
 """
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw as EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import EffortSchedule as EffortSchedule
     from takagi.models.laws.effort_sharing.schedule import effort_schedule as effort_schedule
+    from takagi.models.laws.output_feedback import OutputFeedback as OutputFeedback
     from takagi.models.laws.pdc import PdcLaw as PdcLaw
     from takagi.models.laws.protocol import Command as Command
     from takagi.models.laws.protocol import Law as Law
@@ -40,7 +42,5 @@ if TYPE_CHECKING:
     )
     from takagi.models.laws.published.reference_filter import ReferenceFilter as ReferenceFilter
     from takagi.models.laws.sampled import SampledLaw as SampledLaw
-
-# ``coupling_filter`` is imported from its module: function and module share the name.
 
 __getattr__, __dir__ = lazy_names(__name__)

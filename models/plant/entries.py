@@ -40,6 +40,17 @@ UnitText = Annotated[
 ]
 
 
+def _time(value: object) -> object:
+    return value if isinstance(value, str) else _decimal(value)
+
+
+Time = Annotated[
+    Decimal | Text,
+    BeforeValidator(_time),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]}),
+]
+
+
 def _number_or_text(value: object) -> object:
     if isinstance(value, str):
         if NUMBER.fullmatch(value.strip()):
@@ -152,6 +163,22 @@ class OutputEntry(_Entry):
 
     expression: Expression
     unit: UnitText = "-"
+
+
+class MeasuredEntry(_Entry):
+    """What the law measures: an output or a state by its name, or an expression with a name."""
+
+    name: Name
+    expression: Expression | None = None
+    unit: UnitText = "-"
+
+
+def _measured(value: object) -> object:
+    if not isinstance(value, list):
+        raise ValueError('a list is needed, such as measured = ["angle"]')
+    if any(not isinstance(one, (str, dict)) for one in value):
+        raise ValueError("each is a name in quotes, or { name, expression, unit }")
+    return [{"name": one} if isinstance(one, str) else one for one in value]
 
 
 class ArgumentEntry(_Entry):
@@ -280,8 +307,11 @@ class DesignEntry(_Entry):
     ] = None
     fastest: Annotated[Figure | None, Field(description="largest size of the poles, in 1/s")] = None
     sample_time: Annotated[
-        Figure | None,
-        Field(description="in s, of a law that holds its command on a plant in continuous time"),
+        Time | None,
+        Field(
+            description='in s, or with its unit such as "10 ms", of a law that holds its command '
+            "on a plant in continuous time"
+        ),
     ] = None
     noise: Annotated[
         dict[Name, Figure],
@@ -306,7 +336,11 @@ class PlantEntry(_Entry):
     source: Annotated[Text, Field(description="where the equations come from")] = ""
     units: Literal["checked", "unchecked"] = "checked"
     sample_time: Annotated[
-        Figure | None, Field(description="in s: the equations then give x(t + T); without it, x'")
+        Time | None,
+        Field(
+            description='in s, or with its unit such as "10 ms": the equations then give '
+            "x(t + T); without it, x'"
+        ),
     ] = None
     states: Annotated[dict[Name, VariableEntry], Field(min_length=1)]
     inputs: dict[Name, VariableEntry] = {}
@@ -326,6 +360,14 @@ class PlantEntry(_Entry):
         Field(description="state -> {state -> entry}; a row not given is that of the identity"),
     ] = {}
     outputs: dict[Name, OutputEntry] = {}
+    measured: Annotated[
+        list[MeasuredEntry] | None,
+        BeforeValidator(_measured),
+        Field(
+            description="what the law has instead of all states: names of outputs or states, or "
+            "{ name, expression, unit }"
+        ),
+    ] = None
     premises: Annotated[
         dict[Name, Expression], Field(description="premise -> expression; empty leaves the choice")
     ] = {}
@@ -381,6 +423,9 @@ def plant_file_schema() -> dict[str, Any]:
     ends = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
     text = {"type": "string", "maxLength": 4000}
     named |= {"anyOf": [{"$ref": named.pop("$ref")}, {"type": "number"}, text, ends]}
+    # What is measured may be its name alone.
+    rows = next(one for one in found["properties"]["measured"]["anyOf"] if "items" in one)
+    rows["items"] = {"anyOf": [rows["items"], {"type": "string"}]}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "takagi plant file",

@@ -37,6 +37,7 @@ class Plant:
     states, inputs, disturbances : in the order of the model's vectors.
     mass : M, n x n in states and parameters; None for the identity.
     outputs : y.
+    measured : names of the outputs that a law has; None for a law that has all states.
     parameters : values that are put in before anything is derived.
     premises : symbol -> expression, where the user fixes them; empty leaves the choice.
     sample_time : T in s where x(t + T) replaces x'; None for continuous time.
@@ -64,6 +65,7 @@ class Plant:
     disturbances: tuple[Variable, ...] = ()
     mass: sp.Matrix | None = None
     outputs: tuple[Output, ...] = ()
+    measured: tuple[str, ...] | None = None
     parameters: tuple[Parameter, ...] = ()
     premises: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     sample_time: float | None = None
@@ -87,6 +89,7 @@ class Plant:
             )
         self._check_names()
         self._check_symbols()
+        self._check_measured()
         for variable in self.variables:
             if variable.range is not None and not variable.range.contains(
                 Interval(variable.rest, variable.rest)
@@ -124,6 +127,17 @@ class Plant:
     def values(self) -> dict[sp.Symbol, Fraction]:
         """Return symbol -> value of the parameters, or the nearest decimal to it."""
         return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    def _check_measured(self) -> None:
+        if self.measured is None:
+            return
+        names = [y.name for y in self.outputs]
+        wrong = [name for name in self.measured if names.count(name) != 1]
+        if wrong or not self.measured or len(set(self.measured)) < len(self.measured):
+            raise ModelError(
+                f"plant {self.name!r}: measured = {self.measured} was given; different names of "
+                f"its outputs are needed: {', '.join(names) or 'it has none'}"
+            )
 
     def _check_scheduling(self) -> None:
         for variable in (*self.states, *self.inputs):

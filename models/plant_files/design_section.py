@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
@@ -11,13 +10,13 @@ from typing import TYPE_CHECKING
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.units import parse_unit
 from takagi.models.plant.design_settings import PlantSettings, settling_rate
+from takagi.models.plant_files.written_time import seconds
 
 if TYPE_CHECKING:
     from takagi.models.files.toml_document import Document
     from takagi.models.plant.entries import DesignEntry, PlantEntry, VariableEntry
 
-_TIME = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?)\s*")
-_NUMBERS = ("gain_bound", "damping", "fastest", "sample_time", "horizon")
+_NUMBERS = ("gain_bound", "damping", "fastest", "horizon")
 
 
 def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
@@ -33,6 +32,8 @@ def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
     asked = entry.design
     rate = asked.decay_rate if asked.settle is None else _settling_rate(document, asked)
     values = {name: _float(getattr(asked, name)) for name in _NUMBERS}
+    if asked.sample_time is not None:
+        values["sample_time"] = float(seconds(document, "design.sample_time", asked.sample_time))
     limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
     initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
     noise = _in_si(document, "noise", asked.noise, entry.disturbances, "disturbance")
@@ -90,18 +91,7 @@ def _settling_rate(document: Document, asked: DesignEntry) -> float:
         raise document.error(
             field, "settle and decay_rate both say how fast the loop is; leave one out"
         )
-    match = _TIME.fullmatch(written)
-    if match is None or not float(match[1]) > 0:
-        raise document.error(
-            field, f'{written!r} was given; a time above 0 is needed, such as "2 s" or "5 min"'
-        )
-    try:
-        unit = parse_unit(match[2] or "s")
-    except ModelError as error:
-        raise document.error(field, str(error)) from error
-    if unit.dimension != parse_unit("s").dimension:
-        raise document.error(field, f"{match[2]!r} is no unit of time; s, min and h are some")
-    return settling_rate(float(unit.to_si(Fraction(match[1]))))
+    return settling_rate(float(seconds(document, field, written)))
 
 
 def _float(value: Decimal | None) -> float | None:

@@ -19,6 +19,7 @@ from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output, Parameter, Variable
 from takagi.models.plant_files.derived_numbers import DerivedNumbers
 from takagi.models.plant_files.uncertain_parameters import check_divisors
+from takagi.models.plant_files.written_time import seconds
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -184,6 +185,8 @@ class _Reader:
             ),
         )
         check_divisors(self.document, found)
+        if entry.measured is not None:
+            found = self.with_measured(found, scope)
         if self.solved:
             found = self.at_rest(found)
         self.at("", lambda: check_coverage(found))
@@ -211,6 +214,13 @@ class _Reader:
         field = next(iter(self.solved))
         starts = {_symbol(place.split(".")[1]): start for place, start in self.solved.items()}
         return self.at(f"{field}.rest", lambda: solve_rest(plant, starts))
+
+    def with_measured(self, plant: Plant, scope: Scope) -> Plant:
+        from takagi.models.plant_files.measured_section import with_measured
+
+        read = partial(self.expression, scope=scope)
+        work = partial(with_measured, self.document, self.entry, plant, read, self.si_unit)
+        return self.at("measured", work)
 
     def behind_blend(self, plant: Plant, scope: Scope) -> Plant:
         from takagi.models.plant_files.blending_section import behind_blend
@@ -397,9 +407,7 @@ class _Reader:
 
     def sample_time(self) -> float | None:
         given = self.entry.sample_time
-        if given is not None and given <= 0:
-            raise self.document.error("sample_time", f"{given} was given; a time > 0 is needed")
-        return None if given is None else float(given)
+        return None if given is None else float(seconds(self.document, "sample_time", given))
 
 
 def _symbol(name: str) -> sp.Symbol:

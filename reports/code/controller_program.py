@@ -312,7 +312,8 @@ class _Reading:
 
     def _input(self, one: Any) -> Signal:
         found = Signal(one["name"], one["unit"], one["meaning"])
-        for part in (*self.document.get("states", ()), *self.document.get("signals", ())):
+        keys = ("measured", "states", "signals")
+        for part in (one for key in keys for one in self.document.get(key, ())):
             if isinstance(part, Mapping) and part["name"] == found.name:
                 ends = part.get("range")
                 low_high = None if ends is None else (ends[0], ends[1])

@@ -53,6 +53,17 @@ class SignalEntry(DisturbanceEntry):
     description: str
 
 
+class MeasuredEntry(Strict):
+    """A measured output by the name under which the program reads it; rest of a state alone."""
+
+    name: str
+    output: str
+    unit: str
+    expression: str
+    rest: float | None
+    range: list[float] | None
+
+
 class PlantGainFile(Envelope):
     """The whole file."""
 
@@ -68,6 +79,12 @@ class PlantGainFile(Envelope):
     notes: list[str]
 
 
+class OutputGainFile(PlantGainFile):
+    """The whole file of a law that has outputs in the place of states."""
+
+    measured: list[MeasuredEntry]
+
+
 def plant_gain_file(design: PlantDesign) -> dict[str, Any]:
     """Return the content of ``gains.json`` as plain data, see ``envelope.validated``.
 
@@ -75,13 +92,20 @@ def plant_gain_file(design: PlantDesign) -> dict[str, Any]:
     ------
     ValueError : an analysis has no gains to write.
     """
-    if design.law is None or design.gains is None:
+    if design.gains is None or (design.law or design.output_law) is None:
         raise ValueError(
             f"plant {design.plant.name!r} has no inputs, so there are no gains to write"
         )
-    return validated(design.document, PlantGainFile)
+    body = PlantGainFile if design.output_law is None else OutputGainFile
+    return validated(design.document, body)
 
 
-def plant_gain_file_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a plant's ``gains.json``."""
-    return file_schema(PlantGainFile, "takagi gain file of a plant")
+def plant_gain_file_schema(*, outputs: bool = False) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a plant's ``gains.json``.
+
+    Parameters
+    ----------
+    outputs : of a law that has measured outputs in the place of states.
+    """
+    body = OutputGainFile if outputs else PlantGainFile
+    return file_schema(body, "takagi gain file of a plant")

@@ -17,6 +17,10 @@ def largest_commands(loop: PlantLoop) -> list[tuple[str, float]]:
     """
     if loop.gains is None or not loop.bounded:
         return []
+    if loop.observed is not None:
+        most = loop.observed.largest_commands()
+        assert most is not None  # the set is bounded
+        return [(name, float(size)) for name, size in zip(loop.model.inputs, most, strict=True)]
     P, level = loop.ellipsoid
     inverse = np.linalg.inv(P)
     size = np.sqrt(level * np.einsum("imn,nk,imk->im", loop.gains, inverse, loop.gains))

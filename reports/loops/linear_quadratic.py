@@ -68,14 +68,16 @@ class Regulator:
 def regulator(design: PlantDesign) -> Regulator | None:
     """Return the regulator beside a design; None without inputs, sizes or a stabilising solution.
 
-    A plant behind a blend has none, because one of its inputs is the rate of an effort.
+    A plant behind a blend has none, because one of its inputs is the rate of an effort; nor has a
+    law with outputs, whose observer a regulator of all states does not need.
     """
-    from takagi.certificates.design.plant.design import rounded_gains
+    from takagi.certificates.design.plant.rounding import rounded_gains
     from takagi.reports.loops.plant_loop import plant_loop
 
     loop = plant_loop(design)
     sizes = _sizes(loop)
-    if loop.gains is None or loop.blend is not None or sizes is None:
+    special = loop.blend is not None or loop.observed is not None
+    if loop.gains is None or special or sizes is None:
         return None
     rest, own = loop.at_rest()
     assert own is not None

@@ -30,10 +30,11 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     units; the least over the proved functions is returned.  The functions are proved, the figures
     are computed from them in floating point.  They hold for starts in the proved set, and {} is
     returned where there is none, or a disturbance that moves the state.  A state whose bound is
-    above 10 is left out: it says nothing.
+    above 10 is left out: it says nothing.  {} too for a law with outputs, whose motions depend on
+    the estimate.
     """
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
-    if not loop.level_proved or disturbed:
+    if not loop.level_proved or disturbed or loop.observed is not None:
         return {}
     bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in _functions(design)]
     least: Floats = _ROUNDED * np.min(bounds, axis=0)

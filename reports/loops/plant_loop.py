@@ -15,6 +15,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
+from takagi.reports.loops.observed import ObservedMotion, observed_motion
 from takagi.reports.loops.proved_kinds import proved_claims
 from takagi.reports.page.labels import name_of
 
@@ -38,6 +39,9 @@ class PlantLoop:
         in floating point; None without P; inf where no state has a bound.
     level_proved : whether the certificate proves that the set lies in the box and is invariant.
     decay_rate, decay_P : alpha [1/s] and the P of the proved decay, V' <= -2 alpha V; None if none.
+    observed : of a law with outputs: its observer, and the proved function of plant and estimate.
+        P then is that of the shadow of the set on the states, and decay_P is None.
+    starting_P : of a law with outputs: {x'Sx <= level} is where the state may start.
     """
 
     plant: Plant
@@ -50,6 +54,8 @@ class PlantLoop:
     level_proved: bool = False
     decay_rate: float | None = None
     decay_P: Floats | None = None
+    observed: ObservedMotion | None = None
+    starting_P: Floats | None = None
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -66,6 +72,12 @@ class PlantLoop:
         """Return (P, level); only where ``bounded``."""
         assert self.P is not None and self.level is not None
         return self.P, self.level
+
+    @property
+    def start_ellipsoid(self) -> tuple[Floats, float]:
+        """Return (S, level): where the state may start; only where ``bounded``."""
+        P, level = self.ellipsoid
+        return (P if self.starting_P is None else self.starting_P), level
 
     @property
     def discrete(self) -> bool:
@@ -157,6 +169,24 @@ def plant_loop(design: PlantDesign) -> PlantLoop:
             f"({r}, {m}, {n})"
         )
     state, inputs = _trim(design)
+    observed = observed_motion(design)
+    if observed is not None:
+        shapes, level = observed.shapes(), observed.level
+        P, S = (None, None) if shapes is None else shapes
+        _, rate = _proved(design, "observed-loop", "decay_rate")
+        return PlantLoop(
+            plant,
+            model,
+            gains,
+            state,
+            inputs,
+            P,
+            level,
+            P is not None,
+            decay_rate=rate,
+            observed=observed,
+            starting_P=S,
+        )
     decay_P, rate = _proved(design, "decay", "decay_rate")
     # A limit that was asked for may be tighter than the range of an input in the model's box.
     P, level = _proved(design, "input-limits", "level")

@@ -20,8 +20,9 @@ from takagi.models.plant_simulation.experiment import (
     SampledProgram,
 )
 from takagi.models.plant_simulation.right_side import Rate, right_side
-from takagi.models.plant_simulation.runs import WHOLE, run
+from takagi.models.plant_simulation.runs import SAMPLES, WHOLE, run
 from takagi.models.plant_simulation.signals import Signals
+from takagi.reports.loops.observed_path import ObservedPath, observed_flow, observed_steps
 from takagi.reports.page.labels import name_of
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ class PlantMotion:
     ended, missed : see ``takagi.models.plant_simulation.experiment.ExperimentRun``.
     rest : (n,), the deviation at which it comes to rest, if that is not 0: the last state of a
         motion after a jump of a reference; empty for 0.
+    estimate : (k, n) of the deviations, by a law with outputs; empty for one of all states.
     """
 
     name: str
@@ -76,6 +78,7 @@ class PlantMotion:
     ended: str = WHOLE
     missed: int = 0
     rest: Floats = field(default_factory=lambda: np.zeros(0))
+    estimate: Floats = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def plant_rate(
@@ -101,7 +104,7 @@ def starts(loop: PlantLoop) -> list[tuple[str, Floats]]:
     """
     n = len(loop.names)
     if loop.bounded:
-        P, level = loop.ellipsoid
+        P, level = loop.start_ellipsoid
         inverse = np.linalg.inv(P)
         size = np.sqrt(INSIDE * level)
         return [
@@ -119,7 +122,7 @@ def around(loop: PlantLoop, count: int) -> list[tuple[str, Floats]]:
     """Return ``count`` starts around the ellipse (or box) of a loop with two states."""
     shape: Floats = np.asarray(np.diag(SHARE * _box(loop)), dtype=np.float64)
     if loop.bounded:
-        P, level = loop.ellipsoid
+        P, level = loop.start_ellipsoid
         root = np.linalg.cholesky(np.linalg.inv(P)) * np.sqrt(INSIDE * level)
         shape = np.asarray(root, dtype=np.float64)
     turns = 2 * np.pi * (np.arange(count) + 0.5) / count
@@ -149,6 +152,14 @@ def motions(
         can be simulated.
     """
     end = horizon(loop) if duration is None else duration
+    if loop.observed is not None:
+        if errors or (outside is not None and not outside.idle):
+            raise ModelError(
+                f"plant {loop.plant.name!r} has measured outputs: its loop is simulated with an "
+                "observer, without disturbances, noise or other samples; leave these out, or export "
+                "the law and simulate it elsewhere"
+            )
+        return _observed_motions(loop, begin, end, uncertain)
     experiment = experiment_of(loop, outside or Outside(), errors=errors, uncertain=uncertain)
     found = []
     for name, deviation in begin:
@@ -174,6 +185,12 @@ class Outside:
     noise: Signals | None = None
     program: Callable[[], SampledProgram] | None = None
     sample_time: float | None = None
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing comes from outside and the law has no samples of its own."""
+        noisy = self.noise is not None and bool(self.noise.placed)
+        return not (self.moving or noisy or self.program is not None)
 
 
 def experiment_of(
@@ -268,6 +285,8 @@ def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
     """
     matrices, K = loop.at_rest()
     poles = np.linalg.eigvals(matrices.A if K is None else matrices.A - matrices.B @ K)
+    if loop.observed is not None:
+        poles = loop.observed.poles_at(loop.memberships(np.zeros(len(loop.names))))
     step = loop.model.sample_time
     rates = -np.real(poles) if step is None else -np.log(np.maximum(np.abs(poles), 1e-9)) / step
     moving = np.abs(rates)[np.abs(rates) > 1e-6]
@@ -285,6 +304,43 @@ def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
     if not motion.whole or (late.size and late[-1] == len(size) - 1):
         return float("nan")
     return float(motion.time[late[-1] + 1]) if late.size else 0.0
+
+
+def _observed_motions(
+    loop: PlantLoop,
+    begin: Sequence[tuple[str, Floats]],
+    end: float,
+    uncertain: Mapping[str, Fraction] | None,
+) -> tuple[PlantMotion, ...]:
+    """Return the motions of plant and observer, disturbances at rest."""
+    assert loop.observed is not None
+    rate = plant_rate(loop.plant, uncertain)
+    limits = np.array([_ends(v) for v in loop.plant.inputs], dtype=np.float64).reshape(-1, 2)
+    if loop.discrete:
+        step = loop.model.sample_time or 1.0
+        times = step * np.arange(max(int(np.ceil(end / step)), 1) + 1, dtype=np.float64)
+        move = observed_steps
+    else:
+        times = np.linspace(0.0, end, SAMPLES)
+        move = observed_flow
+    found = []
+    for name, deviation in begin:
+        x0 = np.asarray(deviation, float)
+        path = move(loop.observed, loop.state, rate, x0, times, _far(loop, x0), limits)
+        found.append(_observed(loop, name, path))
+    return tuple(found)
+
+
+def _observed(loop: PlantLoop, name: str, path: ObservedPath) -> PlantMotion:
+    """Return the motion of a path; V is that of plant and estimate."""
+    assert loop.observed is not None
+    value = np.zeros(0)
+    if loop.observed.P is not None and loop.bounded:
+        z = loop.observed.coordinates(path.state, path.estimate)
+        value = np.einsum("ki,ij,kj->k", z, loop.observed.P, z) / loop.ellipsoid[1]
+    return PlantMotion(
+        name, path.time, path.state, path.command, value, path.whole, estimate=path.estimate
+    )
 
 
 def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:

@@ -36,6 +36,10 @@ def settling_time(loop: PlantLoop) -> float | None:
     proved set or decay, and for a plant with disturbances, which need not come to rest.
     """
     reach = half_widths(loop)
+    if loop.observed is not None:
+        # V is the function of the set itself: |x_k| is at most its half-width times sqrt(V / c).
+        undisturbed = reach is not None and loop.decay_rate and not loop.plant.disturbances
+        return float(_ROUNDED * -np.log(SETTLED) / loop.decay_rate) if undisturbed else None
     if reach is None or not loop.decay_rate or loop.decay_P is None or loop.plant.disturbances:
         return None
     P, level = loop.ellipsoid

@@ -222,7 +222,7 @@ def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
         )
     scale = 1.0
     if loop.bounded:
-        P, level = loop.ellipsoid
+        P, level = loop.start_ellipsoid
         worst = max(float(corner @ P @ corner) for corner in corners)
         scale = min(1.0, float(np.sqrt(level / worst)))
     return [(_words(loop, scale * corner), scale * corner) for corner in corners], scale

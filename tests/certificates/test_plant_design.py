@@ -11,8 +11,12 @@ import sympy as sp
 
 from takagi.certificates import Verdict
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
-from takagi.certificates.design.plant.design import rounded_gains
+from takagi.certificates.design.plant import (
+    PlantDesign,
+    certify_plant,
+    design_plant,
+    rounded_gains,
+)
 from takagi.models import Interval, ModelError, Plant, Variable, load_model
 from takagi.models.files import built_in_kinds
 from takagi.models.plant import PlantSettings

@@ -13,7 +13,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models import ModelError, Plant, TSModel, built_in_models, load_model, sector_model
+from takagi.models import (
+    ModelError,
+    Plant,
+    TSModel,
+    Variable,
+    built_in_models,
+    load_model,
+    sector_model,
+)
 
 Floats = NDArray[np.float64]
 BLENDED = {"boost_throttle", "split_range"}
@@ -89,6 +97,23 @@ FIELDS: dict[str, tuple[int, Callable[[Floats, Floats, Floats], object]]] = {
             100 * (x[0] - x[2]) + u[0],
         ],
     ),
+    "flexible_link": (
+        2,
+        lambda x, u, w: [
+            x[1],
+            48.6 * (x[2] - x[0]) - 1.25 * x[1] + 21.6 * u[0],
+            x[3],
+            -19.5 * (x[2] - x[0]) - 3.33 * np.sin(x[2]),
+        ],
+    ),
+    # About x = 0.6, y = 0.18, u = -0.076, where it rests.
+    "henon": (
+        2,
+        lambda x, u, w: [
+            1 - 1.4 * (0.6 + x[0]) ** 2 + (0.18 + x[1]) + (u[0] - 0.076) - 0.6,
+            0.3 * (0.6 + x[0]) - 0.18,
+        ],
+    ),
     "lorenz": (
         2,
         lambda x, u, w: [
@@ -121,9 +146,22 @@ def model_of(name: str) -> TSModel:
 
 
 def named(plant: Plant, x: Floats, u: Floats, w: Floats) -> dict[str, float]:
-    """Return name -> value of all variables."""
+    """Return name -> deviation from rest, of all variables, by the names that the model has."""
     values = map(float, np.concatenate([x, u, w]))
-    return dict(zip((v.name for v in plant.variables), values, strict=True))
+    return dict(zip(map(model_name, plant.variables), values, strict=True))
+
+
+def model_name(variable: Variable) -> str:
+    """Return the name of a variable's deviation in the model."""
+    return variable.name if variable.rest == 0 else f"delta_{variable.name}"
+
+
+def side(variable: Variable) -> tuple[float, float] | None:
+    """Return the range of the deviation from rest."""
+    found = variable.range
+    if found is None:
+        return None
+    return float(found.lower - variable.rest), float(found.upper - variable.rest)
 
 
 def blended(name: str, x: Floats, u: Floats, w: Floats) -> Floats:
@@ -152,9 +190,7 @@ def test_the_model_equals_the_equations_of_the_literature(name: str, shares: lis
     plant, model = plant_of(name), model_of(name)
     point = []
     for variable, share in zip(plant.variables, shares, strict=False):
-        low, high = (-FREE, FREE)
-        if variable.range is not None:
-            low, high = float(variable.range.lower), float(variable.range.upper)
+        low, high = side(variable) or (-FREE, FREE)
         point.append(min(low + share * (high - low), high))
     n, m = len(plant.states), len(plant.inputs)
     x, u, w = np.split(np.array(point), [n, n + m])
@@ -184,10 +220,9 @@ def test_bounds_hold_all_samples_and_little_more(name: str) -> None:
     plant, model = plant_of(name), model_of(name)
     count = 41 if len(plant.box) < 3 else 15
     sides = [
-        [0.0] if v.range is None else np.linspace(float(v.range.lower), float(v.range.upper), count)
-        for v in plant.variables
+        [0.0] if (ends := side(v)) is None else np.linspace(*ends, count) for v in plant.variables
     ]
-    names = [v.name for v in plant.variables]
+    names = [model_name(v) for v in plant.variables]
     seen = np.array(
         [
             model.premise_values(**dict(zip(names, map(float, point), strict=True)))
@@ -242,7 +277,7 @@ def jacobian(name: str, x: Floats) -> Floats:
 def test_the_model_at_the_origin_is_the_linearisation(name: str) -> None:
     """A(z(0)) = df/dx at 0, since every term is its entry times a variable that is 0."""
     plant, model = plant_of(name), model_of(name)
-    now = model.blend(model.premise_values(**dict.fromkeys((v.name for v in plant.variables), 0.0)))
+    now = model.blend(model.premise_values(**dict.fromkeys(map(model_name, plant.variables), 0.0)))
 
     difference = jacobian(name, np.zeros(len(plant.states)))
     np.testing.assert_allclose(now.A, difference, rtol=1e-6, atol=1e-6 * np.abs(now.A).max())

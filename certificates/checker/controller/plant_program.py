@@ -34,10 +34,12 @@ def plant_program(model: Any, law: Any, own: Any, *, called: bool = False) -> Pa
         where its expression is 0/0.
     called : tables by their names, as plant files call them and earlier programs did.
     """
-    return _Writing(model, law, own, called=called).whole()
+    return PlantWriting(model, law, own, called=called).whole()
 
 
-class _Writing:
+class PlantWriting:
+    """The parts of a plant's program as they are written."""
+
     def __init__(self, model: Any, law: Any, own: Any, *, called: bool = False) -> None:
         self.called = called
         self.model, self.law, self.near = model, law, own.get("removable", {})
@@ -51,7 +53,7 @@ class _Writing:
         self.sends: list[Part] = []
 
     def whole(self) -> Part:
-        variables = _variables(self.model, "states")
+        variables = variables_of(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
         integrals = {one["integral"] for one in self.references}
         for k, variable in enumerate(variables):
@@ -63,7 +65,7 @@ class _Writing:
         if self.blending:
             self.share()
         weights = self.weights() if self.law.get("premises") else []
-        inputs = _variables(self.model, "inputs")
+        inputs = variables_of(self.model, "inputs")
         for k, variable in enumerate(inputs):
             self.command(k, variable, inputs, variables, deviations, weights)
         if self.blending:
@@ -251,7 +253,7 @@ def _split(label: str) -> tuple[str, str]:
     return name, unit.removesuffix("]")
 
 
-def _variables(model: Any, key: str) -> list[Any]:
+def variables_of(model: Any, key: str) -> list[Any]:
     """Return the plant's variables, or the variables of the model if there is no plant."""
     if model.get("kind") == "plant":
         return list(model[key])

@@ -160,11 +160,23 @@ BLEND = {
     "gains do not depend on a premise in an actuator's error, take 0 for the error",
 }
 
+OBSERVED = {
+    "command": "u = u* - sum over rules i of h_i K_i s, where s estimates x - x*",
+    "observer": "s' = A(z) s + B(z) (u - u*) + sum over rules i of h_i L_i (y - y* - C(z) s - "
+    "D(z) (u - u*)), with u as it is sent; in discrete time s(t + T) in the place of s'",
+    "weights": "of law.observer.weights 'measured': premises z of the measured states; of "
+    "'estimated': premises of the estimate",
+    "start": "a state that is measured by itself starts at its first measurement, others at rest",
+    "sampling": "with sample_time T the program runs at every T; without, it takes one step of "
+    "Euler's method with the sample time of the user, and what is proved is about continuous time",
+}
+
 
 def law_texts(law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
     """Return the members of words and units that belong to a law and its file's own members."""
     if law["name"] == "pdc":
-        return {"formulas": FORMULAS | (BLEND if "blending" in law else {})}
+        more = OBSERVED if "observer" in law else BLEND if "blending" in law else {}
+        return {"formulas": FORMULAS | more}
     coherent = law["name"] == "coherent"
     own = COHERENT_UNITS if coherent else PAPER_UNITS
     units = {f"law.{name}": unit for name, unit in own.items()} | TURBINE_UNITS

@@ -39,6 +39,8 @@ from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read
 
 MOST_EXPONENT = 100  # of ten, in a figure
 NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*", re.ASCII)
+# A time with its unit, such as "10 ms".
+TIMED = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?)\s*", re.ASCII)
 MOST_ABOVE = 50  # parameters that depend on one another in a row
 
 
@@ -124,7 +126,7 @@ class Comparison:
         found = self.file.get(name, {})
         if not isinstance(found, dict):
             raise self.error(f"[{name}] is no section there")
-        return found
+        return self.measured(found) if name == "outputs" else found
 
     def same_names(self, theirs: Iterable[str], ours: Iterable[str], what: str) -> None:
         """Refuse other names; their order in a file means nothing."""
@@ -147,8 +149,10 @@ class Comparison:
             raise self.error(f"{where}: {error}") from error
 
     def sample_time(self) -> None:
-        given = self.file.get("sample_time")
-        found = None if given is None else self.figure(given, "s", "sample_time")
+        given, unit = self.file.get("sample_time"), "s"
+        if isinstance(given, str) and (parts := TIMED.fullmatch(given)):
+            given, unit = Decimal(parts[1]), parts[2] or "s"
+        found = None if given is None else self.figure(given, unit, "sample_time")
         if found != self.plant.sample_time:
             shown = (
                 "nothing" if t is None else f"{float(t):.12g}"
@@ -295,6 +299,21 @@ class Comparison:
         self.same_names(outputs, ours, "outputs")
         for name, node in zip(map(str, ours), self.plant.outputs, strict=True):
             self.equal(_get(outputs[name], "expression"), node, scope, f"outputs.{name}")
+
+    def measured(self, outputs: dict[str, Any]) -> dict[str, Any]:
+        """Return the outputs of the file, with those that ``measured`` adds.
+
+        A name alone is that of an output, or of a state; a table has an expression of its own.
+        """
+        found = dict(outputs)
+        for one in _list(self.file, "measured"):
+            name = one if isinstance(one, str) else str(_get(one, "name"))
+            written = _get(one, "expression")
+            if written is not None and name in found:
+                raise self.error(f"measured has {name} twice there")
+            if name not in found:
+                found[name] = {"expression": name if written is None else written}
+        return found
 
     def equal(self, written: Any, node: int, scope: Scope, where: str) -> None:
         theirs = read_expression(written, self.plant.graph, scope, f"{self.path}: {where}")

@@ -76,7 +76,7 @@ def _verdict(
     P = read_matrix(claim, "P", where, (order, order))
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    hidden = _hidden_premises(family)
+    hidden = hidden_premises(family)
     if hidden:
         return Claim(name, Verdict.UNDECIDED, f"premises depend on {hidden}, which is not measured")
     if not P.is_positive_definite:
@@ -89,20 +89,26 @@ def _verdict(
     return Found(Verdict.PROVED, "observer", said)
 
 
-def _hidden_premises(family: PolytopicLoop) -> str:
+def hidden_premises(family: PolytopicLoop) -> str:
     """Return a premise variable that no output measures directly; empty if all are measured."""
     for name in family.scheduled_by or ():
         if name in family.inputs:
             continue
         k = family.states.index(name) if name in family.states else -1
-        rows = family.C[0].rows if len(family.C) == 1 else []
-        # A feedthrough that differs by rule could not be subtracted from the output.
-        if not any(
-            _only(row) == k and not any(any(line) for D in family.D for line in D.rows[i : i + 1])
-            for i, row in enumerate(rows)
-        ):
+        count = family.C[0].shape[0] if family.C else 0
+        if not any(_shows(family, i, k) for i in range(count)):
             return name
     return ""
+
+
+def _shows(family: PolytopicLoop, i: int, k: int) -> bool:
+    """Return whether output i is a multiple of state k, the same in all rules, and nothing else.
+
+    A feedthrough that differs by rule could not be subtracted from the output.
+    """
+    alone = all(_only(C.rows[i]) == k for C in family.C)
+    fed = any(any(D.rows[i]) for D in family.D)
+    return alone and not fed and len({C[i, k] for C in family.C}) == 1
 
 
 def _only(row: list[int]) -> int | None:
@@ -146,9 +152,16 @@ def error_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple
         yield blend.label, blend.A.T
 
 
-def joint_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
-    """Yield the mean of the matrix of z = (x, e) over each group of pairs with equal weights."""
-    L = _gains(claim, family, where)
+def joint_loops(
+    claim: Any, family: PolytopicLoop, where: str, L: Stack | None = None
+) -> Iterator[tuple[str, Matrix]]:
+    """Yield the mean of the matrix of z = (x, e) over each group of pairs with equal weights.
+
+    Parameters
+    ----------
+    L : gains of an observer that is a part of the law; None takes those of the claim.
+    """
+    L = _gains(claim, family, where) if L is None else L
     if not family.K or not family.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
     rest = zero(family.order, family.order)

@@ -27,6 +27,7 @@ from typing import Any
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.loop.observer_law import ObserverLaw
 
 Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]
@@ -52,7 +53,7 @@ class PolytopicLoop:
     on, or None where the model does not say.  ``stated_rules`` : the number of rules of the model,
     also when a claim leaves some stacks out. ``more`` : stacks of a claim, by rule.
     ``resting_elsewhere`` : which of x, u, y, w are deviations from an equilibrium value other than
-    0.
+    0.  ``observer`` : of a law that has outputs alone; C and D then have the measured rows.
     """
 
     A: Stack
@@ -74,6 +75,7 @@ class PolytopicLoop:
     stated_rules: int = 1
     more: tuple[Stack, ...] = ()
     resting_elsewhere: str = field(default="", repr=False)
+    observer: ObserverLaw | None = None
 
     @property
     def order(self) -> int:

@@ -6,13 +6,16 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, replay
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
@@ -89,16 +92,29 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
         from takagi.certificates.checker.replay.model_loop import read_model_loop
 
         family = read_model_loop(model, gains)
+        _require_whole_law(family, kinds)
     found: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")
         found.append(replay(claim, data, family, found, f"claims[{i}]"))
     if isinstance(model, dict) and model.get("kind") == "plant":
         # Imported here: for a turbine or for matrices no model has to contain a plant.
-        from takagi.certificates.checker.replay.containment import of_the_plant
+        from takagi.certificates.checker.replay.containment import of_its_slopes, of_the_plant
 
-        found = of_the_plant(found, kinds, path)
+        found = of_its_slopes(of_the_plant(found, kinds, path), kinds, family, path)
     return concluded(found, messages, kinds)
+
+
+def _require_whole_law(family: PolytopicLoop, kinds: Sequence[str]) -> None:
+    """Refuse claims about u = -K x where the law has an observer, and runs as u = -K xhat."""
+    if family.observer is None:
+        return
+    others = sorted({kind for kind in kinds if kind in KINDS} - {"observed-loop"})
+    if others:
+        raise CertificateError(
+            f"gains.observer: the law has no states but outputs, and {', '.join(others)} would be "
+            "about another law; claim observed-loop"
+        )
 
 
 def concluded(found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] = ()) -> Checked:

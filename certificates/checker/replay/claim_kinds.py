@@ -32,6 +32,7 @@ KINDS = {
     "input-limits": "kinds.input_limits.check_input_limits",
     "observer": "kinds.observer.check_observer",
     "observed-feedback": "kinds.observer.check_observed_feedback",
+    "observed-loop": "kinds.observed_loop.check_observed_loop",
     "transient": "kinds.transient.check_transient",
     "sampled-loop": "kinds.sampled_loop.check_sampled_loop",
 }
@@ -44,6 +45,7 @@ OWN_READING = {
     "sector-embedding": "plant.sector_embedding.check_embedding",
     "secant-embedding": "plant.secant_embedding.check_secant_embedding",
     "tracking": "plant.tracking.check_tracking",
+    "slope-embedding": "plant.slope_embedding.check_slope_embedding",
     "quadratic-decay": "kinds.quadratic.check_quadratic",
     "no-common-quadratic": "kinds.quadratic.check_impossibility",
 }

@@ -1,4 +1,7 @@
-"""Claims about a model are PROVED only if the model is proved to contain its plant."""
+"""Claims about a model are PROVED only if the model is proved to contain its plant.
+
+An observer whose weights are taken at its estimate needs the plant's slopes as well.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,11 @@ from collections.abc import Sequence
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 
 EMBEDDINGS = ("sector-embedding", "secant-embedding")
+SLOPES, OBSERVED = "slope-embedding", "observed-loop"
 
 
 def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> list[Outcome]:
@@ -31,9 +36,36 @@ def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> 
     ]
 
 
-def _of_no_plant(one: Outcome) -> Claim:
+def of_its_slopes(
+    found: Sequence[Outcome], kinds: Sequence[str], family: PolytopicLoop | None, where: str
+) -> list[Outcome]:
+    """Return the outcomes; of an observer at its estimate PROVED only with the plant's slopes.
+
+    Raises
+    ------
+    CertificateError : no claim says that the slopes are the plant's.
+    """
+    law = None if family is None else family.observer
+    if law is None or not law.at_estimate or OBSERVED not in kinds:
+        return list(found)
+    tied = [one.verdict for one, kind in zip(found, kinds, strict=True) if kind == SLOPES]
+    if not tied:
+        raise CertificateError(
+            f"{where}: an observer with weights at its estimate, but no claim about the slopes"
+        )
+    if Verdict.PROVED in tied:
+        return list(found)
+    why = "it holds for slopes that are not proved to be the plant's"
+    return [
+        _of_no_plant(one, why) if kind == OBSERVED and one.verdict is Verdict.PROVED else one
+        for one, kind in zip(found, kinds, strict=True)
+    ]
+
+
+def _of_no_plant(
+    one: Outcome, why: str = "it holds for the model, which is not proved to contain its plant"
+) -> Claim:
     # Imported here: its verdict stands, and its name is looked for.
     from takagi.certificates.checker.words.saying import in_words
 
-    why = "it holds for the model, which is not proved to contain its plant"
     return Claim(in_words(one).name, Verdict.UNDECIDED, why)

@@ -26,4 +26,12 @@ def read_model_loop(model: Any, gains: Any, where: str = "model") -> PolytopicLo
         plain = plant_loop(model, where)
     else:
         raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
-    return plain if gains is None else closed_by(plain, gains, "gains")
+    if gains is None:
+        return plain
+    loop = closed_by(plain, gains, "gains")
+    if "observer" not in gains:
+        return loop
+    # Imported here: most laws have the states, and no observer.
+    from takagi.certificates.checker.replay.observer_reading import observed_by
+
+    return observed_by(loop, model, gains)

@@ -46,6 +46,7 @@ class VertexLoop:
     ``averages`` : the weights are means over the segment from rest to the state, as for a secant
     model; no law, observer or output can know them.
     ``beside`` : further stacks that a claim needs, by rule.
+    ``observer`` : of a law with output feedback; C and D have the outputs that it measures.
     """
 
     A: Stack
@@ -67,6 +68,7 @@ class VertexLoop:
     stated: int = 1
     averages: bool = False
     beside: tuple[Stack, ...] = ()
+    observer: Any = None
 
     @property
     def n(self) -> int:

@@ -90,22 +90,25 @@ def _pairs(loop: VertexLoop, plain: bool) -> list[tuple[tuple[int, int], ...]]:
 def _falling(claim: Any, loop: VertexLoop, order: int, found: Iterator[fmpq_mat]) -> Obligations:
     a, P = rational(claim, "decay_rate"), table(claim, "P", (order, order))
     yield Fact("the rate is not negative", a >= 0)
-    yield Fact("premises are measured", all(_is_seen(loop, name) for name in loop.seen_by))
+    yield Fact("premises are measured", all(is_seen(loop, name) for name in loop.seen_by))
     yield Definite("P", P)
     rate = rate_of(loop, a)
     for k, G in enumerate(found):
         yield Definite(f"decrease along matrix {k + 1}", decrease(loop, P, G, rate))
 
 
-def _is_seen(loop: VertexLoop, name: str) -> bool:
+def is_seen(loop: VertexLoop, name: str) -> bool:
     """Return whether the observer knows a variable: an input, or a state that is an output."""
     if name in loop.inputs:
         return True
-    if name not in loop.states or len(loop.C) != 1:
+    if name not in loop.states or not loop.C:
         return False
     k = loop.states.index(name)
-    return any(
-        [j for j, v in enumerate(row) if v != 0] == [k]
-        and all(v == 0 for D in loop.D for v in entries(D)[i])
-        for i, row in enumerate(entries(loop.C[0]))
-    )
+    for i in range(loop.C[0].nrows()):
+        # The same factor in every rule, and no other state or input in this output.
+        rows = [entries(C)[i] for C in loop.C]
+        alone = all([j for j, v in enumerate(row) if v != 0] == [k] for row in rows)
+        fed = any(v != 0 for D in loop.D for v in entries(D)[i])
+        if alone and not fed and all(row[k] == rows[0][k] for row in rows):
+            return True
+    return False

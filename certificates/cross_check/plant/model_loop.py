@@ -23,4 +23,18 @@ def read_loop(model: Any, gains: Any) -> VertexLoop:
         loop = plant_loop(model)
     else:
         raise Refusal(f"a model of kind {kind!a} has no vertices")
-    return loop if gains is None else close(loop, gains)
+    if gains is None:
+        return loop
+    closed = close(loop, gains)
+    if "observer" not in gains:
+        return closed
+    from takagi.certificates.cross_check.loop.observed import with_observer
+
+    # The slopes are written as the embedding is, with premises of their own.
+    slopes = plant_loop(with_slopes(model)) if kind == "plant" and "slopes" in model else None
+    return with_observer(closed, model, gains, slopes)
+
+
+def with_slopes(model: Any) -> Any:
+    """Return the model with its slopes in the place of its embedding."""
+    return {**model, "embedding": {**entry(model, "slopes"), "form": "secant"}}

@@ -39,7 +39,7 @@ def read_gains(path: Path, model: TSModel) -> Floats:
     """
     source, law = str(path), read_plant_law(path)
     stack = read_stack(law, "K", f"{source}: law")
-    K = np.array([_floats(matrix) for matrix in stack])
+    K = np.array([floats_of(matrix) for matrix in stack])
     r, n, m = model.B.shape
     if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
         raise CertificateError(
@@ -51,11 +51,12 @@ def read_gains(path: Path, model: TSModel) -> Floats:
         wanted = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
     except ModelError as error:
         raise CertificateError(f"{source}: law.K: {error}") from error
-    _compare(law, wanted or {}, source)
+    compare_law(law, wanted or {}, source)
     return K
 
 
-def _compare(law: Mapping[str, Any], wanted: Mapping[str, Any], source: str) -> None:
+def compare_law(law: Mapping[str, Any], wanted: Mapping[str, Any], source: str) -> None:
+    """Refuse a law that differs from the wanted one in anything but K, by its first member."""
     for key in sorted(set(law) | set(wanted)):
         if key == "K" or _exact(law.get(key)) == _exact(wanted.get(key)):
             continue
@@ -85,7 +86,8 @@ def read_plant_law(path: Path) -> Mapping[str, Any]:
     return law
 
 
-def _floats(matrix: Any) -> list[list[float]]:
+def floats_of(matrix: Any) -> list[list[float]]:
+    """Return a matrix of the checker as rows of floats."""
     rows, columns = matrix.shape
     return [[float(matrix[i, j]) for j in range(columns)] for i in range(rows)]
 

@@ -7,6 +7,9 @@ obstacle        which requirement excludes gains, in a sentence
 many_rules      which gains are sought where there are many rules; how long that takes:
                 work_estimate
 secant_model    a model of slopes, for gains that need no measured premise
+observed_design  a law with measured outputs: gains, observer, and the proof of both together;
+                what is asked of it: observer_question
+rounding        gains as short decimals
 blend_regions   gains of a plant behind a blend, region by region
 """
 
@@ -17,6 +20,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.certificates.design.plant.design import certify_filed as certify_filed
     from takagi.certificates.design.plant.design import certify_plant as certify_plant
     from takagi.certificates.design.plant.design import design_plant as design_plant
     from takagi.certificates.design.plant.many_rules import gain_choice as gain_choice
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
     )
     from takagi.certificates.design.plant.many_rules import model_of_premises as model_of_premises
     from takagi.certificates.design.plant.result import PlantDesign as PlantDesign
+    from takagi.certificates.design.plant.rounding import rounded_gains as rounded_gains
     from takagi.certificates.design.plant.work_estimate import effects as effects
     from takagi.certificates.design.plant.work_estimate import work_of as work_of
 

@@ -38,10 +38,12 @@ from takagi.certificates.design.plant.plain_words import (
     require_sensible,
 )
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.rounding import rounded_gains
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.design.plant.tracking_gains import tracking_gains
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
 
@@ -86,6 +88,11 @@ def design_plant(
     clock = StepClock(tell)
     model = _model(plant, asked, clock)
     work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
+    if plant.measured is not None:
+        from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
+
+        parts = (plant, asked, model, work.demands, work.files, clock)
+        return design_observed(ObservedWork.of(*parts), DIGITS)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
     require_sensible(plant, model, asked)
@@ -149,6 +156,11 @@ def certify_plant(
     ------
     ModelError : as ``design_plant``, and gains that do not fit the model.
     """
+    if plant.measured is not None:
+        raise ModelError(
+            f"plant {plant.name!r} measures {', '.join(plant.measured)}: gains of all states are "
+            "no law for it; give the gain file of its design"
+        )
     asked = settings or PlantSettings()
     clock = StepClock(tell)
     model = _model(plant, asked, clock)
@@ -179,10 +191,26 @@ def certify_filed(
 
     asked = settings or PlantSettings()
     clock = StepClock(tell)
+    if plant.measured is not None:
+        return _certify_observed(plant, path, asked, tuple(files), clock)
     given = law_for(plant, _model(plant, asked, clock), path, asked, files=files)
     demands = requirements_of(plant, given.model, asked)
     work = _Work(plant, asked, given.model, demands, tuple(files), clock)
     return work.certified(given.gains, None, given.notes, law=given.law)
+
+
+def _certify_observed(
+    plant: Plant, path: Path, asked: PlantSettings, files: tuple[Path, ...], clock: StepClock
+) -> PlantDesign:
+    """Return the certificate for the gains K and L of a file, as they stand."""
+    from takagi.certificates.design.given.observer_gains import read_observer_gains
+    from takagi.certificates.design.plant.observed_design import ObservedWork
+
+    model = _model(plant, asked, clock)
+    demands = requirements_of(plant, model, asked)
+    work = ObservedWork.of(plant, asked, model, demands, files, clock)
+    K, L = read_observer_gains(path, work)
+    return work.certified(K, L, None, ("gains were given", work.question.note))
 
 
 def _rounded(work: _Work, found: FoundGains) -> PlantDesign:
@@ -196,20 +224,6 @@ def _rounded(work: _Work, found: FoundGains) -> PlantDesign:
             break
     assert last is not None  # there is always a number of digits
     return last
-
-
-def rounded_gains(gains: Floats, digits: int) -> Floats:
-    """Return gains to so many significant digits of the largest of each entry over the rules."""
-    largest = np.abs(gains).max(axis=0)
-    # An entry that is noise compared with its row has no effect on the command.
-    floor = np.where(largest > 0, largest, 1.0)
-    places = digits - 1 - np.floor(np.log10(floor)).astype(int)
-    rounded = [
-        [[round(float(v), int(p)) + 0.0 for v, p in zip(row, at, strict=True)]
-         for row, at in zip(K, places, strict=True)]
-        for K in gains
-    ]  # fmt: skip
-    return np.array(rounded)
 
 
 def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:

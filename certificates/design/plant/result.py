@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked, Verdict
     from takagi.certificates.claims.plant.certification import Certificate
     from takagi.lmi import Design
+    from takagi.models.laws.output_feedback import OutputFeedback
     from takagi.models.laws.pdc import PdcLaw
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
@@ -30,10 +31,12 @@ class PlantDesign:
         gains that were given.
     gains : K (r, m, n) of u - u* = -sum_i h_i K_i (x - x*), short decimals: those that are emitted
         and proved.  None for an analysis.
-    law : the same with premises and trim, to be evaluated at run time; None for an analysis.
+    law : the same with premises and trim, to be evaluated at run time; None for an analysis, and
+        where the plant has measured outputs.
     certificate : what is claimed of ``model`` and ``gains``, and what the checker says about it.
     notes : in words, what was chosen where nothing was asked, and what was backed off.
     seconds : step -> time it took.
+    output_law : the law of a plant with measured outputs: these gains, and its observer.
     """
 
     plant: Plant
@@ -45,6 +48,7 @@ class PlantDesign:
     certificate: Certificate
     notes: tuple[str, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
+    output_law: OutputFeedback | None = None
 
     kind: ClassVar[Literal["plant"]] = "plant"
 

@@ -26,6 +26,8 @@ def equilibrium_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
     alone = np.linalg.eigvals(matrices.A).astype(np.complex128)
     if K is None:
         return alone, np.zeros(0, dtype=np.complex128)
+    if loop.observed is not None:
+        return alone, loop.observed.poles_at(loop.memberships(np.zeros(len(loop.names))))
     return alone, np.linalg.eigvals(matrices.A - matrices.B @ K).astype(np.complex128)
 
 

@@ -63,8 +63,10 @@ def _panel(axes: Axes, loop: PlantLoop, pair: tuple[int, int], *, left: bool, bo
     P, level = loop.ellipsoid
     units = [file_unit(loop.plant.states[k]) for k in pair]
     sizes = np.array([[size] for size, _ in units])
-    shadow, inner = ellipse(P, level, pair) / sizes, section(P, level, pair) / sizes
-    whole = len(loop.names) == 2
+    starting, _ = loop.start_ellipsoid
+    shadow, inner = ellipse(P, level, pair) / sizes, section(starting, level, pair) / sizes
+    # Of two states every start is drawn; with an observer a motion may leave the starts.
+    whole = len(loop.names) == 2 and loop.observed is None
     words = "starts in the set" if whole else "starts, others at rest"
     axes.fill(*inner, facecolor=FILLED, edgecolor=COLOURS[0], lw=1.2, label=words)
     if not whole:

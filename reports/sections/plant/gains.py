@@ -12,9 +12,14 @@ from takagi.reports.page.text import Section, Table, decimal, significant
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.reports.loops.observed import ObservedMotion
     from takagi.reports.loops.plant_loop import PlantLoop
 
 FOLDED = 16
+OBSERVED_LAW = (
+    r"u = u^{*} - \sum_i h_i K_i s, \quad s' = \sum_i h_i \left(A_i s + B_i (u - u^{*}) "
+    r"+ L_i (y - y^{*} - C_i s - D_i (u - u^{*}))\right)"
+)
 CORNERS = ("lower", "upper")
 LAW = r"u = u^{*} - \sum_{i=1}^{%d} h_i(z) K_i \left(x - x^{*}\right)"
 
@@ -24,6 +29,7 @@ def gains_section(design: PlantDesign, loop: PlantLoop) -> Section:
     # Where a claim proves bounds of the inputs, no bound in floating point is shown.
     known = "input-limits" in proved_kinds(design)
     content: dict[str, Any] = {"table": None, "law": "", "trim": None, "commands": []}
+    content |= {"observer": None}
     if loop.gains is not None:
         rules = len(loop.model.rules)
         content |= {
@@ -40,9 +46,33 @@ def gains_section(design: PlantDesign, loop: PlantLoop) -> Section:
                 _words(name, size) for name, size in ([] if known else largest_commands(loop))
             ],
         }
+    if loop.observed is not None:
+        content |= {
+            "law": mathml(OBSERVED_LAW),
+            "observer": _observer_table(loop, loop.observed),
+            "at_estimate": loop.observed.law.at_estimate,
+        }
     content["relaxation"] = "" if design.design is None else design.design.relaxation
     content["notes"] = list(design.notes)
     return Section("gains", "The law and its gains", content)
+
+
+def _observer_table(loop: PlantLoop, observed: ObservedMotion) -> Table:
+    """Return L as the gain file has it: one row for each rule, one alone where all are equal."""
+    outputs = [loop.plant.outputs[k] for k in observed.law.rows]
+    step = loop.model.sample_time is not None
+    heads = [("rule", "")]
+    for state in loop.model.states:
+        for y in outputs:
+            unit = _per(_unit(state), y.unit)
+            heads.append((f"{name_of(state)} by {y.name}", unit if step else f"({unit})/s"))
+    L = observed.law.L
+    same = bool((L == L[0]).all())
+    rows = [
+        ("all" if same else str(i), *(decimal(float(x)) for x in one.ravel()))
+        for i, one in enumerate(L[:1] if same else L, 1)
+    ]
+    return Table("Gains L of the observer, as emitted", tuple(heads), tuple(rows))
 
 
 def gain_columns(loop: PlantLoop) -> tuple[tuple[str, str], ...]:

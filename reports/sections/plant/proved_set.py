@@ -66,7 +66,7 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
 
 
 def _rows(design: PlantDesign, loop: PlantLoop, reach: np.ndarray) -> tuple[tuple[str, ...], ...]:
-    P, level = loop.ellipsoid
+    P, level = loop.start_ellipsoid
     alone = np.sqrt(level / np.diag(P))
     beyond = overshoots(design, loop)
     rows = []

@@ -33,6 +33,7 @@ def verdict_section(
             "decays": loop.decay_rate is not None,
             "level_proved": loop.level_proved,
             "law": loop.gains is not None,
+            "measured": list(design.plant.measured or ()),
             "facts": _facts(loop, loops, limits="input-limits" in proved_kinds(design)),
             "inputs_bounded": [v.name for v in design.plant.inputs if v.range is not None],
             "disturbances": [v.name for v in design.plant.disturbances if not v.schedules],
@@ -62,11 +63,12 @@ def _facts(
     ]
     if loop.decay_rate is not None:
         time = 1 / loop.decay_rate if loop.decay_rate > 0 else np.inf
+        what = "the state" if loop.observed is None else "state and estimate"
         facts.append(
             (
                 "Decay, proved",
                 f"≥ {at_least(loop.decay_rate)} 1/s",
-                f"of the state, in the measure √V: a factor e in at most {significant(time)} s"
+                f"of {what}, in the measure √V: a factor e in at most {significant(time)} s"
                 if np.isfinite(time)
                 else "V does not grow",
             )

@@ -18,6 +18,8 @@ from takagi.certificates.document import (
     law_members,
     pdc_law_data,
     plant_data,
+    slope_claim,
+    slopes_data,
 )
 from takagi.models import (
     Interval,
@@ -67,6 +69,9 @@ EVIDENCE: dict[str, Data] = {
     | {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1.01]]}]},
     "observer": {"P": [[1]], "decay_rate": 1, "L": [[[1]]]},
     "observed-feedback": {"P": [[1, 0], [0, 1]], "decay_rate": 0.5, "L": [[[1]]]},
+    "observed-loop": {"P": [[1, 0], [0, 1]], "decay_rate": 0.5, "level": 0.5},
+    "observed-loop, by estimate": {"P": [[1, 0], [0, 1]], "decay_rate": 0.5, "level": 0.5},
+    "slope-embedding": {},
     "sector-embedding": {},
     "secant-embedding": {},
     "effort-blend": {},
@@ -108,7 +113,7 @@ def _vertices(form: str) -> tuple[Data, Data]:
     weights = {"premises": [{"name": "z", "lower": 0, "upper": 1}], "rules": [[0], [1]]}
     model = {"kind": "takagi-sugeno", "name": "two", "sample_time": None, **names, **weights}
     model |= {"disturbance_names": ["w [-]"], "A": [[[-1]], [[-2]]], "B": [[[1]]]}
-    model |= {"C": [[[1]]], "E": [[[1]]], "box": {"x [-]": [-1, 1]}}
+    model |= {"output_names": ["y"], "C": [[[1]]], "E": [[[1]]], "box": {"x [-]": [-1, 1]}}
     law = {"name": "pdc", "sample_time": None, **names, **weights, "K": GAINS}
     if form == "own":
         law["premises"] = [{"name": "other", "lower": 0, "upper": 1}]
@@ -123,6 +128,25 @@ def column(form: str) -> tuple[Data, Data, list[Data]]:
     data = plant_data(model)
     law = pdc_law_data(model, np.array(GAINS)) | law_members(data)
     return data, law, [embedding_claim(model)]
+
+
+def observed(kind: str, form: str, parts: tuple[Data, Data, list[Data]]) -> Any:
+    """Return (model, law, claims that go first) with the observer or slopes that a kind needs."""
+    model, law, before = parts
+    at_estimate = kind.endswith("by estimate")
+    if not (kind.startswith("observed-loop") or kind == "slope-embedding"):
+        return parts
+    # The slope of a table has no name in a certificate.
+    if form not in ("shared", "own", "tables") and (at_estimate or kind == "slope-embedding"):
+        plant = cubic().derivation
+        assert plant is not None and plant.form is not None and plant.form.plant is not None
+        model = model | {"slopes": slopes_data(secant_model(plant.form.plant))}
+    if kind == "slope-embedding":
+        return model, law, before
+    if at_estimate:
+        before = [*before, slope_claim("cubic")]
+    weights = {"weights": "estimated" if at_estimate else "measured"}
+    return model, law | {"observer": weights | {"measured": ["y"], "L": [[[1]]]}}, before
 
 
 def plant_document(

@@ -18,7 +18,7 @@ from takagi.certificates.checker.replay.claim_kinds import (
     WHOLE_FILE,
 )
 from takagi.certificates.document import certificate_document
-from tests.certificates.weights.cells import EVIDENCE, LAWLESS, column, verdicts
+from tests.certificates.weights.cells import EVIDENCE, LAWLESS, column, observed, verdicts
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 
@@ -56,7 +56,7 @@ def test_every_kind_has_a_row() -> None:
 @pytest.mark.parametrize(("kind", "form", "said"), list(cells()))
 def test_both_checkers_say_what_the_page_says(kind: str, form: str, said: str) -> None:
     """The claim is written by hand, so that it is the checkers which refuse."""
-    model, law, before = column(form)
+    model, law, before = observed(kind, form, column(form))
     claim = {"name": "cell", "kind": kind.partition(",")[0], **EVIDENCE[kind]}
     gains = None if (kind, form) in LAWLESS else law
     document = certificate_document(

@@ -202,18 +202,18 @@ def of_programs() -> Named:
     states = [{"name": "x", "unit": "-"}, {"name": "y", "unit": "-"}]
     for names in (["a"], ["a", "b"], ["a", "b", "c"]):
         given: Any = (written(), 0, variable, [variable], states, names, [])
-        yield f"deviations {len(names)}", refused(plant_program._Writing.command, *given)
+        yield f"deviations {len(names)}", refused(plant_program.PlantWriting.command, *given)
     for direction in ("-1", "0", "1"):
         at = written()
         side = {"input": "u", "effectiveness": "1", "unit": "-", "range": None,
                 "direction": Number(direction)}  # fmt: skip
         at.blending = {"effort": "U", "unit": "-", "rate": "r", "low": side, "high": side}
         at.keeps, at.model, at.tables = [], {}, lambda _: None
-        plant_program._Writing.actuators(at)
+        plant_program.PlantWriting.actuators(at)
         yield f"direction {direction}", [str(entry) for entry in at.sends]
     with patch.object(plant_program, "_split", lambda _: ("x", "m", "s")):
         given = ({"kind": "model", "state_names": ["x [m]"]}, "states")
-        yield "labels of three parts", refused(plant_program._variables, *given)
+        yield "labels of three parts", refused(plant_program.variables_of, *given)
 
 
 def groups() -> dict[str, Any]:

@@ -1,0 +1,162 @@
+r"""One sample of a law with measured outputs as a program: an observer, and gains on its estimate.
+
+    u = u* - sum_i h_i K_i s,
+    s' = A(z) s + B(z) (u - u*) + sum_i h_i L_i (y - y* - C(z) s - D(z) (u - u*)).
+
+A(z), B(z), C(z), D(z) are the entries of the embedding.  The program keeps x* + s from sample to
+sample.  In continuous time it takes one step of Euler's method with the sample time; in discrete
+time the right side is the next s.  A state that is measured by itself starts at its first
+measurement, every other one at rest.  u is the command as it is sent.
+
+Where the weights are at the estimate, the premises are computed of it: the kept values have the
+names of the states. Else the premises are computed of the measured states, which have these names.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.controller.language import (
+    WORD,
+    Part,
+    keep,
+    names_in,
+    program,
+    read,
+    step,
+)
+from takagi.certificates.checker.controller.plant_program import PlantWriting, variables_of
+
+
+def observer_program(model: Any, law: Any, own: Any) -> Part:
+    """Return the program; the parameters are those of ``plant_program``."""
+    return _ObserverWriting(model, law, own).whole()
+
+
+def measured_reads(model: Any, law: Any, taken: set[str]) -> list[tuple[str, Any]]:
+    """Return for each measured output the name under which it is read, and the output.
+
+    Parameters
+    ----------
+    taken : names that have a meaning in the program.
+    """
+    given = {y["name"]: y for y in model["outputs"]}
+    states = {v["name"] for v in model["states"]}
+    at_estimate = law["observer"]["weights"] == "estimated"
+    found = []
+    for name in law["observer"]["measured"]:
+        output = given[name]
+        if str(output["expression"]) in states and not at_estimate:
+            found.append((str(output["expression"]), output))
+            continue
+        word = f"{name}_measured"
+        while word in taken:
+            word += "_"
+        found.append((word, output))
+    return found
+
+
+class _ObserverWriting(PlantWriting):
+    def whole(self) -> Part:
+        states, inputs = (variables_of(self.model, key) for key in ("states", "inputs"))
+        observer, names = self.law["observer"], {v["name"] for v in states}
+        at_estimate = observer["weights"] == "estimated"
+        outputs = measured_reads(self.model, self.law, self.taken)
+        self.taken |= {word for word, _ in outputs}
+        for k, v in enumerate(states):
+            self.names[self.own(f"{v['name']}_rest")] = (f"law.trim.state.{k}", v["unit"])
+        for word, y in outputs:
+            self.reads.append(read(word, y["unit"], "measured"))
+        direct = {y["expression"]: word for word, y in outputs if y["expression"] in names}
+        kept, deviations = [], []
+        for v in states:
+            if at_estimate:
+                kept.append(v["name"])
+                deviations.append(self.deviation(v))
+                continue
+            if v["name"] in direct and v.get("symbol"):
+                self.deviation(v)
+            kept.append(self.own(f"{v['name']}_estimate"))
+            deviations.append(self.own(f"{v['name']}_estimated"))
+            rest = self.own(f"{v['name']}_rest")
+            self.steps.append(step(deviations[-1], v["unit"], f"{kept[-1]} - {rest}"))
+        weights = self.weights() if self.law.get("premises") else []
+        pushes = []
+        for k, u in enumerate(inputs):
+            self.command(k, u, inputs, states, deviations, weights)
+            pushes.append(self.sent(u))
+        gaps = [self.gap(word, y, deviations, pushes) for word, y in outputs]
+        for k, v in enumerate(states):
+            rate = self.rate(k, v, outputs, deviations, pushes, gaps, weights)
+            rest = self.own(f"{v['name']}_rest")
+            discrete = self.model["sample_time"] is not None
+            following = f"{rest} + {rate}" if discrete else f"{kept[k]} + sample_time*({rate})"
+            start = direct.get(v["name"], rest)
+            self.keeps.append(
+                keep(kept[k], v["unit"], start, following, f"estimate of {v['name']}")
+            )
+        return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
+                       sends=self.sends)  # fmt: skip
+
+    def sent(self, u: Any) -> str:
+        """Write the command as it is sent, and its deviation; return the name of this."""
+        held, push = self.own(f"{u['name']}_held"), self.own(f"{u['name']}_push")
+        self.steps.append(step(held, u["unit"], self.sends[-1]["formula"], "the command"))
+        self.sends[-1]["formula"] = held
+        rest = self.own(f"{u['name']}_rest")
+        self.steps.append(step(push, u["unit"], f"{held} - {rest}"))
+        return push
+
+    def gap(self, word: str, y: Any, deviations: list[str], pushes: list[str]) -> str:
+        """Write y less what the estimate lets expect, and return its name."""
+        row = [one["name"] for one in self.model["outputs"]].index(y["name"])
+        expected = [
+            *self.products("C", row, deviations),
+            *self.products("D", row, pushes),
+        ]
+        found = self.own(f"{y['name']}_gap")
+        told = "".join(f" - {term}" for term in expected)
+        self.steps.append(step(found, y["unit"], f"{word} - ({self.at_rest(y)}){told}"))
+        return found
+
+    def at_rest(self, y: Any) -> str:
+        """Return the value of an output at rest: its expression of the rests."""
+        formula = str(y["expression"])
+        self.tables(formula)
+        known = {v["name"] for key in ("states", "inputs") for v in self.model[key]}
+        for name in sorted(names_in([formula]) & set(self.model.get("parameters", {}))):
+            self.names[name] = (f"parameters.{name}", "SI")
+
+        def rest(found: Any) -> str:
+            return self.own(f"{found[0]}_rest") if found[0] in known else str(found[0])
+
+        return WORD.sub(rest, formula)
+
+    def rate(
+        self, k: int, state: Any, outputs: Any, deviations: list[str], pushes: list[str],
+        gaps: list[str], weights: list[str],
+    ) -> str:  # fmt: skip
+        terms = [*self.products("A", k, deviations), *self.products("B", k, pushes)]
+        for p, ((_, y), gap) in enumerate(zip(outputs, gaps, strict=True)):
+            gain = self.own(f"L_{state['name']}_{y['name']}")
+            rows = "*" if weights else "0"
+            unit = f"({state['unit']})/({y['unit']})"
+            if self.model["sample_time"] is None:
+                unit += "/s"
+            self.names[gain] = (f"law.observer.L.{rows}.{k}.{p}", unit)
+            value = f"mix({', '.join([self.own('rules'), gain, *weights])})" if weights else gain
+            terms.append(f"{value}*{gap}")
+        return f"({' + '.join(terms)})"
+
+    def products(self, letter: str, row: int, columns: list[str]) -> list[str]:
+        """Return the products of a row of the embedding that are not 0."""
+        entries = self.model["embedding"].get(letter)
+        if entries is None:
+            return []
+        found = []
+        for entry, column in zip(entries[row], columns, strict=True):
+            text = str(entry)
+            if text == "0":
+                continue
+            found.append(column if text == "1" else f"({text})*{column}")
+        return found

@@ -1,0 +1,43 @@
+"""The observer of a law with output feedback, with exact numbers, and where it starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from takagi.certificates.checker.kernel.matrices import Matrix
+
+
+@dataclass(frozen=True)
+class ObserverLaw:
+    """xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)), u = -sum_j h_j K_j xhat.
+
+    xhat+ stands in the place of xhat' in discrete time.  C and D of the loop have the rows of the
+    measured outputs alone.
+
+    ``at_estimate`` : the weights h are those at (xhat, u); else they are the plant's own.
+    ``L`` : one matrix (n, p), or one for each rule; one alone where ``at_estimate``.
+    ``slopes`` : pairs (S_k, R_k), (n, n) and (p, n), whose hull has the mean slopes of f and y by
+    the state between any two points of the box; empty unless ``at_estimate``.
+    """
+
+    L: tuple[Matrix, ...]
+    at_estimate: bool
+    slopes: tuple[tuple[Matrix, Matrix], ...] = ()
+
+
+def states_at_start(C: Sequence[Matrix], D: Sequence[Matrix], order: int) -> list[bool]:
+    """Return which estimates start at the state: those of states that are an output by themselves.
+
+    The others start at rest.  C and D have the measured outputs; no input may be added to such an
+    output, and its factor is 1.
+    """
+    found = [False] * order
+    for k in range(C[0].shape[0] if C else 0):
+        same = {tuple(M[k, j] for j in range(order)) for M in C}
+        row = same.pop()
+        fed = any(any(M.rows[k]) for M in D)
+        places = [j for j, entry in enumerate(row) if entry]
+        if not same and not fed and len(places) == 1 and row[places[0]] == 1:
+            found[places[0]] = True
+    return found

@@ -1,0 +1,81 @@
+"""The observer that the gains of a certificate hold, read beside the loop of model and gains."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.loop.observer_law import ObserverLaw
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack
+
+MEASURED, ESTIMATED = "measured", "estimated"
+
+
+def observed_by(
+    family: PolytopicLoop, model: Any, gains: Any, where: str = "gains.observer"
+) -> PolytopicLoop:
+    """Return the loop with the observer of ``gains.observer``, and its measured outputs alone.
+
+    Raises
+    ------
+    CertificateError : an output that the model does not have, gains L of another shape, weights at
+        the estimate without the slopes of a plant.
+    """
+    own = gains["observer"]
+    weights = reader.text(own, "weights", where)
+    if weights not in (MEASURED, ESTIMATED):
+        raise CertificateError(f"{where}.weights: {MEASURED!r} or {ESTIMATED!r} is needed")
+    rows = _measured(own, model, where)
+    L = read_stack(own, "L", where)
+    at_estimate = weights == ESTIMATED
+    count = 1 if at_estimate else family.rules
+    if L[0].shape != (family.order, len(rows)) or len(L) not in (1, count):
+        raise CertificateError(
+            f"{where}.L: {family.order} by {len(rows)} is needed, one matrix"
+            + ("" if at_estimate else f" or {count}")
+        )
+    slopes = _slopes(family, model, rows, where) if at_estimate else ()
+    C, D = (tuple(_rows(M, rows) for M in stack) for stack in (family.C, family.D))
+    return replace(family, C=C, D=D, observer=ObserverLaw(L, at_estimate, slopes))
+
+
+def _measured(own: Any, model: Any, where: str) -> list[int]:
+    """Return the places of the measured outputs among those of the model."""
+    if reader.text(model, "kind", "model") == "plant":
+        listed = reader.member(model, "outputs", "model")
+        names = [y.get("name") if isinstance(y, dict) else None for y in listed]
+    else:
+        names = reader.member(model, "output_names", "model")
+    given = reader.member(own, "measured", where)
+    if not isinstance(given, list) or not given or len(set(map(str, given))) != len(given):
+        raise CertificateError(f"{where}.measured: different names of outputs are needed")
+    for name in given:
+        if not isinstance(name, str) or names.count(name) != 1:
+            raise CertificateError(f"{where}.measured: {name!a} is not one output of the model")
+    return [names.index(name) for name in given]
+
+
+def _rows(matrix: Matrix, rows: list[int]) -> Matrix:
+    return Matrix([list(matrix.rows[k]) for k in rows], matrix.below)
+
+
+def _slopes(
+    family: PolytopicLoop, model: Any, rows: list[int], where: str
+) -> tuple[tuple[Matrix, Matrix], ...]:
+    """Return the vertices of the slopes of equations and measured outputs by the state."""
+    if reader.text(model, "kind", "model") != "plant" or "slopes" not in model:
+        raise CertificateError(f"{where}: weights at the estimate need model.slopes of a plant")
+    # Imported here: a law without an observer at its estimate needs no slopes.
+    from takagi.certificates.checker.plant.slope_embedding import slope_loop
+
+    found = slope_loop(model)
+    if found.order != family.order or not found.C:
+        raise CertificateError("model.slopes: those of all states and outputs are needed")
+    return tuple((_at(found.A, k), _rows(_at(found.C, k), rows)) for k in range(found.rules))
+
+
+def _at(stack: Stack, k: int) -> Matrix:
+    return stack[k if len(stack) > 1 else 0]

@@ -1,0 +1,303 @@
+"""Loops through an observer: limits by hand, both kinds of weights, and claims that are false."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from takagi.certificates import CertificateError
+from takagi.certificates.checker import check_document
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.document import (
+    certificate_document,
+    law_members,
+    observer_member,
+    pdc_law_data,
+    plant_data,
+    slope_claim,
+    slopes_data,
+)
+from takagi.certificates.requests import ClaimedLoop, ObservedLoop
+from takagi.models import Interval, ModelError, Output, Plant, TSModel, Variable, sector_model
+from tests.certificates.kinds.claims import law_data, model_data
+
+Data = dict[str, Any]
+x, v, u = sp.symbols("x v u", real=True)
+SEEN = {"weights": "measured", "measured": ["y"]}
+
+
+def both(model: Data, gains: Data, *claims: Data) -> tuple[str, str, str]:
+    """Return the verdicts of both checkers on the last claim, and the first one's words."""
+    document = certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
+    one, other = check_document(document).claims[-1], judge_document(document)[-1]
+    return one.verdict.name, other.verdict, one.text
+
+
+def line(**changed: Any) -> tuple[Data, Data, Data]:
+    """Return x' = x + u, y = x, |x| <= 1, u = -3 xhat, L = 4, and P = diag(1, s).
+
+    z = (x, e): z' = [[-2, 3], [0, -3]] z.  4 * 6 s > 9: s > 3/8; x in its range for c <= 1.
+    """
+    model = model_data(
+        [[[1]]], B=[[[1]]], C=[[[1]]], output_names=["y"], input_names=["u [-]"],
+        box={"x1 [-]": [-1, 1]},
+    )  # fmt: skip
+    gains = law_data([[[3]]], input_names=["u [-]"], observer=SEEN | {"L": [[[4]]]})
+    claim = {"name": "line", "kind": "observed-loop", "level": 1, "decay_rate": 0}
+    return model, gains, claim | {"P": [[1, 0], [0, 0.375000001]]} | changed
+
+
+@cache
+def cubic() -> tuple[Data, Data]:
+    """Return x' = x - x^3 + u, y = x on |x| <= 1, |u| <= 2, and u = -3 xhat, L = 4 by estimate."""
+    plant = Plant(
+        equations=(x - x**3 + u,),
+        states=(Variable(x, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(u, "-", Interval.of(-2, 2)),),
+        outputs=(Output("y", x, "-"),),
+        measured=("y",),
+        name="cubic",
+    )
+    return _by_estimate(plant, [[3.0]], [[4.0]])
+
+
+@cache
+def hidden() -> tuple[Data, Data]:
+    """Return x' = v, v' = u - v^3, y = x on |x|, |v| <= 1: its premise is not measured."""
+    plant = Plant(
+        equations=(v, u - v**3),
+        states=(Variable(x, "-", Interval.of(-1, 1)), Variable(v, "-", Interval.of(-1, 1))),
+        inputs=(Variable(u, "-"),),
+        outputs=(Output("y", x, "-"),),
+        measured=("y",),
+        name="hidden",
+    )
+    return _by_estimate(plant, [[1.0, 1.0]], [[3.0], [3.0]])
+
+
+def _by_estimate(plant: Plant, K: list[list[float]], L: list[list[float]]) -> tuple[Data, Data]:
+    model = sector_model(plant)
+    data = plant_data(model) | {"slopes": slopes_data(secant_model(plant))}
+    own = {"observer": observer_member(np.array([L]), ["y"], at_estimate=True)}
+    gains = pdc_law_data(model, np.broadcast_to(np.array(K), (len(model.A), 1, len(L))))
+    return data, gains | law_members(data) | own
+
+
+def of_cubic(data: Data | None = None, **changed: Any) -> tuple[Data, Data, Data, Data, Data]:
+    """Return the cubic plant's certificate in parts.
+
+    z = (xhat, e): xhat' = (1 - xhat^2 - 3) xhat + 4 e, e' = (S - 4) e with S in [-2, 1].  With
+    P = diag(1, s): 4 * 6 s > 16, s > 2/3.  Of s = 0.7: c (1 + 1/s) <= 1 keeps x in its range,
+    c <= 0.41176...; 9 c <= 4 keeps the input.
+    """
+    model, gains = cubic()
+    claim = {"name": "cubic", "kind": "observed-loop", "level": 0.4117, "decay_rate": 0}
+    claim |= {"P": [[1, 0], [0, 0.7]]}
+    first = {"name": "cubic is its model", "kind": "sector-embedding"}
+    return data or model, gains, first, slope_claim("cubic"), claim | changed
+
+
+@pytest.mark.parametrize(
+    ("changed", "proved"),
+    [
+        ({}, True),
+        ({"P": [[1, 0], [0, 0.375]]}, False),
+        ({"level": 1.0001}, False),
+        ({"decay_rate": 0.01}, False),
+        ({"P": [[1, 0], [0, -1]]}, False),
+        ({"P": [[1, 0.1], [0, 1]]}, False),
+        # u = -3 (x - e): 9 (1 + 8/3) = 33, so that 5.75^2 > 33 is kept and 5.74^2 is not.
+        ({"input_limits": [5.75]}, True),
+        ({"input_limits": [5.74]}, False),
+        ({"input_limits": [-6]}, False),
+    ],
+)
+def test_limits_of_a_linear_plant_from_both_sides(changed: Data, proved: bool) -> None:
+    one, other, text = both(*line(**changed))
+
+    assert (one == "PROVED") is proved, text
+    assert (other == "PROVED") is proved
+
+
+def test_the_rate_from_both_sides() -> None:
+    """P = diag(1, s), s large: the rate tends to the slowest pole, 2 1/s."""
+    far = {"P": [[1, 0], [0, 1000000]]}
+    assert both(*line(**far, decay_rate=1.999))[:2] == ("PROVED", "PROVED")
+    assert both(*line(**far, decay_rate=2))[:2] == ("UNDECIDED", "UNDECIDED")
+
+
+def test_the_sentence_says_where_it_may_start() -> None:
+    """xhat starts at the measured x: e = 0, so that V = x^2 and |x| <= 1 may start."""
+    text = both(*line())[2]
+    assert "a state alone may start up to 1 in x1" in text
+    assert "exact outputs" in text
+
+
+def test_discrete_time() -> None:
+    """x+ = 2 x + u, K = 1.5, L = 1.5: z' = [[0.5, 1.5], [0, 0.5]] z, P = diag(1, s), s > 4.
+
+    P - G'PG = [[0.75, -0.75], [-0.75, 0.75 s - 2.25]]: positive for s > 4.
+    """
+    model = model_data(
+        [[[2]]], B=[[[1]]], C=[[[1]]], output_names=["y"], box={"x1 [-]": [-1, 1]}, sample_time=1
+    )
+    gains = law_data([[[1.5]]], sample_time=1, observer=SEEN | {"L": [[[1.5]]]})
+    claim = {"name": "d", "kind": "observed-loop", "level": 1, "decay_rate": 0}
+    assert both(model, gains, claim | {"P": [[1, 0], [0, 4.0001]]})[:2] == ("PROVED", "PROVED")
+    assert both(model, gains, claim | {"P": [[1, 0], [0, 4]]})[:2] == ("UNDECIDED", "UNDECIDED")
+
+
+@pytest.mark.parametrize(
+    ("changed", "proved"),
+    [
+        ({}, True),
+        ({"P": [[1, 0], [0, 0.66]], "level": 0.3}, False),
+        ({"level": 0.4118}, False),
+        ({"input_limits": [1.93]}, True),
+        ({"input_limits": [1.92]}, False),
+    ],
+)
+def test_limits_with_weights_at_the_estimate(changed: Data, proved: bool) -> None:
+    one, other, text = both(*of_cubic(**changed))
+
+    assert (one == "PROVED") is proved, text
+    assert (other == "PROVED") is proved
+    assert not proved or "weights at the estimate" in text
+
+
+def test_the_motion_of_the_plant_stays_in_the_proved_set() -> None:
+    """x and xhat of the nonlinear plant, integrated by themselves from the set's boundary."""
+    from scipy.integrate import solve_ivp
+
+    s, c = 0.7, 0.4117
+
+    def rate(_: float, both: Any) -> list[float]:
+        plant, estimate = both
+        command = -3 * estimate
+        gap = 4 * (plant - estimate)
+        return [plant - plant**3 + command, estimate - estimate**3 + command + gap]
+
+    for angle in np.linspace(0, 2 * np.pi, 16, endpoint=False):
+        z = np.sqrt(c) * np.array([np.cos(angle), np.sin(angle) / np.sqrt(s)])
+        found = solve_ivp(rate, (0, 10), [z[0] + z[1], z[0]], rtol=1e-9, atol=1e-12)
+        value = found.y[1] ** 2 + s * (found.y[0] - found.y[1]) ** 2
+        assert np.all(np.diff(value) <= 1e-9)
+        assert np.abs(found.y).max() <= 1 and value[-1] < 1e-8
+
+
+@pytest.mark.parametrize("end", ["lower", "upper"])
+def test_slopes_that_are_not_the_plants_prove_nothing(end: str) -> None:
+    model, *others = of_cubic()
+    forged = deepcopy(model)
+    (premise,) = forged["slopes"]["premises"]
+    width = float(premise["upper"]) - float(premise["lower"])
+    premise[end] = float(premise[end]) + (0.1 if end == "lower" else -0.1) * width
+
+    one, other, text = both(forged, *others)
+
+    assert (one, other) == ("UNDECIDED", "UNDECIDED")
+    assert "not proved to be the plant's" in text
+
+
+def test_slopes_have_to_be_claimed() -> None:
+    model, gains, first, _, claim = of_cubic()
+    document = certificate_document(model=model, gains=gains, claims=[first, claim], provenance={})
+    with pytest.raises(CertificateError, match="no claim about the slopes"):
+        check_document(document)
+    assert judge_document(document)[-1].verdict == "UNDECIDED"
+
+
+def test_a_premise_that_is_not_measured_cannot_give_the_plants_weights() -> None:
+    model, gains = hidden()
+    forged = deepcopy(gains)
+    forged["observer"] |= {"weights": "measured"}
+    first = {"name": "model", "kind": "sector-embedding"}
+    claim = {"name": "h", "kind": "observed-loop", "decay_rate": 0, "level": 1e-6}
+
+    one, other, text = both(model, forged, first, claim | {"P": np.eye(4).tolist()})
+
+    assert (one, other) == ("UNDECIDED", "UNDECIDED")
+    assert "not measured" in text
+
+
+def test_a_claim_about_another_law_is_refused() -> None:
+    """decay of u = -K x says nothing of u = -K xhat."""
+    model, gains, _ = line()
+    claim = {"name": "d", "kind": "decay", "P": [[1]], "decay_rate": 1}
+    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
+    with pytest.raises(CertificateError, match="another law"):
+        check_document(document)
+    with pytest.raises(Refusal, match="outputs"):
+        judge_document(document)
+
+
+@pytest.mark.parametrize(
+    "observer",
+    [
+        {"weights": "guessed", "measured": ["y"], "L": [[[4]]]},
+        {"weights": "measured", "measured": ["w"], "L": [[[4]]]},
+        {"weights": "measured", "measured": [], "L": [[[4]]]},
+        {"weights": "measured", "measured": ["y", "y"], "L": [[[4, 4]]]},
+        {"weights": "measured", "measured": ["y"], "L": [[[4], [4]]]},
+        {"weights": "measured", "measured": ["y"], "L": [[[4]], [[4]]]},
+        {"weights": "estimated", "measured": ["y"], "L": [[[4]]]},
+        {"weights": "measured", "measured": [["y"]], "L": [[[4]]]},
+        {"weights": "measured", "measured": "y", "L": [[[4]]]},
+    ],
+)
+def test_an_observer_that_does_not_fit_is_refused(observer: Data) -> None:
+    model, gains, claim = line()
+    document = certificate_document(
+        model=model, gains=gains | {"observer": observer}, claims=[claim], provenance={}
+    )
+    with pytest.raises(CertificateError):
+        check_document(document)
+    with pytest.raises(Refusal):
+        judge_document(document)
+
+
+def test_an_observer_is_needed() -> None:
+    model, gains, claim = line()
+    del gains["observer"]
+    document = certificate_document(model=model, gains=gains, claims=[claim], provenance={})
+    with pytest.raises(CertificateError, match="observer"):
+        check_document(document)
+    with pytest.raises(Refusal, match="observer"):
+        judge_document(document)
+
+
+def test_the_request_finds_the_set() -> None:
+    """The loop of ``line``: no start beyond 1 stays, and nearly all up to 1 do (e starts at 0)."""
+    model, gains, _ = line()
+    plant = TSModel(
+        [[[1.0]]], [[[1.0]]], C=[[[1.0]]], states=["x1 [-]"], inputs=["u [-]"], outputs=["y"],
+        box={"x1 [-]": (-1, 1)},
+    )  # fmt: skip
+    loop = ClaimedLoop.of(plant, [[[3.0]]], model_data=model, law=gains)
+
+    found = ObservedLoop().attempt(loop)
+
+    assert found.proved
+    P, level = np.array(found.claim["P"]), found.claim["level"]
+    assert 0.99 < np.sqrt(level / P[0, 0]) <= 1
+    assert not ObservedLoop(2.01).attempt(loop).proved
+    with pytest.raises(ModelError, match="positive numbers"):
+        ObservedLoop(input_limits=[-1.0]).attempt(loop)
+
+
+def test_a_model_without_an_observer_is_refused_by_the_request() -> None:
+    model = sector_model(
+        Plant(
+            equations=(x - x**3 + u,),
+            states=(Variable(x, "-", Interval.of(-1, 1)),),
+            inputs=(Variable(u, "-"),),
+        )
+    )
+    with pytest.raises(ModelError, match="needs gains.observer"):
+        ObservedLoop().attempt(ClaimedLoop.of(model, np.full((2, 1, 1), 3.0)))
