@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Rate = Callable[[Floats, Floats, Floats], Floats]
 
 
-def right_side(plant: Plant, moving: Sequence[Variable] = ()) -> Rate:
+def right_side(plant: Plant, moving: Sequence[Variable] = (), *, told: bool = False) -> Rate:
     """Return (x, u, w) -> x' of the plant, or x(t + T) in discrete time; all in SI.
 
     Evaluated from the plant's equations.  Of a blended plant these are the ones that were written,
@@ -25,6 +25,8 @@ def right_side(plant: Plant, moving: Sequence[Variable] = ()) -> Rate:
     Parameters
     ----------
     moving : the disturbances that w has, in its order; all others keep their rest values.
+    told : of a blended plant: whether u ends with the commands of its two actuators, in place of
+        those that follow from the state.
     """
     import sympy as sp
 
@@ -33,7 +35,7 @@ def right_side(plant: Plant, moving: Sequence[Variable] = ()) -> Rate:
 
     blending = blending_of(plant)
     if blending is not None:
-        return RunTimeBlending(blending).disturbed_rate(moving, limited=True)
+        return RunTimeBlending(blending).disturbed_rate(moving, limited=True, told=told)
     free = [v.symbol for v in moving]
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {

@@ -165,7 +165,9 @@ def experiment_of(
     loop: PlantLoop, outside: Outside, *, errors: Mapping[str, float] | None = None
 ) -> Experiment:
     """Return the loop as an experiment, see ``motions``."""
-    rate = _rate(loop.plant, outside.moving, errors)
+    # A program sends the commands of blended actuators too, and they are held like the others.
+    told = loop.blend is not None and outside.program is not None
+    rate = _rate(loop.plant, outside.moving, errors, told=told)
     n = len(loop.names)
     limits = [_ends(v) for v in loop.plant.inputs]
     if loop.blend is not None:
@@ -173,7 +175,7 @@ def experiment_of(
     return Experiment(
         rate=rate,
         commands=_commands(loop, outside.moving),
-        inputs=len(loop.plant.inputs),
+        inputs=len(limits) if told else len(loop.plant.inputs),
         limits=np.array(limits, dtype=np.float64).reshape(-1, 2),
         rest=loop.state,
         far=np.full(n, np.inf),
@@ -186,16 +188,18 @@ def experiment_of(
     )
 
 
-def _rate(plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float] | None) -> Rate:
+def _rate(
+    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float] | None, *, told: bool
+) -> Rate:
     if not errors:
-        return right_side(plant, moving)
+        return right_side(plant, moving, told=told)
     from takagi.models.blending.blending import blending_of
     from takagi.models.blending.run_time import RunTimeBlending
 
     blending = blending_of(plant)
     if blending is None:
         raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-    return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True)
+    return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True, told=told)
 
 
 def _commands(loop: PlantLoop, moving: Sequence[Variable]) -> Commands:
