@@ -89,7 +89,11 @@ class RunTimeBlending:
         ----------
         limited : whether commands are held within the ranges of the actuators.
         """
-        told, rest = self.sent(state) if limited else self.commands(state), self._at_rest
+        return self.moved(self.sent(state) if limited else self.commands(state))
+
+    def moved(self, told: Floats) -> Floats:
+        """Return the actual positions (low, high) for their commands, with ``errors``."""
+        rest = self.at_rest
         wrong = [(self.errors or {}).get(a.name, 0.0) for a in self.blending.actuators]
         return np.asarray(rest + (1 + np.array(wrong)) * (told - rest))
 
@@ -104,13 +108,15 @@ class RunTimeBlending:
         return lambda x, u: slope(x, u, none)
 
     def disturbed_rate(
-        self, moving: Sequence[Variable], *, limited: bool = False
+        self, moving: Sequence[Variable], *, limited: bool = False, told: bool = False
     ) -> Callable[[Floats, Floats, Floats], Floats]:
         """Return (x, u, w) -> x' of the same; w has the disturbances in ``moving``, in its order.
 
         Parameters
         ----------
         limited : whether commands are held within the ranges of the actuators.
+        told : whether u ends with the commands (low, high), as a program sends and holds them, and
+            they do not follow from the state.
         """
         import sympy as sp
 
@@ -129,7 +135,12 @@ class RunTimeBlending:
             )
 
         def slope(x: Floats, u: Floats, w: Floats) -> Floats:
-            acting, others = self.actuators(x, limited=limited), iter(u[:-1])
+            if told:
+                u, sent = u[:-2], u[-2:]
+                acting = self.moved(np.asarray(sent, dtype=np.float64))
+            else:
+                acting = self.actuators(x, limited=limited)
+            others = iter(u[:-1])
             given = [float(acting[blended[s]] if s in blended else next(others)) for s in inputs]
             point = (*map(float, x[:-1]), *given, *map(float, w))
             f = np.array(right(*point), dtype=np.float64)
@@ -160,7 +171,8 @@ class RunTimeBlending:
         return found
 
     @cached_property
-    def _at_rest(self) -> Floats:
+    def at_rest(self) -> Floats:
+        """The commands (low, high) at the equilibrium."""
         return np.array([float(self.blending.at_rest(a)) for a in self.blending.actuators])
 
 

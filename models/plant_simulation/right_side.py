@@ -22,6 +22,7 @@ def right_side(
     moving: Sequence[Variable] = (),
     *,
     fixed: Mapping[str, Fraction] | None = None,
+    told: bool = False,
 ) -> Rate:
     """Return (x, u, w) -> x' of the plant, or x(t + T) in discrete time; all in SI.
 
@@ -33,6 +34,8 @@ def right_side(
     moving : the disturbances that w has, in its order; all others keep their rest values.
     fixed : name -> value of disturbances, such as uncertain parameters, in place of their rest;
         not of a blended plant.
+    told : of a blended plant: whether u ends with the commands of its two actuators, in place of
+        those that follow from the state.
     """
     import sympy as sp
 
@@ -41,7 +44,7 @@ def right_side(
 
     blending = blending_of(plant)
     if blending is not None:
-        return RunTimeBlending(blending).disturbed_rate(moving, limited=True)
+        return RunTimeBlending(blending).disturbed_rate(moving, limited=True, told=told)
     free = [v.symbol for v in moving]
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {

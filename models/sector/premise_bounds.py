@@ -152,7 +152,13 @@ def _proved(
         found = expression_range(expression, problem.where, tolerance=tolerance)
     except NoBound as error:
         raise NoBound(f"premise {symbol} = {expression}: {error}") from error
-    bounds = round_outward(found.outer)
+    try:
+        bounds = round_outward(found.outer)
+    except OverflowError as error:
+        raise NoBound(
+            f"premise {symbol} = {expression}: its range on the box is beyond all floats "
+            "(1.8e308); shrink the box"
+        ) from error
     if _of_balls_alone(expression, problem, bounds):
         # Tight bounds would ask the checker for all digits of a number that is 0.
         bounds = Interval(2 * bounds.lower, 2 * bounds.upper)

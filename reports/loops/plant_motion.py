@@ -156,7 +156,7 @@ def motions(
         if errors or (outside is not None and not outside.idle):
             raise ModelError(
                 f"plant {loop.plant.name!r} has measured outputs: its loop is simulated with an "
-                "observer, without disturbances, noise or other samples; leave these out, or export "
+                "observer, without disturbances, noise or other samples; leave them out, or export "
                 "the law and simulate it elsewhere"
             )
         return _observed_motions(loop, begin, end, uncertain)
@@ -201,10 +201,12 @@ def experiment_of(
     uncertain: Mapping[str, Fraction] | None = None,
 ) -> Experiment:
     """Return the loop as an experiment, see ``motions``."""
+    # A program sends the commands of blended actuators too, and they are held like the others.
+    told = loop.blend is not None and outside.program is not None
     if errors:
-        rate = _rate_with_errors(loop.plant, outside.moving, errors)
+        rate = _rate_with_errors(loop.plant, outside.moving, errors, told=told)
     else:
-        rate = right_side(loop.plant, outside.moving, fixed=uncertain)
+        rate = right_side(loop.plant, outside.moving, fixed=uncertain, told=told)
     n = len(loop.names)
     limits = [_ends(v) for v in loop.plant.inputs]
     if loop.blend is not None:
@@ -212,7 +214,7 @@ def experiment_of(
     return Experiment(
         rate=rate,
         commands=_commands(loop, outside.moving),
-        inputs=len(loop.plant.inputs),
+        inputs=len(limits) if told else len(loop.plant.inputs),
         limits=np.array(limits, dtype=np.float64).reshape(-1, 2),
         rest=loop.state,
         far=np.full(n, np.inf),
@@ -226,7 +228,7 @@ def experiment_of(
 
 
 def _rate_with_errors(
-    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float]
+    plant: Plant, moving: Sequence[Variable], errors: Mapping[str, float], *, told: bool
 ) -> Rate:
     from takagi.models.blending.blending import blending_of
     from takagi.models.blending.run_time import RunTimeBlending
@@ -234,7 +236,7 @@ def _rate_with_errors(
     blending = blending_of(plant)
     if blending is None:
         raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-    return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True)
+    return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True, told=told)
 
 
 def _commands(loop: PlantLoop, moving: Sequence[Variable]) -> Commands:

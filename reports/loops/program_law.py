@@ -28,7 +28,10 @@ class ProgramLaw:
 
     Raises
     ------
-    ModelError : the program is not of this plant, or one that keeps an effort for two actuators.
+    ModelError : the program is not of this plant.
+
+    The program of a blended plant keeps the effort from sample to sample; it begins with the effort
+    of the state that it is given first, and sends the commands of both actuators.
     """
 
     def __init__(
@@ -38,18 +41,13 @@ class ProgramLaw:
         moving: Sequence[Variable],
         sample_time: float,
     ) -> None:
-        if program.kept:
-            raise ModelError(
-                f"the program of {program.name} keeps {program.kept[0].name} from sample to "
-                "sample; a law in samples is simulated for plants without [blending]: leave "
-                "--sample-time out"
-            )
         self.run, self.loop, self.step = ProgramRun(program), loop, sample_time
         self.moving = [v.name for v in moving]
         self.formulas = {}
         for one in program.assignments:
             self.formulas[one.name] = _before_limit(one.formula)
-        outputs = [v.name for v in loop.plant.inputs]
+        blended = () if loop.blend is None else loop.blend.blending.actuators
+        outputs = [v.name for v in (*loop.plant.inputs, *(a.variable for a in blended))]
         known = {*loop_states(loop), *(v.name for v in loop.plant.disturbances)}
         missing = [name for name in outputs if name not in self.formulas]
         missing += [one.name for one in program.inputs if one.name not in known]
@@ -61,6 +59,8 @@ class ProgramLaw:
         self.outputs = outputs
         self.rests = {one.name: float(one.rest or 0) for one in program.inputs}
         self.missed, self.last = 0, loop.input
+        if loop.blend is not None:
+            self.last = np.concatenate([loop.input, loop.blend.at_rest])
 
     def sample(self, state: Floats, signals: Floats) -> Floats:
         """Return the command before it is limited.
@@ -71,6 +71,10 @@ class ProgramLaw:
         named = dict(zip(loop_states(self.loop), self.loop.state + state, strict=True))
         named |= dict(zip(self.moving, signals, strict=True))
         given = {name: float(named.get(name, rest)) for name, rest in self.rests.items()}
+        if self.run.program.kept and not self.run.kept:
+            # The effort, the last of the states: no other value is kept by a law by rules.
+            effort = float(self.loop.state[-1] + state[-1])
+            self.run.kept = {one.name: effort for one in self.run.program.kept}
         try:
             self.run.sample(self.step, given)
             values = [value_of(self.formulas[name], self.run.names) for name in self.outputs]

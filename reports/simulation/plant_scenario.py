@@ -78,6 +78,11 @@ def outside(
     for name, _ in scenario.noise:
         if name not in states:
             raise ModelError(_unknown("state", name, states))
+        if loop.blend is not None and name == states[-1]:
+            raise ModelError(
+                f"noise on {name}: it is not measured, for the law keeps the effort itself; leave "
+                "it out, or put noise on a state of the plant"
+            )
     return Outside(
         moving,
         Signals(len(names), tuple((names.index(n), s) for n, s in scenario.disturbances)),

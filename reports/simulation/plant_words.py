@@ -46,7 +46,7 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
     heads = ["start", *(f"largest\noff rest\n{v.name} {_bracket(v)}" for _, v in states)]
     heads += [f"largest\n{v.name} {_bracket(v)}" for v in actuators]
     heads += [f"{v.name}\ncut for\n[s]" for v in actuators if v.range is not None]
-    heads += ["settled\nafter\n[s]", "start in\nthe proved\nset", "ended as"]
+    heads += ["settled\nafter\n[s]", "starts\nin the\nset", "ended as"]
     rows = []
     for motion in found.motions:
         row = [motion.name]

@@ -91,6 +91,29 @@ REFUSED = {
         plant("x = {}", FREE, 'x = "x^3 + u"'),
         ["depends on x, for which no range was given", "give each range = [low, high]"],
     ),
+    "a number that no float holds": (
+        plant("x = { range = [0, 2000], rest = 1 }", FREE, 'x = "u + exp(x) - exp(1)"'),
+        ["its range on the box is beyond all floats", "no value where x is 709.8 or beyond",
+         "or a number too large. Let the range of x end before"],
+    ),
+    "a sine beyond 1": (
+        plant("x = { range = [-2, 2] }", U, 'x = "u + asin(x)"'),
+        ["The equation of x has no value where x is -1 or beyond"],
+    ),
+    "a mass that passes 0": (
+        plant(f"{X}\n{Y}", U, 'x = "u + y"\ny = "x + u"', '[mass.x]\nx = "1 - 2*y"\n'),
+        ["the mass matrix may be singular", "nearest to 0 around y = 0.5", "shrink the ranges"],
+    ),
+    "the square of an input": (
+        plant(X, U, 'x = "x + u^2"'),
+        ["equation of x: u enters nonlinearly (in the term u^2)", "make it a state"],
+    ),
+    "damping in discrete time": (
+        plant(X, U, 'x = "x/2 + u"', "[design]\ndamping = 0.7").replace(
+            "[states]", "sample_time = 0.1\n[states]"
+        ),
+        ["damping and fastest are about poles in continuous time", "give a decay_rate instead"],
+    ),
     "a misspelled state": (
         plant(X + "\nangle = { range = [-1, 1] }", U, 'x = "angel + u"\nangle = "x"'),
         [":11: field 'equations.x'", "did you mean 'angle'?"],

@@ -133,3 +133,28 @@ def test_a_bad_blend_is_said_with_its_line(folder: Path, capsys: Capture) -> Non
     told = capsys.readouterr().err
     assert "bad.toml:" in told and "'blending.effort.overlap'" in told
     assert not (folder / "none").exists()
+
+
+def test_the_program_of_a_blend_keeps_the_effort_and_holds_both_actuators(
+    folder: Path, capsys: Capture
+) -> None:
+    """With shorter samples its run comes nearer to the one in continuous time, as T does."""
+    gains = ["--gains", str(folder / "out" / "gains.json")]
+    start = ["--start", "x=0.3,effort=-0.4", "--duration", "2", "--json"]
+    ends = []
+    for step in ([], ["--sample-time", "40ms"], ["--sample-time", "10ms"]):
+        capsys.readouterr()
+        assert main(["simulate", str(folder / "room.toml"), *gains, *start, *step]) == 0
+        ends.append(json.loads(capsys.readouterr().out)["runs"][0]["end"])
+
+    for name in ("x", "effort"):
+        exact, coarse, fine = (end[name] for end in ends)
+        assert 0 < abs(fine - exact) < abs(coarse - exact) / 2
+
+
+def test_the_effort_has_no_noise(folder: Path, capsys: Capture) -> None:
+    """The law keeps it; nothing measures it."""
+    gains = ["--gains", str(folder / "out" / "gains.json")]
+
+    assert main(["simulate", str(folder / "room.toml"), *gains, "--noise", "effort=0.1"]) == 2
+    assert "noise on effort: it is not measured" in capsys.readouterr().err

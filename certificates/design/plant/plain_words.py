@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 # Points tried from rest to each end of a range, and halvings between the last two.
 POINTS, HALVINGS = 64, 40
-_SINGULAR = ("has a pole at", "no finite bound near", "seems to have a pole")
+_SINGULAR = ("has a pole at", "no finite bound near", "seems to have a pole", "beyond all floats")
+_ROW = re.compile(r"\brow (\d+)\b(?=:)")
 _STUCK = "can be moved by no input"
 # Pairs of rules that are tried, and the singular value that counts as none.
 MOST_PAIRS, _RANK = 4000, 1e-6
@@ -45,6 +46,9 @@ def in_plant_words(plant: Plant) -> Iterator[None]:
 
 def completed(words: str, plant: Plant) -> str:
     """Return a message with what its names mean, and what to change in the plant's file."""
+    words = _ROW.sub(lambda found: _row(int(found.group(1)), found.group(0), plant), words)
+    # As a plant file writes a power.
+    words = words.replace("**", "^")
     added = []
     if any(part in words for part in _SINGULAR):
         added.append(_singular(words, plant))
@@ -158,6 +162,11 @@ def _premises_at(model: TSModel, first: Floats, second: Floats, t: float) -> str
     return " and ".join(named)
 
 
+def _row(number: int, written: str, plant: Plant) -> str:
+    rows = plant.states
+    return f"equation of {rows[number - 1].name}" if 0 < number <= len(rows) else written
+
+
 def _singular(words: str, plant: Plant) -> str:
     """Return where an equation has no value, and whose range to change."""
     for variable in (*plant.states, *plant.inputs):
@@ -171,7 +180,8 @@ def _singular(words: str, plant: Plant) -> str:
             return (
                 f"The equation of {state} has no value where {variable.name} is "
                 f"{value / size:.4g}{behind} or beyond, all else at rest: a root or logarithm of a "
-                f"negative number, or a division by 0. Let the range of {variable.name} end before"
+                "negative number, a division by 0, or a number too large. Let the range of "
+                f"{variable.name} end before"
             )
     named = [v.name for v in plant.variables if v.range is not None and _named(v.name, words)]
     if not named:
