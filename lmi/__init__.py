@@ -79,6 +79,10 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.given.ladder import closed_loop_ladder
     from takagi.lmi.gains.given.largest_decay import closed_loop_decay
     from takagi.lmi.gains.observer import observer, observer_condition
+    from takagi.lmi.gains.output_feedback.condition import hinf_output_feedback_condition
+    from takagi.lmi.gains.output_feedback.controller import OutputFeedback, hinf_output_feedback
+    from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant
+    from takagi.lmi.gains.output_feedback.weighted_loop import mixed_sensitivity
     from takagi.lmi.gains.requirements.rate_limits import with_input_states
     from takagi.lmi.gains.secant_vertices import secant_vertices
     from takagi.lmi.gains.structured.answer import StructuredDesign
@@ -137,6 +141,7 @@ __all__ = [
     "Extreme",
     "Fixed",
     "FuzzyDesign",
+    "GeneralisedPlant",
     "He",
     "HomogeneousLyapunov",
     "Inequality",
@@ -146,6 +151,7 @@ __all__ = [
     "LyapunovFamily",
     "NormBounded",
     "Outcome",
+    "OutputFeedback",
     "Parametrised",
     "Part",
     "PolynomialLyapunov",
@@ -192,6 +198,8 @@ __all__ = [
     "h2_pdc_condition",
     "hinf_norm",
     "hinf_norm_condition",
+    "hinf_output_feedback",
+    "hinf_output_feedback_condition",
     "hinf_pdc",
     "hinf_pdc_condition",
     "homogeneous_lyapunov",
@@ -204,6 +212,7 @@ __all__ = [
     "matrix",
     "max_box_enlargement",
     "max_decay_rate",
+    "mixed_sensitivity",
     "neighbouring_rules",
     "objective_below",
     "observer",
