@@ -122,6 +122,19 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
+    from takagi.lmi.gains.output_feedback.condition import (
+        hinf_output_feedback_condition as hinf_output_feedback_condition,
+    )
+    from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
+    from takagi.lmi.gains.output_feedback.controller import (
+        hinf_output_feedback as hinf_output_feedback,
+    )
+    from takagi.lmi.gains.output_feedback.generalised_plant import (
+        GeneralisedPlant as GeneralisedPlant,
+    )
+    from takagi.lmi.gains.output_feedback.weighted_loop import (
+        mixed_sensitivity as mixed_sensitivity,
+    )
     from takagi.lmi.gains.requirements.rate_limits import with_input_states as with_input_states
     from takagi.lmi.gains.secant_vertices import secant_vertices as secant_vertices
     from takagi.lmi.gains.structured.answer import StructuredDesign as StructuredDesign

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
 from catalogue.entry import SMALL, Case, Entry, Sizes, plant
-from takagi.lmi import Condition, observer_condition, structured_pdc_condition
+from takagi.lmi import (
+    Condition,
+    GeneralisedPlant,
+    hinf_output_feedback_condition,
+    observer_condition,
+    structured_pdc_condition,
+)
 
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
@@ -80,4 +88,48 @@ OBSERVER = Entry(
     ),
 )
 
-ENTRIES = (STRUCTURED, OBSERVER)
+
+def _dynamic(sizes: Sizes) -> Condition:
+    n, m, p, q = sizes.n, sizes.m, sizes.p, sizes.q
+    # As many weighted signals as disturbances.
+    return hinf_output_feedback_condition(
+        GeneralisedPlant(
+            A=-np.eye(n) + np.eye(n, k=1),
+            B1=np.eye(n, q),
+            B2=np.eye(n, m) / 2,
+            C1=np.eye(q, n),
+            C2=np.eye(p, n) / 2,
+            D11=np.eye(q) / 4 + np.eye(q, k=1),
+            D12=np.eye(q, m) / 8,
+            D21=np.eye(p, q) / 8,
+        )
+    )
+
+
+DYNAMIC = Entry(
+    title="Energy gain by dynamic output feedback",
+    question="Which controller with states of its own has the least H-infinity norm?",
+    call="hinf_output_feedback",
+    builder="hinf_output_feedback_condition",
+    use=(
+        "For one linear plant whose states are not measured. `mixed_sensitivity` makes the plant "
+        "of a loop and its weights, from transfer functions of python-control or from state space. "
+        "The least $\\gamma$ is that of all linear controllers; the controller has the order of "
+        "plant and weights together. Continuous time only: the bilinear transform carries a "
+        "sampled problem there and back, with its norm."
+    ),
+    cases=(
+        Case(
+            title="Continuous time",
+            pose=_dynamic,
+            lmis="2",
+            variables="2*n*(n+1)/2 + n*n + n*p + m*n + m*p + 1",
+            where=(
+                "$\\dot x = A x + B_1 w + B_2 u$, $z = C_1 x + D_{11} w + D_{12} u$, "
+                "$y = C_2 x + D_{21} w$, and $z$ is as wide as $w$"
+            ),
+        ),
+    ),
+)
+
+ENTRIES = (STRUCTURED, OBSERVER, DYNAMIC)

@@ -1,0 +1,238 @@
+"""The controller that the unknowns of the LMIs stand for, and what its loop does."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from takagi.lmi.analysis.disturbance.bounded_real import norm_seen
+from takagi.lmi.answer import Answer, ObjectiveUnit, Try
+from takagi.lmi.cone.balance import state_units
+from takagi.lmi.decision.decide import optimise
+from takagi.lmi.gains.output_feedback.condition import hinf_output_feedback_condition
+from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant, StateSpace
+from takagi.lmi.solver.solve import quick
+from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.stabilisability import fixed_mode
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+# How far above the least gamma the controller is taken, relative: at the least one X and Y^-1 meet,
+# and the controller's numbers grow without bound.
+ABOVE = 1e-3
+# Other coordinates are tried so often, where the loop misses the gain that the LMIs promise.
+ROUNDS = 4
+# What is added to weights that may be singular in the Riccati equations of the first coordinates.
+LITTLE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class OutputFeedback:
+    """x_K' = A_K x_K + B_K y, u = C_K x_K + D_K y.
+
+    Attributes
+    ----------
+    controller : (A_K, B_K, C_K, D_K); None unless found.
+    gain : gamma in units of z over units of w, the largest gain of the closed loop over
+        frequencies, from its matrices; None unless found.
+    least : no linear controller has a smaller gamma, to solver accuracy.
+    plant : the generalised plant.
+    loop : from w to z, closed; None unless found.
+    answer : how it was found; its condition is in states of the LMIs' own.
+    """
+
+    controller: StateSpace | None
+    gain: float | None
+    least: float
+    plant: GeneralisedPlant
+    loop: StateSpace | None
+    answer: Answer
+
+    @property
+    def status(self) -> str:
+        """Return "candidate", "infeasible" or "unknown", as of an ``Answer``."""
+        return self.answer.status
+
+    @property
+    def found(self) -> bool:
+        """Return whether there is a controller."""
+        return self.controller is not None
+
+    def require(self) -> StateSpace:
+        """Return the controller.
+
+        Raises
+        ------
+        ModelError : there is none; the message is the diagnosis.
+        """
+        if self.controller is None:
+            raise ModelError(f"no controller was found ({self.status}): {self.answer.diagnosis}")
+        return self.controller
+
+
+@limited
+def hinf_output_feedback(
+    plant: GeneralisedPlant, *, tolerance: float = ABOVE, time_limit: float | None = None
+) -> OutputFeedback:
+    """Return a controller u = K(s) y with the least |z|_2 <= gamma |w|_2, within the tolerance.
+
+    Parameters
+    ----------
+    plant : the generalised plant, in continuous time.
+    tolerance : how far above the least gamma the controller may be, relative.  Nearer to it the
+        controller gets faster poles.
+    time_limit : seconds for all solver calls together.
+
+    Returns
+    -------
+    An ``OutputFeedback``.  ``gain`` is the largest gain of its loop over a grid of frequencies with
+    a search about each maximum, from the matrices that are handed back, whose loop is stable by its
+    eigenvalues.  Nothing is proved here: ``certify`` of the loop, with ``L2Gain``, is a proof.
+
+    Raises
+    ------
+    ModelError : a tolerance that is not positive.
+
+    Not promised: a controller of lower order, or without fast poles.
+
+    Source: Scherer, Gahinet, Chilali (1997), IEEE Trans. Automatic Control 42.
+    """
+    if not tolerance > 0:
+        raise ModelError(f"tolerance is {tolerance!r}; a positive number is needed")
+    why = _fixed(plant)
+    if why:
+        no = Answer(status="infeasible", margin=-np.inf, diagnosis=why)
+        return OutputFeedback(
+            controller=None, gain=None, least=np.inf, plant=plant, loop=None, answer=no
+        )
+    T = _first_states(plant)
+    best: OutputFeedback | None = None
+    tries: tuple[Try, ...] = ()
+    for _ in range(ROUNDS):
+        found, values = _in_states(plant, T, tolerance)
+        tries += found.answer.tries
+        if best is None or _better(found, best):
+            best = found
+        if not values or (best.gain or np.inf) <= (1 + 2 * tolerance) * best.least:
+            break
+        balanced = _balanced(values["X"][0], values["Y"][0])
+        if balanced is None:
+            break
+        T = T @ balanced
+    assert best is not None  # there is a round
+    return replace(best, answer=replace(best.answer, tries=tries))
+
+
+def _first_states(plant: GeneralisedPlant) -> Floats:
+    """Return states in which a regulator and a filter of the plant are balanced; else plain ones.
+
+    Their Riccati equations are those of the same plant for white noise.
+    """
+    from scipy.linalg import solve_continuous_are
+
+    s = np.diag(state_units(plant.A[None], None))
+    one = plant.in_states(s)
+    R = one.D12.T @ one.D12
+    R += LITTLE * max(float(np.trace(R)), 1.0) * np.eye(len(R))
+    V = one.D21 @ one.D21.T
+    V += LITTLE * max(float(np.trace(V)), 1.0) * np.eye(len(V))
+    little = LITTLE * np.eye(len(one.A))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            P = solve_continuous_are(
+                one.A, one.B2, one.C1.T @ one.C1 + little, R, s=one.C1.T @ one.D12
+            )
+            F = solve_continuous_are(
+                one.A.T, one.C2.T, one.B1 @ one.B1.T + little, V, s=one.B1 @ one.D21.T
+            )
+        regulator, filtered = (np.linalg.inv((part + part.T) / 2) for part in (P, F))
+        T = _balanced(np.asarray(regulator, np.float64), np.asarray(filtered, np.float64))
+    except (np.linalg.LinAlgError, ValueError):
+        T = None
+    return s if T is None or not np.isfinite(T).all() else s @ T
+
+
+def _fixed(plant: GeneralisedPlant) -> str:
+    """Return which mode that is not stable no controller changes; empty where none is."""
+    for A, B, why in (
+        (plant.A, plant.B2, "u does not move it"),
+        (plant.A.T, plant.C2.T, "y does not see it"),
+    ):
+        found = fixed_mode(A[None], B[None], 0.0)
+        if found is not None:
+            return (
+                f"no controller stabilises the plant: the mode {found[1]:.4g} is not stable, and "
+                f"{why}; an unstable or integrating weight has to be made stable, any other such "
+                "mode needs another input or measurement"
+            )
+    return ""
+
+
+def _better(found: OutputFeedback, best: OutputFeedback) -> bool:
+    return (found.gain or np.inf) < (best.gain or np.inf)
+
+
+def _in_states(
+    plant: GeneralisedPlant, T: Floats, tolerance: float
+) -> tuple[OutputFeedback, Mapping[str, Floats]]:
+    """Return the controller from the LMIs posed in x = T xhat, and their unknowns."""
+    moved = plant.in_states(T)
+    condition = hinf_output_feedback_condition(moved)
+    outcome = optimise(condition, slack=tolerance, most=quick())
+    values = outcome.values if outcome.status == "candidate" else outcome.feasible
+    answer = replace(outcome.as_answer(condition, None), objective_unit=ObjectiveUnit("gain", 1.0))
+    nothing = OutputFeedback(
+        controller=None, gain=None, least=outcome.least, plant=plant, loop=None, answer=answer
+    )
+    if not values:
+        why = outcome.unsettled("weigh u and the noise of y a little more")
+        return replace(nothing, answer=replace(answer, diagnosis=why)), {}
+    controller = controller_of(moved, values)
+    loop = plant.closed(controller)
+    slowest = float(np.linalg.eigvals(loop.A).real.max())
+    if not slowest < 0:
+        why = f"the controller was lost to rounding: its loop has a pole at {slowest:.3g} 1/s"
+        return replace(nothing, answer=replace(answer, status="unknown", diagnosis=why)), values
+    gain = norm_seen(loop.A, loop.B, loop.C, loop.D)
+    done = replace(
+        nothing,
+        controller=controller,
+        gain=gain,
+        loop=loop,
+        answer=replace(answer, status="candidate", gain=gain),
+    )
+    return done, values
+
+
+def _balanced(X: Floats, Y: Floats) -> Floats | None:
+    """Return T with T^-1 X T^-T = T' Y T diagonal; None where one of them is not positive.
+
+    In these states both functions have the same axes, and neither a controller's numbers nor the
+    solver's unknowns are larger than they must be.
+    """
+    try:
+        L, R = np.linalg.cholesky(X), np.linalg.cholesky(Y)
+    except np.linalg.LinAlgError:
+        return None
+    U, sizes, _ = np.linalg.svd(L.T @ R)
+    return np.asarray(L @ U / np.sqrt(sizes))
+
+
+def controller_of(plant: GeneralisedPlant, values: Mapping[str, Floats]) -> StateSpace:
+    """Return the controller of the LMIs' unknowns, with M N' = I - X Y split by singular values.
+
+    Source: Scherer, Gahinet, Chilali (1997), section IV.
+    """
+    X, Y, Ah, Bh, Ch, Dh = (values[name][0] for name in ("X", "Y", "Ah", "Bh", "Ch", "Dh"))
+    U, sizes, V = np.linalg.svd(np.eye(len(X)) - X @ Y)
+    M, N = U * np.sqrt(sizes), V.T * np.sqrt(sizes)
+    B2, C2 = plant.B2, plant.C2
+    C = np.linalg.solve(M, (Ch - Dh @ C2 @ X).T).T
+    B = np.linalg.solve(N, Bh - Y @ B2 @ Dh)
+    rest = Ah - N @ B @ C2 @ X - Y @ B2 @ C @ M.T - Y @ (plant.A + B2 @ Dh @ C2) @ X
+    A = np.linalg.solve(M, np.linalg.solve(N, rest).T).T
+    return StateSpace(A, B, C, Dh)
