@@ -3,6 +3,7 @@
     expressions/       matrices that are written with operators, P @ A
     condition/         an LMI as data: sums of L X R with constants, batched over vertices; and its
                        readers: floats, rationals, cvxpy, LaTeX
+    sums_of_squares/   Lyapunov functions that are polynomials of the state
     polynomials/       matrix polynomials in memberships; a Lyapunov matrix that changes with them
     sums/              double sums over rules, and the relaxations that make LMIs of them
     cone/, solver/     cone data and their multipliers; the solver calls
@@ -153,6 +154,21 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
     from takagi.lmi.sums.summands import KnownBlock as KnownBlock
     from takagi.lmi.sums.summands import SumPart as SumPart
+    from takagi.lmi.sums_of_squares.attraction_level import AttractionLevel as AttractionLevel
+    from takagi.lmi.sums_of_squares.attraction_level import attraction_level as attraction_level
+    from takagi.lmi.sums_of_squares.attraction_level import (
+        attraction_level_condition as attraction_level_condition,
+    )
+    from takagi.lmi.sums_of_squares.homogeneous_lyapunov import (
+        HomogeneousLyapunov as HomogeneousLyapunov,
+    )
+    from takagi.lmi.sums_of_squares.homogeneous_lyapunov import (
+        homogeneous_lyapunov as homogeneous_lyapunov,
+    )
+    from takagi.lmi.sums_of_squares.homogeneous_lyapunov import (
+        homogeneous_lyapunov_condition as homogeneous_lyapunov_condition,
+    )
+    from takagi.lmi.sums_of_squares.polynomial import StatePolynomial as StatePolynomial
     from takagi.lmi.varying.constant_parameters import polynomial_lyapunov as polynomial_lyapunov
     from takagi.lmi.varying.constant_parameters import (
         polynomial_lyapunov_condition as polynomial_lyapunov_condition,

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.controller.table_pieces import beside
 from takagi.certificates.document.plant_text import rational_symbol, text_data
 from takagi.models.errors import ModelError
 
@@ -97,6 +98,9 @@ def _stand_in(
     others = {s: box[s] for s in expression.free_symbols if s != symbol}
     rows = [{s: float(side.lower) * k + float(side.upper) * (1 - k) for s, side in others.items()}
             for k in (0.0, 0.35, 1.0)]  # fmt: skip
+    pieces = beside(expression, symbol, back.subs(t, 0))
+    if pieces is not None:
+        return _stand_in_of_pieces(pieces, factor, symbol, back, t, rows, size)
     moved = expression.subs(symbol, back)
     for order in ORDERS:
         terms = _terms(moved, t, order)
@@ -111,6 +115,49 @@ def _stand_in(
                     "limit": text_data(terms[0]),
                 }
     raise ModelError("no polynomial was found that is close enough to it there")
+
+
+def _stand_in_of_pieces(
+    pieces: tuple[sp.Expr, sp.Expr, float],
+    factor: sp.Expr,
+    symbol: sp.Symbol,
+    back: sp.Expr,
+    t: sp.Symbol,
+    rows: list[dict[sp.Symbol, float]],
+    size: float,
+) -> dict[str, Any]:
+    """Return what stands in for an expression with tables: one polynomial on each side."""
+    import sympy as sp
+
+    *sides, reach = pieces
+    # The factor is slope times a deviation of the variable, which moves by ``reach`` to a knot.
+    most = reach * abs(float(factor.diff(symbol)))
+    for order in ORDERS:
+        terms = [_terms(side.subs(symbol, back), t, order) for side in sides]
+        for share in SHARES:
+            distance = float(f"{share * size:.3g}")
+            if distance >= most:
+                continue
+            trials = [
+                _Trial(side, symbol, back, t, own, distance)
+                for side, own in zip(sides, terms, strict=True)
+            ]
+            if all(
+                trial.good(rows, sign=sign, most=most)
+                for trial, sign in zip(trials, (-1, 1), strict=True)
+            ):
+                text = text_data(factor)
+                below, above = (_written(own, text) for own in terms)
+                same = sp.simplify(terms[0][0] - terms[1][0]) == 0
+                if not same:
+                    raise ModelError("its limits from both sides differ")
+                return {
+                    "of": text,
+                    "within": distance,
+                    "formula": below if below == above else f"choose({text}, {below}, {above})",
+                    "limit": text_data(terms[1][0]),
+                }
+    raise ModelError("no polynomials were found that stand in for it")
 
 
 def _terms(moved: sp.Expr, t: sp.Symbol, count: int) -> list[sp.Expr]:
@@ -178,14 +225,25 @@ class _Trial:
         polynomial = sp.horner(sum(c * t**k for k, c in enumerate(terms)), t)
         self.polynomial = sp.lambdify([t, *self.others], polynomial, modules="math")
 
-    def good(self, rows: list[dict[sp.Symbol, float]]) -> bool:
+    def good(
+        self, rows: list[dict[sp.Symbol, float]], *, sign: int = 0, most: float = math.inf
+    ) -> bool:
+        """Return whether formula and polynomial are near the expression where each is used.
+
+        ``sign`` : of the factor, where the expression holds on one side alone; 0 for both.
+        ``most`` : the largest factor at which it holds.
+        """
+
+        def on_side(shares: tuple[float, ...]) -> list[float]:
+            return [s for s in shares if s * sign >= 0 and abs(s) * self.within < most]
+
         for row in rows:
             rest = [row[s] for s in self.others]
-            for share in OUTSIDE:
+            for share in on_side(OUTSIDE):
                 x = float(self.back(share * self.within, *rest))
                 if not self.near(float(self.own(x, *rest)), x, row):
                     return False
-            for share in INSIDE:
+            for share in on_side(INSIDE):
                 x = float(self.back(share * self.within, *rest))
                 if not self.near(float(self.polynomial(share * self.within, *rest)), x, row):
                     return False

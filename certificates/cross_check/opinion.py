@@ -198,6 +198,10 @@ def obligations(
         from takagi.certificates.cross_check.plant.secant import lies_in_secants
 
         return lies_in_secants(model, gains)
+    if kind == "tracking":
+        from takagi.certificates.cross_check.plant.tracking import tracking
+
+        return tracking(claim, model, gains)
     if kind == "effort-blend":
         from takagi.certificates.cross_check.plant.blend import effort_blend_obligations
 

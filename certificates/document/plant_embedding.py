@@ -69,6 +69,9 @@ def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
         key: [float(_exact(variable["rest"])) for variable in model_data[group]]
         for key, group in (("state", "states"), ("input", "inputs"))
     }
+    if "references" in model_data:
+        # One gain, because weights of mean slopes are not known to a law.
+        return {"trim": trim, "references": model_data["references"]}
     blend = {"blending": model_data["blending"]} if "blending" in model_data else {}
     return {"premises": model_data["embedding"]["premises"], "trim": trim, **blend}
 
@@ -120,6 +123,7 @@ def plant_data(model: TSModel) -> dict[str, Any]:
         "sample_time": model.sample_time,
         **_plant(form),
         **_blend(model),
+        **_references(form),
         "embedding": _embedding(model, form),
     }
     _check_vertices(model, data)
@@ -195,6 +199,24 @@ def _ball(ball: Ball) -> dict[str, Any]:
 def _blend(model: TSModel) -> dict[str, Any]:
     blending = blend_of(model)
     return {} if blending is None else {"blending": blend_data(blending)}
+
+
+def _references(form: SymbolicForm) -> dict[str, Any]:
+    plant = form.plant
+    if plant is None or not plant.references:
+        return {}
+    import sympy as sp
+
+    rows = {v.name: row for v, row in zip(plant.states, plant.equations, strict=True)}
+    listed = [
+        {
+            "reference": one.name,
+            "integral": one.integral,
+            "follow": text_data(rows[one.integral] + sp.Symbol(one.name, real=True)),
+        }
+        for one in plant.references
+    ]
+    return {"references": listed}
 
 
 def _given_equations(problem: Problem) -> dict[str, Any]:

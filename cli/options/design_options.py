@@ -64,7 +64,9 @@ Law = Annotated[
     str | None,
     typer.Option(
         "--law",
-        help=f"Turbines: coherent, paper or paper-two-integrators; {COHERENT} unless given.",
+        help="Turbines: coherent (one law for all winds, which hands its effort from torque to "
+        "pitch), or the published law of regions with filters between them: paper (one "
+        f"integrator) or paper-two-integrators (one a region); {COHERENT} unless given.",
         metavar="NAME",
     ),
 ]

@@ -12,6 +12,7 @@ from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.overshoot import overshoots
 from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
+from takagi.reports.loops.withstood import withstood
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.rounded_bounds import at_least, at_most
 
@@ -47,7 +48,13 @@ def box_line(design: PlantDesign) -> list[str]:
 def set_lines(design: PlantDesign) -> list[str]:
     """Return the lines on the proved set: starts, largest states, decay and overshoot."""
     loop = plant_loop(design)
-    return [*_set(loop), *_motion(loop), *_decay(loop), *_overshoot(design, loop)]
+    return [
+        *_set(loop),
+        *_motion(loop),
+        *_withstood(design),
+        *_decay(loop),
+        *_overshoot(design, loop),
+    ]
 
 
 def regulator_line(design: PlantDesign) -> list[str]:
@@ -126,6 +133,34 @@ def _motion(loop: PlantLoop) -> list[str]:
         number, unit = shown_time(loop.plant, time)
         text += f"; within {at_most(number)} {unit} all are below {SETTLED:.0%} of that"
     return told("motion", text)
+
+
+def _withstood(design: PlantDesign) -> list[str]:
+    """Return which disturbance a proved set withstands, beside the range that the file states."""
+    rows = withstood(design)
+    if not rows or design.gains is None:
+        return []
+    parts, less = [], False
+    for one in rows:
+        size, unit = file_unit(one.variable)
+        stated = f"{one.stated / size:.6g}{_behind(unit)}"
+        name = one.variable.name
+        if not one.proved:
+            parts.append(kept(f"{name}: no set is proved for any of its {stated}"))
+        elif one.share < 1:
+            found = f"{at_least(one.proved / size)}{_behind(unit)}"
+            parts.append(kept(f"{name} up to {found}, which is {one.share:.2g} times the {stated}")
+                         + " of the file")  # fmt: skip
+        else:
+            parts.append(kept(f"{name} up to {stated}") + ", all of its range")
+        less = less or one.share < 1
+    text = f"off rest, under which a set of states is never left: {', '.join(parts)}"
+    if less:
+        text += (
+            ". To withstand more: wider ranges of states and inputs, or a faster loop; or state a "
+            "smaller disturbance"
+        )
+    return told("withstands", text)
 
 
 def _decay(loop: PlantLoop) -> list[str]:

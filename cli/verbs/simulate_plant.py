@@ -25,6 +25,7 @@ from takagi.cli.terminal.files import tell_none
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
+    from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
     from takagi.reports.simulation.plant_runs import PlantSimulation
 
@@ -46,13 +47,21 @@ def plant_simulation(
             "rest with --disturbance or --noise.",
         ),
     ] = None,
+    reference: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE,...",
+            help="Plants with references: a jump from rest, such as angle_wanted=20deg. May be "
+            "repeated; without it and --start: the largest jumps that are proved.",
+        ),
+    ] = None,
 ) -> None:
     """Declare what a simulation of a plant may be asked for."""
 
 
 GROUPS: Groups = (plant_simulation, plant_scenario_options, shared_simulation, plant_options)
 # Options that are not about a design.
-_OWN = ("gains", "start", "disturbance", "noise", "seed", "sample_time")
+_OWN = ("gains", "start", "reference", "disturbance", "noise", "seed", "sample_time")
 
 
 def simulate(
@@ -70,6 +79,8 @@ def simulate(
         require_folder_place(out, files=_FILES, folders=_FOLDERS)
     states = source.entry.all_states
     starts = [values_in_si("--start", [text], states) for text in options["start"] or []]
+    signals = _references(source)
+    jumps = [values_in_si("--reference", [text], signals) for text in options["reference"] or []]
     asked = {name: options[name] for name in options if name not in _OWN}
     if duration is not None and not 0 < duration < float("inf"):
         raise ModelError(f"option --duration: {duration:g} was given; it must be positive")
@@ -91,7 +102,12 @@ def simulate(
 
             program = read_controller(gains)
         found = simulation.simulate_plant(
-            design, starts=starts or None, duration=duration, scenario=scenario, program=program
+            design,
+            starts=starts or ([] if jumps else None),
+            references=jumps or None,
+            duration=duration,
+            scenario=scenario,
+            program=program,
         )
         if out is not None:
             from takagi.reports.output import write_folder
@@ -106,6 +122,18 @@ def simulate(
     else:
         _print(found, data, written)
     return PROVED if found.all_ended else UNPROVED
+
+
+def _references(source: PlantFile) -> dict[str, VariableEntry]:
+    """Return the references with the units that the file gives them."""
+    from takagi.models.plant.entries import VariableEntry
+
+    entry, found = source.entry, {}
+    for name, one in entry.reference.items():
+        followed = entry.outputs.get(one.follow, entry.states.get(one.follow))
+        own = "-" if followed is None else followed.unit
+        found[name] = VariableEntry(unit=one.unit or own)
+    return found
 
 
 def _print(found: PlantSimulation, data: Mapping[str, Any], written: list[str]) -> None:

@@ -28,8 +28,9 @@ def turbine_simulation(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Turbines: coherent, paper, paper-two-integrators or baseline; may be repeated. "
-            "Without it: coherent, paper and baseline.",
+            help="Turbines: coherent (one law for all winds), paper or paper-two-integrators (the "
+            "published law, with one integrator or one a region), or baseline (the reference's "
+            "own); may be repeated. Without it: coherent, paper and baseline.",
         ),
     ] = None,
     law_from: Annotated[

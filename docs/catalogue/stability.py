@@ -6,17 +6,19 @@ from functools import partial
 
 import numpy as np
 
-from catalogue.entry import FEW, Case, Entry, Sizes, plant
+from catalogue.entry import FEW, FORMS, SQUARES, Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     EigenvalueRegion,
     NormBounded,
+    attraction_level_condition,
     box_enlargement_condition,
     closed_loop_condition,
     common_lyapunov_condition,
     d_stability_condition,
     enlarged_loops,
     fuzzy_lyapunov_condition,
+    homogeneous_lyapunov_condition,
     polynomial_lyapunov_condition,
     robust_lyapunov_condition,
 )
@@ -84,6 +86,62 @@ GIVEN = Entry(
             pose=partial(_given, step=0.1),
             lmis="r*(r+1)/2 + 2",
             variables=P,
+        ),
+    ),
+)
+
+
+def _form(sizes: Sizes) -> Condition:
+    return homogeneous_lyapunov_condition(plant(sizes), degree=4)
+
+
+def _level(sizes: Sizes) -> Condition:
+    return attraction_level_condition(
+        ["-x2", "x1 + (x1**2 - 1)*x2"], "1.5*x1**2 - x1*x2 + x2**2", states=["x1", "x2"]
+    )
+
+
+FORM = Entry(
+    title="Common homogeneous Lyapunov function",
+    question="Is there a common $V$ of degree 4, 6, ... where there is no quadratic one?",
+    call="homogeneous_lyapunov",
+    builder="homogeneous_lyapunov_condition",
+    use=(
+        "Where `common_lyapunov` says no and the vertices may still be switched in any way. $V$ is "
+        "a form of degree $2d$ in the state, $m(x)^\\top G\\, m(x)$ with all monomials of degree "
+        "$d$; $\\bar A_i$ moves them, and $m^\\top L_k m = 0$ for every $x$. `exact().holds` "
+        "decides it in rational arithmetic. Continuous time only: $V(Ax)$ is not affine in $A$."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, two states, degree 4",
+            pose=_form,
+            lmis="r + 2",
+            variables="6 + r",
+            sizes=FORMS,
+        ),
+    ),
+)
+
+LEVEL = Entry(
+    title="Level of a polynomial function inside the region of attraction",
+    question="Which level set of a polynomial $V$ lies in the region of attraction of $x' = f(x)$?",
+    call="attraction_level",
+    builder="attraction_level_condition",
+    use=(
+        "For polynomial equations, without any box or model in between: $(x^\\top x)^k (V - c) - "
+        "\\lambda \\dot V$ and $\\lambda$ are sums of squares, and $V$ is positive. Where $V < c$ "
+        "it falls. The identity is solved over the rationals, so that `proved` rests on exact "
+        "arithmetic. Continuous time only: $V(f(x))$ has the degree of $V$ times that of $f$."
+    ),
+    cases=(
+        Case(
+            title="Continuous time, van der Pol's oscillator, $\\lambda$ of degree 2",
+            pose=_level,
+            lmis="3",
+            variables="55",
+            where="$p_{kij}$, $q_k$ are the coefficients of the monomial $x^k$",
+            sizes=SQUARES,
         ),
     ),
 )
@@ -269,4 +327,4 @@ ENLARGEMENT = Entry(
     ),
 )
 
-ENTRIES = (COMMON, GIVEN, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT)
+ENTRIES = (COMMON, GIVEN, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT, FORM, LEVEL)

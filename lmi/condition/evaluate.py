@@ -106,12 +106,21 @@ def equality_value(equality: Equality, values: Mapping[str, Array], zero: object
 
 
 def equality_gap(equality: Equality, values: Mapping[str, Array]) -> float:
-    """Return the largest entry of E relative to the size of what is summed up in E_k."""
-    size = np.zeros(equality.count)
-    parts = [replace(equality, terms=(term,), constants=()) for term in equality.terms]
-    parts += [replace(equality, terms=(), constants=(one,)) for one in equality.constants]
-    for part in parts:
-        size = np.maximum(size, np.abs(equality_value(part, values)).max(axis=(1, 2)))
+    """Return the largest entry of E relative to what is summed up in E_k, without signs."""
+    sizes = replace(
+        equality,
+        terms=tuple(
+            replace(
+                term,
+                left=np.abs(term.left),
+                right=None if term.right is None else np.abs(term.right),
+            )
+            for term in equality.terms
+        ),
+        constants=tuple(replace(one, value=np.abs(one.value)) for one in equality.constants),
+    )
+    alone = {name: np.abs(value) for name, value in values.items()}
+    size = equality_value(sizes, alone).max(axis=(1, 2))
     gap = np.abs(equality_value(equality, values)).max(axis=(1, 2))
     return float(np.max(np.divide(gap, size, out=np.zeros_like(gap), where=gap > 0)))
 

@@ -74,6 +74,8 @@ class Parametrised:
         given = {
             unknown.name: fractions(values[unknown.name]) for unknown in self.original.unknowns
         }
+        if not self.bound:
+            return given
         entries = np.concatenate([unknown.numbers(given[unknown.name]) for unknown in self.bound])
         numbers = self.base.copy()
         for place, direction in zip(self.places, self.directions, strict=True):
@@ -104,8 +106,8 @@ def parametrised(condition: Condition) -> Parametrised | None:
     free = Unknown(name, 1, 1, count=len(places), latex="z") if len(places) else None
     others = tuple(unknown for unknown in condition.unknowns if unknown not in bound)
     known = {unknown.name: base_value for unknown, base_value in _members(bound, base)}
-    steps = [dict((u.name, value) for u, value in _members(bound, one)) for one in directions]
-    lmis = tuple(_in_free(lmi, condition, bound, free, known, steps) for lmi in condition.lmis)
+    steps = [_split(bound, one) for one in directions] if condition.objective else []
+    lmis = tuple(_in_free(lmi, condition, bound, free, base, directions) for lmi in condition.lmis)
     costs = {
         u.name: fractions(condition.objective[u.name])
         for u in bound
@@ -230,27 +232,26 @@ def _in_free(
     condition: Condition,
     bound: tuple[Unknown, ...],
     free: Unknown | None,
-    base: Mapping[str, Array],
-    steps: list[dict[str, Array]],
+    base: Array,
+    directions: Array,
 ) -> LMI:
     """Return the LMI with its bound unknowns written in the free numbers."""
-    mine = [term for term in lmi.terms if term.unknown in bound]
+    mine = tuple(term for term in lmi.terms if term.unknown in bound)
     if not mine:
         return lmi
-    known = {key: Fraction(value) for key, value in condition.parameters.items()}
-    spoken = exact_terms(replace(lmi, terms=tuple(mine), constants=()))
+    spoken = replace(lmi, terms=mine, constants=(), sign=1, labels=())
+    entries = _Entries.of(spoken, bound, condition.parameters)
     fixed = exact_terms(replace(lmi, terms=(), constants=lmi.constants))
-    nothing = Fraction(0)
-    at_zero = lmi_value(fixed, {}, {}, nothing)
-    constant = at_zero + lmi_value(spoken, base, known, nothing)
+    constant = lmi_value(fixed, {}, {}, Fraction(0))
+    for item, value in entries.at(base).items():
+        constant[item] += value
     terms = [term for term in lmi.terms if term.unknown not in bound]
     items, members, values = [], [], []
-    for number, step in enumerate(steps):
-        value = lmi_value(spoken, step, known, nothing)
-        for item in np.flatnonzero((value != 0).any(axis=(1, 2))).tolist():
+    for number, direction in enumerate(directions):
+        for item, value in entries.at(direction).items():
             items.append(item)
             members.append(number)
-            values.append(value[item])
+            values.append(value)
     if values and free is not None:
         terms.append(
             Term(
@@ -266,3 +267,47 @@ def _in_free(
         )
     constants = (Constant(value=constant, at=None, latex="D_0"),) if (constant != 0).any() else ()
     return replace(lmi, terms=tuple(terms), constants=constants)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Entries:
+    """What each number of the unknowns adds to an LMI: number -> [(item, row, column, value)]."""
+
+    count: int
+    size: int
+    of_number: Mapping[int, list[tuple[int, int, int, Fraction]]]
+
+    @classmethod
+    def of(
+        cls, lmi: LMI, unknowns: tuple[Unknown, ...], parameters: Mapping[str, float]
+    ) -> _Entries:
+        read = adjoint(
+            Condition(name=lmi.name, unknowns=unknowns, lmis=(lmi,), parameters=parameters)
+        )
+        place: dict[int, tuple[int, int, int]] = {}
+        for block in read.blocks:
+            for a in range(block.size):
+                for b in range(a, block.size):
+                    place[int(block.index[a, b])] = (block.item, a, b)
+        found: dict[int, list[tuple[int, int, int, Fraction]]] = {}
+        for row, column, value in zip(read.row, read.column, read.value, strict=True):
+            item, a, b = place[int(column)]
+            # In the sum of products an entry off the diagonal counts twice.
+            share = Fraction(int(value), read.denominator * (1 if a == b else 2))
+            found.setdefault(int(row), []).append((item, a, b, share))
+        return cls(lmi.count, lmi.size, found)
+
+    def at(self, numbers: Array) -> dict[int, Array]:
+        """Return item -> its matrix at these numbers; items that are zero are left out."""
+        total: dict[int, Array] = {}
+        for place in np.flatnonzero(numbers != 0).tolist():
+            for item, a, b, share in self.of_number.get(place, ()):
+                matrix = total.get(item)
+                if matrix is None:
+                    matrix = np.full((self.size, self.size), Fraction(0), dtype=object)
+                    total[item] = matrix
+                added = share * numbers[place]
+                matrix[a, b] += added
+                if a != b:
+                    matrix[b, a] += added
+        return total

@@ -49,7 +49,8 @@ def relaxation_named(name: str) -> Relaxation:
     if found is None and text not in RELAXATIONS:
         known = [*RELAXATIONS, "polya-<d>", "product-<d>"]
         raise ModelError(
-            f"relaxation {name!r} is not known; there are {', '.join(known)}"
+            f"relaxation {name!r} is not known; there are {', '.join(known)}, and of pdc and "
+            "observer also auto, which tries one after another"
             + did_you_mean(str(name), [*RELAXATIONS, "polya-1", "polya-2", "product-1"])
         )
 

@@ -171,7 +171,7 @@ def check_rest_stays(
     """
     import sympy as sp
 
-    free = {v.symbol for v in plant.uncertain}
+    free = {v.symbol for v in plant.uncertain if v.schedules}
     if not free:
         return
     fixed = {symbol: value for symbol, value in rest.items() if symbol not in free}

@@ -102,7 +102,24 @@ def read_document(path: Path, *, parse_float: Callable[[str], Any] = float) -> D
     except tomllib.TOMLDecodeError as error:
         found = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         place = f"{path}:{found.group(1)}:{found.group(2)}" if found else f"{path}"
+        if text.lstrip().startswith("{"):
+            raise ModelError(f"{path}: {_of_json(text)}") from error
         raise ModelError(
             f"{place}: not valid TOML: {error}; expected lines such as "
             'key = { value = 1.0, unit = "m", source = "..." }'
         ) from error
+
+
+def _of_json(text: str) -> str:
+    """Return what a JSON file probably is, and where it is to be given."""
+    if "takagi-gains" in text:
+        return (
+            "this is a gain file, and a model is needed: give the model's TOML file, or the name "
+            "of a built-in model, and the gain file behind --gains"
+        )
+    if '"claims"' in text:
+        return (
+            "this is a certificate, and a model is needed: give the model's TOML file, or the name "
+            "of a built-in model; 'takagi check' reads certificates"
+        )
+    return "this is JSON, and a model file is TOML, with lines such as x = { range = [-1, 1] }"

@@ -216,6 +216,27 @@ class BlendingEntry(_Entry):
     high: ActuatorEntry
 
 
+class ReferenceEntry(_Entry):
+    """A signal that a state or output follows, by an integral of the difference."""
+
+    follow: Annotated[Name, Field(description="the state or output that follows it")]
+    range: Annotated[
+        tuple[Figure, Figure],
+        Field(description="[low, high] of the reference, with what follows at rest inside"),
+    ]
+    rate: Annotated[
+        Figure | None,
+        Field(description="the fastest that the reference moves, in its unit per s"),
+    ] = None
+    unit: Annotated[
+        UnitText | None, Field(description="of range and rate; that of what follows if left out")
+    ] = None
+    integral: Annotated[
+        Literal[True],
+        Field(description="the law integrates the difference, so that no error stays"),
+    ] = True
+
+
 class DesignEntry(_Entry):
     """What is asked of a design; every field may be left out."""
 
@@ -312,15 +333,20 @@ class PlantEntry(_Entry):
         BlendingEntry | None,
         Field(description="two inputs that share one effort, handed over by a ramp"),
     ] = None
+    reference: Annotated[
+        dict[Name, ReferenceEntry],
+        Field(description="reference -> what follows it; the law gets an integral state for each"),
+    ] = {}
     design: Annotated[
         DesignEntry, Field(description="what `takagi design` is asked for, unless told otherwise")
     ] = DesignEntry()
 
     @property
     def all_states(self) -> dict[str, VariableEntry]:
-        """The states, and the effort of a blend."""
+        """The states, the effort of a blend, and the integrals of references."""
         if self.blending is None:
-            return self.states
+            integrals = {f"{name}_integral": VariableEntry() for name in self.reference}
+            return {**self.states, **integrals}
         effort = self.blending.effort
         entry = VariableEntry(
             unit=effort.unit, range=effort.range, rest=effort.rest, description=effort.description

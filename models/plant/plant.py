@@ -12,7 +12,7 @@ from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import CURE, dimension_of, short
-from takagi.models.plant.variables import Output, Parameter, Variable
+from takagi.models.plant.variables import Output, Parameter, Reference, Variable
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -45,6 +45,8 @@ class Plant:
     name, description, source : what it is, in one line, and where its equations come from.
     blending : the ``takagi.models.blending.Blending`` from which a blended plant was made; it has
         the plant as it was written. None for other plants.
+    references : what follows what, by integral states that are among the states
+        (``takagi.models.tracking.following``).
 
     Two plants are equal if all of this is, symbol by symbol; expressions are compared as sympy
     holds them, not simplified.
@@ -70,6 +72,7 @@ class Plant:
     description: str = ""
     source: str = ""
     blending: Blended | None = None
+    references: tuple[Reference, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.states or len(self.equations) != len(self.states):
@@ -130,7 +133,7 @@ class Plant:
                     "input; only a signal from outside can, so put it among the disturbances"
                 )
         for variable in self.disturbances:
-            if variable.unknown and not variable.schedules:
+            if variable.unknown and not variable.schedules and not self.references:
                 raise ModelError(
                     f"plant {self.name!r}: {variable.label} is unknown to the law, but does not "
                     "schedule; a disturbance is unknown anyhow, so leave unknown out"

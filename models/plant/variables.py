@@ -81,3 +81,20 @@ class Output:
     name: str
     expression: sp.Expr
     unit: str = "-"
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A signal that a state or output follows, by an integral state of the law.
+
+    Attributes
+    ----------
+    name, integral : of the signal among the disturbances, and of the state xi' = y - r.
+    follows : name of the state or output.
+    rate : the fastest that the signal is said to move, SI per s; None where nothing is said.
+    """
+
+    name: str
+    integral: str
+    follows: str
+    rate: Fraction | None = None

@@ -20,6 +20,7 @@ EXAMPLES = {
     "outputs": '{ expression = "x", unit = "m" }',
     "tables": '{ file = "table.csv", unit = "N", arguments = [{ name = "x", unit = "m" }] }',
     "mass": '{ x = "m*l^2" }',
+    "reference": '{ follow = "x", range = [-1, 1] }',
 }
 
 
@@ -30,7 +31,7 @@ def problem_of(error: Mapping[str, Any], place: str) -> str:
     kind, message = error["type"], error["msg"]
     section, _, key = place.rpartition(".")
     if kind == "extra_forbidden":
-        inner = (e.VariableEntry, e.ParameterEntry, e.OutputEntry, e.TableEntry)
+        inner = (e.VariableEntry, e.ParameterEntry, e.OutputEntry, e.TableEntry, e.ReferenceEntry)
         known: dict[str, tuple[type[BaseModel], ...]]
         known = {"": (e.PlantEntry,), "design": (e.DesignEntry,)}
         found = known.get(section, inner)
@@ -40,6 +41,11 @@ def problem_of(error: Mapping[str, Any], place: str) -> str:
         return "a range has two numbers; write range = [low, high]"
     if kind == "missing":
         return "is missing; add it"
+    if kind == "literal_error" and place.startswith("reference.") and key == "integral":
+        return (
+            f"{error['input']} was given; without an integral an error stays that no gain can say, "
+            "so references are followed with one: leave the field out"
+        )
     if kind == "string_pattern_mismatch":
         return "a name starts with a letter and has letters a-z, A-Z, digits and _; rename it"
     if kind in ("model_type", "dict_type"):

@@ -30,7 +30,16 @@ if TYPE_CHECKING:
 
 Found = TypeVar("Found")
 # The sections whose names must differ from each other.
-SECTIONS = ("states", "inputs", "disturbances", "scheduling", "parameters", "tables", "premises")
+SECTIONS = (
+    "states",
+    "inputs",
+    "disturbances",
+    "scheduling",
+    "parameters",
+    "tables",
+    "premises",
+    "reference",
+)
 
 
 def load_plant(name_or_path: str | Path) -> Plant:
@@ -179,6 +188,10 @@ class _Reader:
             found = self.at_rest(found)
         self.at("", lambda: check_coverage(found))
         self.check_lost(found)
+        if entry.reference:
+            from takagi.models.plant_files.reference_section import with_references
+
+            return with_references(self.document, entry, found, self.unit)
         return found if entry.blending is None else self.behind_blend(found, scope)
 
     def check_uncertain_allowed(self) -> None:

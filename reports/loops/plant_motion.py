@@ -59,6 +59,8 @@ class PlantMotion:
     cuts : when a command was beyond its range; commands are numbered as the inputs, then the
         actuators of a blend.
     ended, missed : see ``takagi.models.plant_simulation.experiment.ExperimentRun``.
+    rest : (n,), the deviation at which it comes to rest, if that is not 0: the last state of a
+        motion after a jump of a reference; empty for 0.
     """
 
     name: str
@@ -73,6 +75,7 @@ class PlantMotion:
     cuts: tuple[Cut, ...] = ()
     ended: str = WHOLE
     missed: int = 0
+    rest: Floats = field(default_factory=lambda: np.zeros(0))
 
 
 def plant_rate(
@@ -85,7 +88,7 @@ def plant_rate(
 
     Parameters
     ----------
-    uncertain : parameter -> value, of those that are known within a range only; others rest.
+    uncertain : signal -> value, of uncertain parameters, references and disturbances; others rest.
     """
     rate, none = right_side(plant, fixed=uncertain), np.zeros(0)
     return lambda x, u: rate(x, u, none)
@@ -138,7 +141,7 @@ def motions(
     ----------
     errors : blended actuator -> delta, the relative error of its effect on the plant.
     outside : disturbances that move, noise, and a law in samples; None for none of them.
-    uncertain : uncertain parameter -> its value in these motions; others have their middle value.
+    uncertain : uncertain parameter or other signal -> its value in these motions; others rest.
 
     Raises
     ------
@@ -277,7 +280,7 @@ def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
 
     nan if it does not.
     """
-    size = np.abs(motion.state)
+    size = np.abs(motion.state - motion.rest if motion.rest.size else motion.state)
     late = np.flatnonzero(np.any(size > share * size.max(axis=0), axis=1))
     if not motion.whole or (late.size and late[-1] == len(size) - 1):
         return float("nan")

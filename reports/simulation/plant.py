@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from itertools import product
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from takagi.models.plant_simulation.experiment import SampledProgram
     from takagi.reports.code.controller_program import ControllerProgram
     from takagi.reports.loops.plant_loop import PlantLoop
-    from takagi.reports.loops.plant_motion import PlantMotion
+    from takagi.reports.loops.plant_motion import Outside, PlantMotion
 
 Start = tuple[str, Floats]
 # The number of corners of a box doubles with each state.
@@ -44,6 +45,7 @@ def simulate_plant(
     design: PlantDesign,
     *,
     starts: Sequence[Mapping[str, float]] | None = None,
+    references: Sequence[Mapping[str, float]] | None = None,
     duration: float | None = None,
     scenario: PlantScenario | None = None,
     program: ControllerProgram | None = None,
@@ -59,6 +61,8 @@ def simulate_plant(
     ----------
     starts : state -> value in SI, not named ones at rest; None takes the corners of the box, drawn
         in to the ellipsoid of the certificate's function, or rest if something from outside moves.
+    references : reference -> value in SI to which it jumps from rest, one mapping a run; None
+        takes, without starts, the largest jumps that the certificate proves.
     duration : in s; None takes some time constants of the slowest pole, after the last jump.
     scenario : disturbances, noise and sample time; None for none of them.
     program : of the gain file, for a law in samples; None takes what the design would write.
@@ -91,6 +95,8 @@ def simulate_plant(
         last = max((signal.last for _, signal in asked.disturbances), default=0.0)
         duration = horizon(loop) + last
     run = motions(loop, begin, duration=duration, outside=comes)
+    for jump in proved_jumps(design) if references is None and starts is None else references or ():
+        run += _after_jump(loop, jump, duration, comes)
     for values in uncertain_ends(design.plant):
         named = [(f"{words}; {_values(values)}", x) for words, x in begin]
         run += motions(loop, named, duration=duration, outside=comes, uncertain=values)
@@ -142,6 +148,53 @@ def _program_law(
     found = program
     ProgramLaw(found, loop, moving, step)  # refused here, before the first run
     return lambda: ProgramLaw(found, loop, moving, step)
+
+
+def proved_jumps(design: PlantDesign) -> list[dict[str, float]]:
+    """Return the largest jumps from rest that are proved, up and down, within ranges."""
+    from takagi.certificates.requests.tracking import jump_shares
+    from takagi.reports.loops.proved_kinds import proved_claims
+
+    claims = list(proved_claims(design.document, design.checked, "tracking"))
+    if not claims:
+        return []
+    signals = {v.name: v for v in design.plant.disturbances}
+    found = []
+    for one, share in zip(
+        design.plant.references, jump_shares(design.plant, claims[0]), strict=True
+    ):
+        variable = signals[one.name]
+        assert variable.range is not None  # a reference has one
+        low, high, rest = map(float, (variable.range.lower, variable.range.upper, variable.rest))
+        reach = share * (high - low)
+        ends = (max(low, rest - reach), min(high, rest + reach))
+        found += [{one.name: end} for end in ends if end != rest]
+    return found
+
+
+def _after_jump(
+    loop: PlantLoop, jump: Mapping[str, float], duration: float | None, comes: Outside
+) -> tuple[PlantMotion, ...]:
+    """Return the motions from rest after a jump, also at the ends of uncertain parameters."""
+    from takagi.reports.loops.plant_motion import motions, uncertain_ends
+
+    names = [one.name for one in loop.plant.references]
+    for name in jump:
+        if name not in names:
+            raise ModelError(
+                f"reference {name}: there is no such reference; the plant has "
+                f"{', '.join(names) or 'none'}"
+            )
+    to = {name: Fraction(repr(float(value))) for name, value in jump.items()}
+    found: tuple[PlantMotion, ...] = ()
+    for values in ({}, *uncertain_ends(loop.plant)):
+        words = "; ".join(
+            part for part in ("rest", f"jump to {_values(to)}", _values(values)) if part
+        )
+        start = [(words, np.zeros(len(loop.names)))]
+        runs = motions(loop, start, duration=duration, outside=comes, uncertain={**values, **to})
+        found += tuple(replace(run, rest=run.state[-1]) for run in runs)
+    return found
 
 
 def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:

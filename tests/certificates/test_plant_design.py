@@ -311,7 +311,8 @@ def test_no_gains_says_first_which_wish_is_in_the_way() -> None:
 
     assert isinstance(found, NoDesign)
     first = found.reason.splitlines()[0]
-    assert first.startswith("Most in the way is ") and "What to change: raise gain_bound" in first
+    assert first.startswith("Most in the way is gain_bound = 0.5, on every gain. ")
+    assert "What to change: raise it (--gain-bound)" in first
     assert "lower the decay rate" not in found.reason
 
 

@@ -17,7 +17,8 @@ from takagi.models import ModelError, Plant, TSModel, built_in_models, load_mode
 
 Floats = NDArray[np.float64]
 BLENDED = {"boost_throttle", "split_range"}
-UNCERTAIN = {"two_mass_spring"}  # its equations are in plant/test_uncertain_parameters.py
+# Their equations are in plant/test_uncertain_parameters and below.
+ELSEWHERE = {"dc_servo", "two_mass_spring"}
 FREE = 2.0  # a variable without a range is drawn from [-2, 2]
 
 
@@ -140,7 +141,7 @@ def test_every_plant_of_the_library_is_tested_here() -> None:
     """
     plants = {name for name, _ in built_in_models() if isinstance(load_model(name), Plant)}
 
-    assert plants == set(FIELDS) | BLENDED | UNCERTAIN
+    assert plants == set(FIELDS) | BLENDED | ELSEWHERE
 
 
 @pytest.mark.parametrize("name", FIELDS)
@@ -270,6 +271,21 @@ def test_entries_of_tanaka_ikeda_and_wang() -> None:
 
     assert set(np.round(A[:, 1, 1], 6)) == {-0.225, 0.0}
     assert set(np.round(A[:, 1, 0], 6)) == {-1.5275, -0.02}
+
+
+def test_poles_of_the_motor_of_the_control_tutorials() -> None:
+    """-2.0025 and -9.9975 1/s: P(s) = 0.01/(0.005 s^2 + 0.06 s + 0.1001), by hand.
+
+    Messner and Tilbury, Control Tutorials for MATLAB and Simulink, DC Motor Speed (recalled).
+    """
+    model = model_of("dc_servo")
+    motor = model.A[0][1:3, 1:3]
+
+    assert model.A[0][[0, 3]].tolist() == [[0, 1, 0, 0], [1, 0, 0, 0]]
+    assert model.B[0].ravel().tolist() == [0, 0, 2, 0]
+    assert model.E[0].tolist() == [[0, 0], [100, 0], [0, 0], [0, -1]]
+    assert np.poly(motor) == pytest.approx([1, 12, 20.02])
+    assert sorted(np.linalg.eigvals(motor)) == pytest.approx([-9.9975, -2.0025], abs=1e-4)
 
 
 def test_entries_of_tanaka_and_sano() -> None:

@@ -76,7 +76,9 @@ def test_it_has_sixty_lines_and_imports_nothing_else() -> None:
 PLANTS = [
     name
     for name, kind in built_in_kinds().items()
-    if kind == "plant" and "[inputs]" in (data_folder() / f"{name}.toml").read_text("utf-8")
+    for text in [(data_folder() / f"{name}.toml").read_text("utf-8")]
+    # A law with integrals is run in test_tracking_gain_file.
+    if kind == "plant" and "[inputs]" in text and "[reference]" not in text
 ]
 
 

@@ -17,20 +17,23 @@ from takagi.certificates.checker.kernel.reader import Number
 FORMAT, VERSION = "takagi-gains", 3
 
 
-def file_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
+def file_content(
+    model: Any, law: Any, own: Mapping[str, Any], *, called: bool = False
+) -> dict[str, Any]:
     """Return the whole gain file of a law, except the hashes in its member ``certificate``.
 
     Parameters
     ----------
     model, law : as the certificate states them, read or not yet written.
     own : the certificate's ``controller``: members that model and law do not determine.
+    called : tables called by their names, as files before this form have them.
     """
     head = {"format": FORMAT, "version": Number(str(VERSION)), "language": LANGUAGE, "law": law}
     # Imported here: a turbine's file does not need the code for plants, and vice versa.
     if law["name"] == "pdc":
         from takagi.certificates.checker.controller.plant_content import plant_content
 
-        follows = plant_content(model, law, own)
+        follows = plant_content(model, law, own, called=called)
     else:
         from takagi.certificates.checker.controller.turbine_content import turbine_content
 

@@ -9,8 +9,11 @@ from takagi.certificates.checker.controller.numbers import exact, short
 from takagi.certificates.checker.controller.plant_program import plant_program
 
 
-def plant_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {"programs": [plant_program(model, law, own)]}
+def plant_content(
+    model: Any, law: Any, own: Mapping[str, Any], *, called: bool = False
+) -> dict[str, Any]:
+    """Return the content; ``called`` as of ``plant_program``."""
+    found: dict[str, Any] = {"programs": [plant_program(model, law, own, called=called)]}
     if model.get("kind") != "plant":
         return found | {"signals": [], "parameters": {}, "tables": {}}
     trim = law["trim"]

@@ -1,5 +1,7 @@
 r"""One sample of a plant's law by rules as a program: u = u* - sum_i h_i(z) K_i (x - x*).
 
+With references the law has integral states, xi' = h(x) - r, which it keeps from sample to sample.
+
 A single gain in ``K`` applies to all rules; only a law without premises has no weights. With a
 blend the law commands the rate of the effort U. The program integrates this rate and shares U
 between the two actuators.
@@ -18,10 +20,11 @@ from takagi.certificates.checker.controller.language import (
     send,
     step,
 )
+from takagi.certificates.checker.controller.table_calls import with_splines
 from takagi.certificates.checker.kernel.reader import Number
 
 
-def plant_program(model: Any, law: Any, own: Any) -> Part:
+def plant_program(model: Any, law: Any, own: Any, *, called: bool = False) -> Part:
     """Return the program.
 
     Parameters
@@ -29,14 +32,17 @@ def plant_program(model: Any, law: Any, own: Any) -> Part:
     model, law : the certificate's.
     own : the gain file's own members: ``removable`` has the replacement of a premise near a point
         where its expression is 0/0.
+    called : tables by their names, as plant files call them and earlier programs did.
     """
-    return _Writing(model, law, own).whole()
+    return _Writing(model, law, own, called=called).whole()
 
 
 class _Writing:
-    def __init__(self, model: Any, law: Any, own: Any) -> None:
+    def __init__(self, model: Any, law: Any, own: Any, *, called: bool = False) -> None:
+        self.called = called
         self.model, self.law, self.near = model, law, own.get("removable", {})
         self.blending = law.get("blending")
+        self.references = law.get("references", [])
         self.taken = _plant_names(model, law)
         self.names: dict[str, tuple[str, str]] = {}
         self.reads: list[Part] = []
@@ -47,9 +53,10 @@ class _Writing:
     def whole(self) -> Part:
         variables = _variables(self.model, "states")
         effort = self.blending["effort"] if self.blending else ""
+        integrals = {one["integral"] for one in self.references}
         for k, variable in enumerate(variables):
             name, unit = variable["name"], variable["unit"]
-            if name != effort:
+            if name != effort and name not in integrals:
                 self.reads.append(read(name, unit, "measured"))
             self.names[self.own(f"{name}_rest")] = (f"law.trim.state.{k}", unit)
         deviations = [self.deviation(v) for v in variables]
@@ -61,6 +68,8 @@ class _Writing:
             self.command(k, variable, inputs, variables, deviations, weights)
         if self.blending:
             self.actuators()
+        for one in self.references:
+            self.integral(one, inputs, variables)
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
 
@@ -90,8 +99,12 @@ class _Writing:
         for k, (premise, formula) in enumerate(zip(premises, formulas, strict=True)):
             name, unit = premise["name"], premise["unit"]
             if "expression" in premise:
-                self.tables(formula)
-                self.steps.append(step(name, unit, formula, "premise", self.near.get(name, ())))
+                own = self.tables(formula)
+                near = [
+                    {**one, "of": self.tables(one["of"]), "formula": self.tables(one["formula"])}
+                    for one in self.near.get(name, ())
+                ]
+                self.steps.append(step(name, unit, own, "premise", near))
             else:
                 self.reads.append(read(name, unit, "premise of the law, by its own definition"))
             low, high, weight = (self.own(f"{name}_{w}") for w in ("lower", "upper", "weight"))
@@ -125,10 +138,14 @@ class _Writing:
         sides = (self.blending or {}).get("low"), (self.blending or {}).get("high")
         return {str(side["error"]) for side in sides if side and side["error"]}
 
-    def tables(self, formula: str) -> None:
-        for name in self.model.get("tables", {}):
-            if f"{name}(" in formula.replace(" ", ""):
-                self.names[name] = (f"tables.{name}", "SI")
+    def tables(self, formula: str) -> str:
+        """Name the tables that a formula calls; return it in the language of programs."""
+        called = [
+            name for name in self.model.get("tables", {}) if f"{name}(" in formula.replace(" ", "")
+        ]
+        for name in called:
+            self.names[name] = (f"tables.{name}", "SI")
+        return formula if self.called else with_splines(formula, called)
 
     def command(
         self, k: int, variable: Any, inputs: Any, states: Any, deviations: list[str],
@@ -156,6 +173,31 @@ class _Writing:
         for k, end in enumerate(ends):
             self.names[end] = (f"{path}.{k}", unit)
         return f"limit({wanted}, {ends[0]}, {ends[1]})"
+
+    # ------------------------------------------------------------------ references
+
+    def integral(self, one: Any, inputs: Any, states: Any) -> None:
+        """Write the integral of h - r, which stands still where it pushes a held command on."""
+        name, xi, h = one["reference"], one["integral"], one["follow"]
+        signal = next(v for v in self.model["disturbances"] if v["name"] == name)
+        variable = next(v for v in states if v["name"] == xi)
+        self.reads.append(read(name, signal["unit"], "the reference"))
+        for parameter in sorted(names_in([h]) & set(self.model.get("parameters", {}))):
+            self.names[parameter] = (f"parameters.{parameter}", "SI")
+        h = self.tables(h)
+        error = self.own(f"{name}_error")
+        self.steps.append(step(error, signal["unit"], f"{h} - {name}", "what is integrated"))
+        held = [v["name"] for v in inputs if v.get("range") is not None]
+        if held:
+            # A command beyond its range moves on by -K (h - r); the product is negative there.
+            terms = [
+                f"({self.own(f'{u}_wanted')} - {u})*{self.own(f'K_{u}_{xi}')}*{error}" for u in held
+            ]
+            free = f"choose({' + '.join(terms)}, 0, 1)"
+        following = f"{xi} + sample_time*{error}{f'*{free}' if held else ''}"
+        rest = self.own(f"{xi}_rest")
+        words = f"the integral of what follows {name}, less {name}"
+        self.keeps.append(keep(xi, variable["unit"], rest, following, words))
 
     # ------------------------------------------------------------------ a blend
 
@@ -192,7 +234,7 @@ class _Writing:
             name, known = actuator["input"], actuator["effectiveness"]
             for parameter in sorted(names_in([known]) & set(self.model.get("parameters", {}))):
                 self.names[parameter] = (f"parameters.{parameter}", "SI")
-            self.tables(known)
+            known = self.tables(known)
             idle = self.own(f"{name}_idle")
             self.names[idle] = (f"law.blending.{side}.idle", actuator["unit"])
             psi = f"max({s}, (limit({s}, -{eps}, {eps}) + {eps})^2/(4*{eps}))"

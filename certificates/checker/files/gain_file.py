@@ -30,11 +30,12 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     CertificateError : it cannot be read, or has no law.
     """
     file = read_json(Path(gains))
-    member(file, "law", str(gains))
+    stated_law(file, str(gains))
     whole = "controller" in data
     expected = expected_file(data) if whole else {"law": data.get("gains")}
     found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
-    if found:
+    by_name = bool(found) and whole and _calls_tables(file, data)
+    if found and not by_name:
         raise OtherGains(f"{gains}: {_told(found)}")
     beside = sorted(set(file) - {"law"})
     if not whole:
@@ -53,14 +54,46 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
         ]
     else:
         told = []
+    if by_name:
+        told.append("its program calls tables by their names, as earlier files do")
     missing = sorted(set(expected) - set(file))
     if missing:
         told.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
     return f"{gains}: {'; '.join(told)}" if told else ""
 
 
-def expected_file(data: dict[str, Any]) -> dict[str, Any]:
+def stated_law(file: Any, source: str) -> Any:
+    """Return the law of a gain file.
+
+    Raises
+    ------
+    CertificateError : the file has none; says which other file it is, where that can be told.
+    """
+    if isinstance(file, dict) and "law" not in file and "claims" in file:
+        raise CertificateError(
+            f"{source}: this is a certificate, and a gain file is needed: give the gains.json of "
+            "the same design"
+        )
+    if isinstance(file, dict) and "law" not in file:
+        raise CertificateError(
+            f"{source}: this is no gain file, for 'law' is missing: give the gains.json that "
+            "'takagi design' wrote"
+        )
+    return member(file, "law", source)
+
+
+def _calls_tables(file: Any, data: dict[str, Any]) -> bool:
+    """Return whether a file is the certificate's, but for how its program calls tables."""
+    if not isinstance(data["model"], dict) or not data["model"].get("tables"):
+        return False
+    earlier = expected_file(data, called=True)
+    return next(_differences(file, earlier, whole=True), None) is None
+
+
+def expected_file(data: dict[str, Any], *, called: bool = False) -> dict[str, Any]:
     """Return the contents of the gain file of a certificate with a ``controller``.
+
+    ``called`` : with a program that calls tables by their names.
 
     Raises
     ------
@@ -72,7 +105,7 @@ def expected_file(data: dict[str, Any]) -> dict[str, Any]:
         if "version" in own:
             # A file of an earlier version: its whole content is in the certificate.
             return {"format": FORMAT, **own, "law": law}
-        found = file_content(data["model"], law, own)
+        found = file_content(data["model"], law, own, called=called)
         return {**found, "certificate": {"sha256": hashes, **found["certificate"]}}
     except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         if isinstance(error, CertificateError):

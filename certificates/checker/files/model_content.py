@@ -47,6 +47,7 @@ NUMBERS = ("value", "values", "range", "rest", "overlap", "rate")
 FORMULAS = ("equations", "mass", "outputs")
 # There every key is a name chosen by the user, and no text is a description.
 NAMED_BY_THE_USER = (("equations",), ("premises",), ("mass",))
+REFERENCE_KEYS = ("unit", "range", "follow")
 EFFORT_KEYS = ("unit", "range", "rest", "overlap", "rate")
 ACTUATOR_KEYS = ("effectiveness", "error")
 # Figures of a turbine file that ``turbine_file`` computes the certificate's numbers from.
@@ -167,7 +168,7 @@ def _is_unit(path: tuple[str | int, ...]) -> bool:
         case ("tables", str(), "arguments", int(), "unit") | ("blending", "effort", "unit"):
             return True
         case (str(section), str(), "unit"):
-            return section in BY_NAME or section in ("outputs", "tables")
+            return section in BY_NAME or section in ("outputs", "tables", "reference")
     return False
 
 
@@ -188,6 +189,8 @@ def _of_a_plant(one: Difference) -> bool:
             return one.path[-1] != "unit" and one.first is not None and one.second is not None
         case ("blending", "effort", str(key), *_):
             return key in EFFORT_KEYS
+        case ("reference", str(), str(key), *_):
+            return key in REFERENCE_KEYS
         case ("blending", "low" | "high", str(key)):
             return key in ACTUATOR_KEYS
     return False

@@ -25,6 +25,7 @@ from typing import Any
 
 from takagi.certificates.checker.files.differences import in_words
 from takagi.certificates.checker.files.file_blend import FileBlend
+from takagi.certificates.checker.files.file_references import FileReferences
 from takagi.certificates.checker.files.model_content import OtherModel, inside_folder
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.files.table_file import NEAR, compare_table
@@ -71,7 +72,9 @@ class Comparison:
         self.parameters()
         outside = {**self.section("disturbances"), **self.section("scheduling")}
         outside |= self.blend.errors | self.uncertain
-        states = {**self.section("states"), **self.blend.states}
+        references = FileReferences.of(self.file, self.model, self.path)
+        states = {**self.section("states"), **self.blend.states, **references.integrals}
+        outside |= references.signals(self.section("states"), self.section("outputs"), self.plant)
         moved = self.variables("states", states, self.plant.states)
         signals = self.blend.without_share(self.plant.disturbances)
         moved += self.variables("disturbances", outside, signals)
@@ -87,7 +90,8 @@ class Comparison:
         if missing:
             raise self.error(f"the table {', '.join(missing)} is not there")
         self.compare_tables(tables)
-        self.expressions({name: len(_list(t, "arguments")) for name, t in tables.items()})
+        count = {name: len(_list(t, "arguments")) for name, t in tables.items()}
+        self.expressions(count, references)
         words = []
         if solved:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
@@ -237,7 +241,10 @@ class Comparison:
         for variable in ours:
             entry, where = theirs[variable.name], f"{key}.{variable.name}"
             unit = _get(entry, "unit", "-")
-            if self.rests_elsewhere(variable, key, _get(entry, "rest", 0), unit):
+            # A reference rests where what follows it does, and the embedding proves that.
+            if _get(entry, "si rest") is None and self.rests_elsewhere(
+                variable, key, _get(entry, "rest", 0), unit
+            ):
                 moved.append(variable.name)
             exact, ball = graph.value(variable.rest), variable.ball
             own = None if exact is None else (exact, exact)
@@ -258,11 +265,11 @@ class Comparison:
                 )
         return moved
 
-    def expressions(self, tables: Mapping[str, int]) -> None:
+    def expressions(self, tables: Mapping[str, int], references: FileReferences) -> None:
         states = [variable.name for variable in self.plant.states]
         own, f = self.blend.equations(states, self.plant, self.names)
         scope = Scope(self.names, tables)
-        equations = self.section("equations")
+        equations = {**self.section("equations"), **references.equations(self.section("outputs"))}
         self.same_names(equations, own, "equations")
         for name, node in zip(own, f, strict=True):
             self.equal(equations[name], node, scope, f"equations.{name}")

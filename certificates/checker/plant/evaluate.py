@@ -105,6 +105,10 @@ class Evaluator:
                 continue
             if node.op == "variable":
                 found[number] = self._side(node.name, box)
+            elif node.op == "table" and all(low == high for low, high in known):
+                # At a point a spline of decimals has an exact value.
+                value = self.tables[node.name].exact([low for low, _ in known], node.orders)
+                found[number] = None if value is None else (value, value)
             elif node.op in ("call", "pi", "sign", "table") or (
                 node.op == "power" and node.value.denominator > 1
             ):

@@ -13,6 +13,7 @@ s T'(s x), which lies in the range of T' divided by k + 1.
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cached_property
 from math import factorial
 
 from takagi.certificates.checker.arithmetic.interval import ZERO, Interval, hull
@@ -123,6 +124,11 @@ class Form:
             if form is not None:
                 direct = _common(direct, form.value(_towards_zero(box, name)))
         return direct
+
+    @cached_property
+    def has_table(self) -> bool:
+        """Whether a table is a part of the node."""
+        return any(self.graph[part].op == "table" for part in self.graph.below([self.direct]))
 
     def exact_ends(self, box: Box) -> tuple[Fraction, Fraction] | None:
         """Return a bracket over the box with ends that are not rounded, as ``Evaluator`` does."""

@@ -31,6 +31,7 @@ MOST_IN_ALL = 40_000  # for all bounds of one ``Ranges``
 MOST_POLES, MOST_POWERS = 3, 8  # variables that vanish in one denominator, and their powers
 MANY = "is divided by too many variables that vanish on the box"
 ROUNDING = 10**9  # units of the grid by which rounding may miss a bound that is attained
+SPLINES = ONE // 10**12  # the same for splines, whose ranges are rounded more coarsely
 ENDLESS = 10**400 * ONE  # no bound on this side
 Bounds = tuple[int, int]
 
@@ -229,7 +230,8 @@ def _attained(
     """Return whether the exact ends keep the limits; asked if rounding may explain the excess."""
     if found is None:
         return False
-    slack = Fraction(ROUNDING, ONE) * max(1, abs(found[0]) // ONE, abs(found[1]) // ONE)
+    rounding = SPLINES if form.has_table else ROUNDING
+    slack = Fraction(rounding, ONE) * max(1, abs(found[0]) // ONE, abs(found[1]) // ONE)
     if found[0] < (limits[0] - slack) * ONE or found[1] > (limits[1] + slack) * ONE:
         return False
     least, most = form.exact_ends(low), form.exact_ends(high)

@@ -14,6 +14,9 @@ proves:
 2. Df = (A(z(x)), B(z(x)), E(z(x))), entry by entry as in ``sector_embedding``; outputs likewise.
 3. lower <= z_k <= upper on the box; every entry is affine in the premises.
 
+Signals p marked ``unknown`` (uncertain parameters) may have columns of 0 in E where f(x*, u*, p)
+does not move with them, the other signals at rest.
+
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 4.3, global linearization (recalled).
 """
 
@@ -23,6 +26,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from takagi.certificates.checker.kernel.matrices import read_stack
 from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
@@ -59,10 +63,10 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
         if any(len(members) > 1 for row in rows for entry in row for members in entry):
             raise CertificateError(f"{where}: an entry has a product of premises")
     off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
-    if any(v.unknown for v in plant.disturbances):
-        raise CertificateError(f"{where}: an uncertain parameter is of a sector embedding")
     try:
-        ranges = _proved(plant, entries)
+        if gains is not None and any(v.unknown for v in plant.disturbances):
+            _check_one_gain(gains)
+        ranges = prove_secants(plant, entries)
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "plant": plant, "off": off}
@@ -70,7 +74,13 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
     return Found(Verdict.PROVED, "embedding", said)
 
 
-def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
+def _check_one_gain(gains: Any) -> None:
+    K = read_stack(gains, "K", "gains")
+    if any(one != K[0] for one in K):
+        raise Refused("gains differ, and the law does not know an uncertain parameter")
+
+
+def prove_secants(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
     """Return the ranges used in the proof; Refused names the step that could not be proved."""
     g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
@@ -91,9 +101,14 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
         ("D", plant.outputs, plant.inputs),
     ]
     places = {p.name: p.node for p in plant.premises}
+    still = _still(plant, entries)
+    if still:
+        _check_still(plant, algebra, still)
     for letter, rows, columns in groups:
         for i, row in enumerate(rows):
             for j, variable in enumerate(columns):
+                if letter == "E" and j in still:
+                    continue
                 slope = _slope(plant, ranges, row, variable)
                 if not algebra.equal(slope, entry_node(g, entries[letter][i][j], places)):
                     raise Refused(f"{letter}[{i}][{j}] is not the slope in {variable.name}")
@@ -105,6 +120,30 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
         what = f"premise {premise.name}"
         ranges.prove_within(premise.node, premise.lower, premise.upper, what)
     return ranges
+
+
+def _still(plant: PlantNodes, entries: Mapping[str, Entries]) -> list[int]:
+    """Return the places of the unknown signals with a column of 0 in E."""
+    rows = entries.get("E", [])
+    unknown = [k for k, v in enumerate(plant.disturbances) if v.unknown]
+    return [k for k in unknown if not any(row[k] for row in rows)]
+
+
+def _check_still(plant: PlantNodes, algebra: Algebra, still: list[int]) -> None:
+    """Refuse a row whose value at rest moves with these signals, all of them together.
+
+    Where it does not move, f(x, u, p) - f(x*, u*, p) is f(x, u, p) - f* for all p in the ranges,
+    and slopes in states and inputs alone give it.
+    """
+    g = plant.graph
+    moving = {plant.disturbances[k].symbol for k in still}
+    others = (*plant.states, *plant.inputs, *plant.disturbances)
+    held = {v.symbol: g.constant(0) for v in others if v.symbol not in moving}
+    zero = {symbol: g.constant(0) for symbol in moving}
+    for state, row in zip(plant.states, plant.f, strict=True):
+        moved = substituted(g, row, held)
+        if not algebra.equal(moved, substituted(g, moved, zero)):
+            raise Refused(f"{state.name} rests elsewhere with a signal whose column of E is 0")
 
 
 def _slope(plant: PlantNodes, ranges: Ranges, row: int, variable: Variable) -> int:

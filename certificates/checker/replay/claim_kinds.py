@@ -43,6 +43,7 @@ OWN_READING = {
     "effort-blend": "plant.effort_blend.check_effort_blend",
     "sector-embedding": "plant.sector_embedding.check_embedding",
     "secant-embedding": "plant.secant_embedding.check_secant_embedding",
+    "tracking": "plant.tracking.check_tracking",
     "quadratic-decay": "kinds.quadratic.check_quadratic",
     "no-common-quadratic": "kinds.quadratic.check_impossibility",
 }

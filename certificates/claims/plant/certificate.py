@@ -25,6 +25,7 @@ from takagi.certificates.requests.on_pieces import attempted
 from takagi.certificates.requests.pole_region import Poles
 from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.sampled_loop import SampledLoop
+from takagi.certificates.requests.tracking import Tracking
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
@@ -109,6 +110,7 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
         decay = attempted(Decay(wanted), loop)
     asked = [decay, *(attempted(request, loop) for request in _demanded(loop, demands))]
     asked += [*_sampled(loop, demands.sample_time), *_under_noise(loop, demands)]
+    asked += _tracking(loop)
     if not decay.proved:
         return asked, ["without decay nothing else was tried"]
     if len(loop.family.groups()) > MOST_BLENDS:
@@ -166,6 +168,21 @@ def _under_noise(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Atte
             yield found
             return
     yield attempted(first, loop)
+
+
+def _tracking(loop: ClaimedLoop) -> Iterator[Attempt]:
+    """Yield the claims about references; where a rate is not proved, also one that is."""
+    form = None if loop.model.derivation is None else loop.model.derivation.form
+    if form is None or form.plant is None or not form.plant.references or loop.gains is None:
+        return
+    yield Tracking("jumps").attempt(loop)
+    if any(one.rate is not None for one in form.plant.references):
+        wanted = Tracking("rate").attempt(loop)
+        yield wanted
+        if not wanted.proved:
+            slower = Tracking("rate", slower=True).attempt(loop)
+            if slower.proved:
+                yield slower
 
 
 def _demanded(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Request]:

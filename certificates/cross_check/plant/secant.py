@@ -10,6 +10,7 @@ bounds that the premises keep on the box.  The checker decides in this order:
 
 1. There is no absolute value; equations, outputs and all their slopes are defined on the box.
 2. At rest the equations are 0 (x* in discrete time).
+   For an unknown signal with a column of 0 in E they are 0 at every value of it.
 3. The slopes are equal to the entries, by algebra; no output depends on a disturbance.
 4. Every premise keeps its bounds.
 
@@ -22,10 +23,17 @@ from collections.abc import Iterator
 from typing import Any
 
 from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
-from takagi.certificates.cross_check.kernel.reading import Refusal, entry
+from takagi.certificates.cross_check.kernel.reading import Refusal, entry, stack
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.embedding import Search, identical, trim_fits, within
-from takagi.certificates.cross_check.plant.expression import Tree, minus, number, plus, put
+from takagi.certificates.cross_check.plant.expression import (
+    Tree,
+    minus,
+    number,
+    plus,
+    put,
+    value_of,
+)
 from takagi.certificates.cross_check.plant.plant import (
     TreePlant,
     Variable,
@@ -45,16 +53,18 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
     require_decimals(plant)
     if plant.form != "secant":
         raise Refusal(f"embedding.form is {plant.form!a}, not 'secant'")
-    if any(v.unknown for v in plant.pushes):
-        raise Refusal("unknown signals are of a sector embedding")
     if plant.mass is not None:
         raise Refusal("secants are of x' = f, without a mass matrix")
     if gains is not None:
         yield from trim_fits(plant, gains)
+        K = stack(gains, "K")
+        known = not any(v.unknown for v in plant.pushes)
+        yield Fact("no gain goes with an unknown signal", known or all(one == K[0] for one in K))
     whole = [*plant.f, *plant.outputs]
     yield Fact("there is no absolute value", not any(map(has_kink, whole)))
-    slopes = list(_slopes(plant))
-    resting = list(_at_rest(plant))
+    still = [v for v in plant.pushes if v.unknown and _is_zero(plant, v)]
+    slopes = list(_slopes(plant, still))
+    resting = [*_at_rest(plant), *_at_rest_for_all(plant, still)]
     differences = [*resting, *((label, plus(a, minus(b))) for label, a, b in slopes)]
     algebra = Algebra([tree for _, tree in differences])
     box = {v.symbol: v.side for v in plant.variables}
@@ -76,8 +86,28 @@ def _at_rest(plant: TreePlant) -> Iterator[tuple[str, Tree]]:
         yield f"{state.name} is at rest", plus(put(tree, zero), minus(target))
 
 
-def _slopes(plant: TreePlant) -> Iterator[tuple[str, Tree, Tree]]:
-    """Yield (label, slope of the plant, entry of the embedding) for every entry."""
+def _is_zero(plant: TreePlant, v: Variable) -> bool:
+    column = plant.pushes.index(v)
+    return all(value_of(row[column]) == 0 for row in plant.entries["E"])
+
+
+def _at_rest_for_all(plant: TreePlant, still: list[Variable]) -> Iterator[tuple[str, Tree]]:
+    """Yield what has to be 0 where the rest does not move with these signals, all at once."""
+    if not still:
+        return
+    symbols = [v.symbol for v in still]
+    others = {v.symbol: number(0) for v in plant.variables if v.symbol not in symbols}
+    for state, tree in zip(plant.states, plant.f, strict=True):
+        moved = put(tree, others)
+        at_zero = put(moved, {symbol: number(0) for symbol in symbols})
+        yield f"{state.name} rests for every unknown signal", plus(moved, minus(at_zero))
+
+
+def _slopes(plant: TreePlant, still: list[Variable]) -> Iterator[tuple[str, Tree, Tree]]:
+    """Yield (label, slope of the plant, entry of the embedding) for every entry.
+
+    The columns of E of ``still`` are 0: differences are taken at equal values of these signals.
+    """
     meaning = {p.name: p.tree for p in plant.premises}
     groups: list[tuple[str, list[Tree], list[Variable]]] = [
         ("A", plant.f, plant.states),
@@ -89,6 +119,8 @@ def _slopes(plant: TreePlant) -> Iterator[tuple[str, Tree, Tree]]:
     for letter, rows, columns in groups:
         for i, tree in enumerate(rows):
             for j, v in enumerate(columns):
+                if letter == "E" and v in still:
+                    continue
                 said = put(plant.entries[letter][i][j], meaning)
                 yield f"{letter}[{i + 1}][{j + 1}]", slope_of(tree, v.symbol), said
     for i, tree in enumerate(plant.outputs):

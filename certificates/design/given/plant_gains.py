@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.certificates.checker.files.gain_file import stated_law
 from takagi.certificates.checker.kernel.matrices import read_stack
-from takagi.certificates.checker.kernel.reader import Number, member, read_json
+from takagi.certificates.checker.kernel.reader import Number, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -73,7 +74,7 @@ def read_plant_law(path: Path) -> Mapping[str, Any]:
     CertificateError : unreadable, not strict JSON, without a law, or a law of another kind.
     """
     source = str(path)
-    law = member(read_json(path), "law", source)
+    law = stated_law(read_json(path), source)
     if not isinstance(law, Mapping) or law.get("name") != NAME:
         shown = ascii(law.get("name")) if isinstance(law, Mapping) else "no object"
         raise CertificateError(

@@ -32,7 +32,14 @@ from takagi.certificates.design.plant.many_rules import (
     gains_of_known_premises,
     shortened_gains,
 )
+from takagi.certificates.design.plant.plain_words import (
+    in_file_rates,
+    in_plant_words,
+    require_sensible,
+)
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.design.plant.tracking_gains import tracking_gains
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.models.arrays import Floats
 from takagi.models.plant.design_settings import PlantSettings
@@ -81,7 +88,14 @@ def design_plant(
     work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
-    with clock("gains"):
+    require_sensible(plant, model, asked)
+    if plant.references:
+        with clock("gains"), in_plant_words(plant):
+            found = tracking_gains(plant, model, asked)
+        if found.design.found:
+            return _rounded(work, found)
+        return NoDesign(found.design.answer.diagnosis or "no gain was found for all vertices")
+    with clock("gains"), in_plant_words(plant):
         regional = regional_gains(plant, model, asked)
     if regional is not None:
         first = _rounded(work, regional)
@@ -90,7 +104,7 @@ def design_plant(
     choice = gain_choice(model, one_gain(model, asked)[0], budget)
     if choice.announcement and announce is not None:
         announce(choice.announcement)
-    with clock("gains"):
+    with clock("gains"), in_plant_words(plant):
         if choice.shortened:
             found = shortened_gains(plant, model, asked, choice)
         else:
@@ -201,7 +215,9 @@ def rounded_gains(gains: Floats, digits: int) -> Floats:
 def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:
     from takagi.models.sector.model import sector_model
 
-    with clock("model"):
+    with clock("model"), in_plant_words(plant):
+        if plant.references:
+            return secant_model(plant, rest=asked.rest)
         if plant.blending is not None:
             from takagi.models.blending.modelling import blended_model
 
@@ -213,7 +229,7 @@ def _may_be_the_digits(design: PlantDesign) -> bool:
     """Return whether a claim about the gains is open that a few digits of them may decide."""
     claims = zip(design.document["claims"], design.checked.claims, strict=True)
     return any(
-        claim["kind"] not in ("sector-embedding", "sampled-loop")
+        claim["kind"] not in ("sector-embedding", "sampled-loop", "tracking")
         and checked.verdict.name != "PROVED"
         for claim, checked in claims
     )
@@ -261,13 +277,18 @@ class _Work:
 
 
 def _reason(found: FoundGains, work: _Work) -> str:
-    """Return why there are no gains, and what would help where that can be asked."""
+    """Return why there are no gains, and what would help where that can be asked.
+
+    First in the words of the plant's file; what the solver says of its inequalities comes last.
+    """
     from takagi.certificates.design.plant.obstacle import obstacle
     from takagi.lmi import explain
 
     design = found.design
-    first = obstacle(found, work.plant, work.asked)
-    words = "\n".join(part for part in (first, design.answer.diagnosis) if part)
-    if len(work.model.A) > MOST_EXPLAINED or not found.explainable:
-        return words
-    return f"{words}\n{explain(design, work.model, steps=4, **found.options)}"
+    first = obstacle(found, work.plant, work.model, work.asked)
+    parts = [first] if first else []
+    if design.answer.diagnosis:
+        parts.append(f"{'In detail: ' if first else ''}{design.answer.diagnosis}")
+    if len(work.model.A) <= MOST_EXPLAINED and found.explainable:
+        parts.append(str(explain(design, work.model, steps=4, **found.options)))
+    return in_file_rates("\n".join(parts), work.plant)

@@ -18,10 +18,12 @@ from takagi.certificates.design.plant.assumed_starts import (
 )
 from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
 from takagi.certificates.design.plant.moderate_rate import crossing_rates, moderate, pole_rates
+from takagi.certificates.design.plant.plain_words import in_file_rates
 from takagi.certificates.design.plant.wished_effort import PRICES, SMALLER, gain_size
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.plant.file_units import shown_rate
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.plant.certificate import ClaimRequirements
@@ -64,7 +66,7 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     if asked.decay_rate == "max":
         if asked.gain_bound is None and not input_limits(plant, model, asked):
             raise ModelError(_no_largest(ask))
-        return _near_largest(ask)
+        return _near_largest(ask, plant)
     if asked.decay_rate is not None:
         return _smaller(ask, ask.found(ask(asked.decay_rate)), asked)
     rates = ask.rates
@@ -73,7 +75,8 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     ranged = np.isfinite(_state_box(model))
     counted = ranged if ranged.any() else None
     design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
-    return _smaller(ask, ask.found(design, *([note] if note else [])), asked)
+    told = [in_file_rates(note, plant)] if note else []
+    return _smaller(ask, ask.found(design, *told), asked)
 
 
 def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains | None:
@@ -264,14 +267,13 @@ def _from_assumed_starts(plant: Plant, model: TSModel, asked: PlantSettings) -> 
     return replace(found, notes=(*found.notes, note))
 
 
-def _near_largest(ask: _Question) -> FoundGains:
+def _near_largest(ask: _Question, plant: Plant) -> FoundGains:
     top = ask("max")
     if not top.found:
         return ask.found(top)
     found = ask(SHARE * top.decay_rate)
-    note = (
-        f"the largest decay rate found is {top.decay_rate:.4g} 1/s; designed at {SHARE:.0%} of it"
-    )
+    number, unit = shown_rate(plant, float(top.decay_rate))
+    note = f"the largest decay rate found is {number:.4g} {unit}; designed at {SHARE:.0%} of it"
     return ask.found(found if found.found else top, note)
 
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.gains import FoundGains
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
+    from takagi.models.ts.model import TSModel
 
 DECAY = "decay"
 # How the label of an inequality begins -> the requirement that it expresses.
@@ -27,24 +28,56 @@ _WISHES = {
 }
 
 
-def obstacle(found: FoundGains, plant: Plant, asked: PlantSettings) -> str:
+def obstacle(found: FoundGains, plant: Plant, model: TSModel, asked: PlantSettings) -> str:
     """Return the sentence; empty where the answer does not say which inequalities stop it."""
+    from takagi.certificates.design.plant.plain_words import stuck_blend
     from takagi.lmi.decision.diagnosis import binding_shares
 
     answer = found.design.answer
-    if answer.status != "infeasible" or answer.condition is None:
+    if answer.found:
         return ""
+    stuck = stuck_blend(model)
+    if stuck:
+        return (
+            f"In the model, where {stuck}, no input moves a part of the plant that does not settle "
+            "by itself. What to change: give the states and signals in that expression ranges "
+            "that leave such values out, or add an input that acts there."
+        )
+    if answer.status != "infeasible" or answer.condition is None:
+        return _undecided(plant, asked)
     strict = [lmi.name for lmi in answer.condition.lmis if lmi.strict][1:]
     sizes: dict[str, float] = defaultdict(float)
     for share in binding_shares(answer.condition, answer.multipliers, *strict):
         sizes[_wish(share.label)] += share.share
     if not sizes:
         return ""
-    first, *others = sorted(sizes, key=lambda wish: -sizes[wish])
+    if not asked.decay_rate and asked.gain_bound is not None:
+        sizes.setdefault("gain_bound", 0.0)
+    # That the loop settles is no wish that could be given up, unless it has a rate.
+    wished = {DECAY} if asked.decay_rate else set()
+    order = sorted(sizes, key=lambda wish: (wish == DECAY and wish not in wished, -sizes[wish]))
+    first, *others = order
     second = f" Next in the way: {_what(others[0], plant, asked)}." if others else ""
     return (
         f"Most in the way is {_what(first, plant, asked)}. "
         f"What to change: {_cure(first, asked)}.{second}"
+    )
+
+
+def _undecided(plant: Plant, asked: PlantSettings) -> str:
+    """Return the sentence where the solvers found neither gains nor a reason why there are none."""
+    rate = asked.decay_rate
+    if isinstance(rate, float | int) and rate > 0:
+        number, unit = shown_rate(plant, rate)
+        return (
+            f"No solver found gains with the decay rate of {number:.4g} {unit}, nor a proof that "
+            "there are none. What to change: lower the rate (--decay-rate, or a longer --settle); "
+            "if it is right, write the plant in units in which its figures are of like size."
+        )
+    return (
+        "No solver found gains, nor a proof that there are none. What to change: give the states "
+        "that stand in the premises smaller ranges, or write the plant in units in which its "
+        "figures are of like size."
     )
 
 

@@ -55,7 +55,7 @@ def secant_model(
     if plant.mass is not None:
         raise ModelError(f"plant {plant.name!r} has a mass matrix; write it as x' = f(x, u, w)")
     problem = problem_of_plant(plant, {}, rest)
-    slopes = _slopes(problem)
+    slopes = _slopes(problem, plant)
     if any(entry.has(sp.Abs, sp.sign) for matrix in slopes.values() for entry in matrix):
         raise ModelError(f"plant {plant.name!r} has an absolute value, whose slope jumps")
     premises: dict[sp.Expr, sp.Symbol] = {}
@@ -92,7 +92,7 @@ def secant_model(
     )
 
 
-def _slopes(problem: Problem) -> dict[str, sp.Matrix]:
+def _slopes(problem: Problem, plant: Plant) -> dict[str, sp.Matrix]:
     import sympy as sp
 
     found = problem.equations
@@ -101,10 +101,16 @@ def _slopes(problem: Problem) -> dict[str, sp.Matrix]:
     def by(rows: sp.Matrix, symbols: tuple[sp.Symbol, ...]) -> sp.Matrix:
         return rows.jacobian(symbols) if rows and symbols else sp.zeros(rows.rows, len(symbols))
 
+    pushed = by(f, found.disturbances)
+    for column, variable in enumerate(plant.disturbances):
+        if variable.unknown and variable.schedules and pushed:
+            # Such a signal does not move the rest: differences between two points at one of its
+            # values are blends of slopes in states and inputs alone.
+            pushed[:, column] = sp.zeros(pushed.rows, 1)
     return {
         "A": by(f, found.states),
         "B": by(f, found.inputs),
-        "E": by(f, found.disturbances),
+        "E": pushed,
         "C": by(y, found.states),
         "D": by(y, found.inputs),
     }

@@ -88,6 +88,9 @@ class ClaimedLoop:
             model_data = ts_model_data(model)
         if law is None and K is not None:
             law = pdc_law_data(model, K) | law_members(model_data)
+            if "references" in law:
+                # The means of slopes are no weights that a law can have; it has one gain.
+                law = {key: law[key] for key in law if key not in ("premises", "rules")}
         family = read_model_loop(_read(model_data), _read(law))
         groups = [pairs for _, pairs in family.groups()]
         every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T

@@ -43,6 +43,13 @@ def _uncertain(plant: PlantNodes) -> str:
     names = [v.name for v in plant.disturbances if v.unknown]
     if not names:
         return ""
+    if any(
+        plant.graph.value(row[k]) != 0
+        for k, v in enumerate(plant.disturbances)
+        if v.unknown
+        for row in plant.entries.get("E", [])
+    ):
+        return f"; {', '.join(names)}, unknown to the law, moves the rest and is a disturbance here"
     held = "is an uncertain parameter" if len(names) == 1 else "are uncertain parameters"
     return (
         f"; {', '.join(names)} {held}, constant or moving in any way in the range, and unknown to "

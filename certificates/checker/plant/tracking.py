@@ -1,0 +1,262 @@
+r"""Claims of kind ``tracking``: outputs follow references, for every reference in a range.
+
+    x' = f(x, u, w),  xi_j' = h_j(x) - r_j,  u = u* - K (X - X*),   X = (x, xi)
+
+The model is a secant embedding: differences between two points of the box at equal w are blends of
+its vertices (A_i, B_i) times differences of (X, u), because the box is convex.  The claim has P,
+a decay rate alpha, a matrix D, a radius R and rates rho.  Let
+
+    Xhat(s) = X* + D (s - s*),    uhat(s) = u* - K D (s - s*),    |z|_P = sqrt(z'Pz),
+
+where s are the signals with a range, as the model lists them: references r, and others w, uncertain
+parameters among them.  The checker proves:
+
+1. The secant embedding (``secant_embedding``).  xi_j' = h_j - r_j with the h_j that model and law
+   write, an expression of the plant's own states; r_j is in no other equation, and no xi is in one.
+2. P > 0 and (A_i - B_i K)'P + P (A_i - B_i K) + 2 alpha P <= 0 at every vertex; one gain K.
+3. |F_k(s)| <= residual_k for the right sides F at (Xhat(s), uhat(s), s), for all s in their ranges;
+   sum |P_kl| residual_k residual_l <= e^2 with e = ``residual_norm``.
+4. D_j'P D_j <= d_j^2 with d = ``slope_norms``.
+5. alpha R >= e + sum_j d_j rho_j; rho_j is 0 for a signal that is said to be constant.
+6. For all s in the ranges {z: |z|_P <= R} about Xhat(s) lies in the ranges of states, and the
+   command on it in those of inputs: R^2 a P^-1 a' <= room^2 for a = e_i and a = K_k, as the matrix
+   [[P, R a'], [R a, room^2]] >= 0.
+7. C_ij P^-1 C_ij' <= c_j^2 for the rows C_ij of xi_j in A_i, with c = ``error_factors``.
+
+Then, for z = X - Xhat(s(t)):
+
+(a) At constant s the loop has exactly one rest in |z|_P <= R.  It has |z|_P <= e/alpha, and there
+    h(x) = r.  From everywhere in the set the loop settles there, |X - rest|_P falling as
+    e^(-alpha t), and never leaves the set.
+(b) While the signals move with |s_j'| <= rho_j, |z|_P <= R is never left, and
+
+        |h_j - r_j| <= c_j (e + sum d rho)/alpha + residual_xi_j + c_j R e^(-alpha t).
+
+(c) A jump of r from rest leaves |z|_P <= e/alpha + sum_j d_j |jump_j|, which is in the set while it
+    is at most R.
+
+Proof in ``docs/tracking.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
+from takagi.certificates.checker.kernel.reader import canonical, member, number, numbers, text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
+from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded, closed_by
+from takagi.certificates.checker.plant.derivative import substituted
+from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.ranges import Ranges
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
+from takagi.certificates.checker.plant.references import Following, read_references
+from takagi.certificates.checker.plant.secant_embedding import prove_secants
+from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
+from takagi.certificates.checker.plant.trim import compared_trim
+from takagi.certificates.checker.plant.vertices import multi_affine_entries
+
+Side = tuple[Fraction, Fraction]
+
+
+class Evidence:
+    """The numbers of a claim, with their shapes checked."""
+
+    def __init__(self, claim: Any, n: int, count: int, q: int, where: str) -> None:
+        self.P = read_matrix(claim, "P", where, (n, n))
+        self.D = read_matrix(claim, "slope", where, (n, count))
+        self.rate = _positive(claim, "decay_rate", where)
+        self.radius = _positive(claim, "radius", where)
+        self.residuals = numbers(claim, "residuals", where, n)
+        self.residual_norm = number(claim, "residual_norm", where)
+        self.slope_norms = numbers(claim, "slope_norms", where, count)
+        self.error_factors = numbers(claim, "error_factors", where, q)
+        self.rates = numbers(claim, "rates", where, count)
+        listed = (*self.residuals, self.residual_norm, *self.slope_norms, *self.rates)
+        if min(*listed, *self.error_factors) < 0:
+            raise CertificateError(f"{where}: norms, residuals and rates are not negative")
+
+    @property
+    def push(self) -> Fraction:
+        """e + sum_j d_j rho_j."""
+        moved = zip(self.slope_norms, self.rates, strict=True)
+        return self.residual_norm + sum((d * rho for d, rho in moved), Fraction(0))
+
+
+def check_tracking(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
+    """Return PROVED if the outputs follow the references as the claim says; else UNDECIDED.
+
+    Raises
+    ------
+    CertificateError : the model is malformed, of another kind or form, or has no references; no
+        gains, or a law with other references; a claim of another shape.
+    """
+    name = text(claim, "name", where)
+    if text(model, "kind", "model") != KIND:
+        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
+    plant = read_plant(model, "model")
+    if plant.form != "secant" or plant.mass is not None or plant.sample_time is not None:
+        raise CertificateError(f"{where}: a secant embedding of x' = f(x, u, w) is needed")
+    if plant.balls:
+        raise CertificateError(f"{where}: rests and parameters that are decimals are needed")
+    if gains is None:
+        raise CertificateError(f"{where}: a claim about a law, and there are no gains")
+    follow = read_references(model, plant, "model")
+    if canonical(member(gains, "references", "gains")) != canonical(model["references"]):
+        raise CertificateError("gains.references are not the model's: the law follows others")
+    compared_trim(plant, gains, "gains")
+    K = read_stack(gains, "K", "gains")
+    loop = closed_by(plant_loop(model), gains, "gains")
+    sizes = (len(plant.states), len(ranged(plant)), len(follow))
+    found = Evidence(claim, *sizes, where)
+    try:
+        if any(one != K[0] for one in K):
+            raise Refused("one gain is needed: the means of slopes are not known to a law")
+        _prove(plant, follow, loop, K[0], found)
+    except Refused as error:
+        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
+    said = {"name": name, "plant": plant, "follow": follow, "found": found}
+    return Found(Verdict.PROVED, "tracking", said)
+
+
+def ranged(plant: PlantNodes) -> list[Variable]:
+    """Return the signals with a range, in the model's order: the columns of D."""
+    return [v for v in plant.disturbances if v.side is not None]
+
+
+def _positive(claim: Any, key: str, where: str) -> Fraction:
+    value = number(claim, key, where)
+    if value <= 0:
+        raise CertificateError(f"{where}.{key}: a positive number is needed")
+    return value
+
+
+def _prove(
+    plant: PlantNodes, follow: list[Following], loop: PolytopicLoop, K: Matrix, found: Evidence
+) -> None:
+    """Run the seven steps; Refused names the one that could not be proved."""
+    prove_secants(plant, multi_affine_entries(plant))
+    algebra = Algebra(plant.graph, plant.tables)
+    _check_following(plant, follow, algebra)
+    if not found.P.is_positive_definite:
+        raise Refused("P is not symmetric positive definite")
+    blends = loop.blends()
+    bounded(len(blends) * (1 + len(follow)), loop.order + 1)
+    for blend in blends:
+        falls = found.P @ blend.A
+        falls = falls + falls.T + 2 * found.rate * found.P
+        if not (-falls).is_positive_semidefinite:
+            raise Refused(f"V does not fall at the rate that is claimed at {blend.label}")
+    _check_norms(found)
+    if found.rate * found.radius < found.push:
+        raise Refused("the set is left while the reference moves as fast as is claimed")
+    _check_residuals(plant, algebra, K, found)
+    _check_room(plant, K, found)
+    for j, one in enumerate(follow):
+        c = Matrix.of([[found.error_factors[j] ** 2]])
+        for k, A in enumerate(loop.A, start=1):
+            C = Matrix([A.rows[one.row]], A.below)
+            if not Matrix.blocks([[found.P, C.T], [C, c]]).is_positive_semidefinite:
+                raise Refused(f"the error of {one.signal.name} is larger at rule {k}")
+
+
+def _check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra) -> None:
+    """Prove xi' = h(x) - r with the h that is written, in states that are no integrals."""
+    g = plant.graph
+    integrals = {one.row for one in follow}
+    measured = {v.symbol for i, v in enumerate(plant.states) if i not in integrals}
+    for one in follow:
+        if not g.variables(one.follow) <= measured:
+            raise Refused(f"what follows {one.signal.name} depends on more than the plant's states")
+        reference = g.add(one.signal.rest, g.variable(one.signal.symbol))
+        if not algebra.equal(plant.f[one.row], g.subtract(one.follow, reference)):
+            raise Refused(f"the integral of {one.signal.name} is not that of h - r")
+        for i, row in enumerate(plant.entries["E"]):
+            if g.value(row[one.column]) != (-1 if i == one.row else 0):
+                raise Refused(f"{one.signal.name} is in other equations than that of its integral")
+    inner = {plant.states[k].symbol for k in integrals}
+    for i, node in enumerate(plant.f):
+        if i not in integrals and inner & g.variables(node):
+            raise Refused("the plant depends on an integral")
+
+
+def _check_norms(found: Evidence) -> None:
+    n, e = len(found.residuals), found.residuals
+    total = sum((abs(found.P[k, m]) * e[k] * e[m] for k in range(n) for m in range(n)), Fraction(0))
+    if total > found.residual_norm**2:
+        raise Refused("the norm of the residuals is larger")
+    for j, d in enumerate(found.slope_norms):
+        column = Matrix([[row[j]] for row in found.D.rows], found.D.below)
+        if (column.T @ found.P @ column)[0, 0] > d**2:
+            raise Refused("the norm of a slope is larger")
+
+
+def _check_residuals(plant: PlantNodes, algebra: Algebra, K: Matrix, found: Evidence) -> None:
+    """Prove |F_k| <= residual_k where the state is Xhat(s) and the input uhat(s)."""
+    g = plant.graph
+    ranges = Ranges(plant.evaluator, algebra, plant.box)
+    U = K @ found.D
+    places: dict[str, int] = {}
+    for variables, rows in ((plant.states, found.D), (plant.inputs, -U)):
+        for i, variable in enumerate(variables):
+            places[variable.symbol] = g.total(
+                g.multiply(g.constant(rows[i, j]), g.variable(signal.symbol))
+                for j, signal in enumerate(ranged(plant))
+            )
+    places |= {v.symbol: g.constant(0) for v in plant.disturbances if v.side is None}
+    for state, node, most in zip(plant.states, plant.f, found.residuals, strict=True):
+        there = substituted(g, node, places)
+        ranges.prove_within(there, -most, most, f"the residual of {state.name}")
+
+
+def _check_room(plant: PlantNodes, K: Matrix, found: Evidence) -> None:
+    """Prove that the set about Xhat(s) lies in the ranges of states and inputs, for every s."""
+    sides = [v.side for v in plant.disturbances if v.side is not None]
+    U, n = K @ found.D, len(plant.states)
+    rows: list[tuple[Variable, Matrix, list[Fraction]]] = []
+    for i, state in enumerate(plant.states):
+        own = Matrix([[int(i == j) for j in range(n)]])
+        rows.append((state, own, [found.D[i, j] for j in range(len(sides))]))
+    for i, variable in enumerate(plant.inputs):
+        own = Matrix([K.rows[i]], K.below)
+        rows.append((variable, own, [-U[i, j] for j in range(len(sides))]))
+    for variable, row, slopes in rows:
+        if variable.side is None:
+            continue
+        low, high = _reach(slopes, sides)
+        room = min(variable.side[1] - high, low - variable.side[0])
+        if room < 0:
+            raise Refused(f"{variable.name} leaves its range where the loop rests")
+        side = Matrix.of([[room**2]])
+        whole = Matrix.blocks([[found.P, found.radius * row.T], [found.radius * row, side]])
+        if not whole.is_positive_semidefinite:
+            raise Refused(f"the set leaves the range of {variable.name}")
+
+
+def _reach(slopes: Sequence[Fraction], sides: Sequence[Side]) -> Side:
+    """Return the least and the greatest of slopes times deviations of the references."""
+    ends = [(s * a, s * b) for s, (a, b) in zip(slopes, sides, strict=True)]
+    low = sum((min(pair) for pair in ends), Fraction(0))
+    return low, sum((max(pair) for pair in ends), Fraction(0))
+
+
+def plant_column(plant: PlantNodes, one: Following) -> int:
+    """Return the column of D that belongs to a reference."""
+    return ranged(plant).index(one.signal)
+
+
+def bounds_of(plant: PlantNodes, found: Evidence, follow: Sequence[Following]) -> Mapping[str, Any]:
+    """Return what follows from the steps, per reference: error at last, and the largest jump."""
+    at_last = found.push / found.rate
+    rest = found.residual_norm / found.rate
+    errors = [
+        c * at_last + found.residuals[one.row]
+        for c, one in zip(found.error_factors, follow, strict=True)
+    ]
+    room = max(found.radius - rest, Fraction(0))
+    own = [found.slope_norms[plant_column(plant, one)] for one in follow]
+    jumps = [room / d if d else None for d in own]
+    return {"errors": errors, "jumps": jumps, "rest": rest}

@@ -1,0 +1,254 @@
+"""What a user of a plant file can do about a message that speaks of models and matrices.
+
+The floors below know no plant file.  Here their messages are completed: what ``delta_h`` is, where
+an equation has no value, and which entry of the file to change.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.plant.file_units import file_unit, shown_rate
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.plant.design_settings import PlantSettings
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
+    from takagi.models.ts.model import TSModel
+
+# Points tried from rest to each end of a range, and halvings between the last two.
+POINTS, HALVINGS = 64, 40
+_SINGULAR = ("has a pole at", "no finite bound near", "seems to have a pole")
+_STUCK = "can be moved by no input"
+# Pairs of rules that are tried, and the singular value that counts as none.
+MOST_PAIRS, _RANK = 4000, 1e-6
+_RATE = re.compile(r"(?<![\w.])(-?\d[\d.]*(?:e[-+]?\d+)?) 1/s")
+
+
+@contextmanager
+def in_plant_words(plant: Plant) -> Iterator[None]:
+    """Complete the message of a ``ModelError`` with what to change in the plant's file."""
+    try:
+        yield
+    except ModelError as error:
+        raise ModelError(completed(str(error), plant)) from error
+
+
+def completed(words: str, plant: Plant) -> str:
+    """Return a message with what its names mean, and what to change in the plant's file."""
+    added = []
+    if any(part in words for part in _SINGULAR):
+        added.append(_singular(words, plant))
+    if _STUCK in words:
+        added.append(
+            "In the plant's file: let an input stand in an equation that moves what grows there, "
+            "or leave out states that no input can hold"
+        )
+    added += _deviations(words, plant)
+    return ". ".join([words, *added])
+
+
+def in_file_rates(words: str, plant: Plant) -> str:
+    """Return words with their rates in the unit of time that the plant's file has."""
+
+    def shown(found: re.Match[str]) -> str:
+        value = float(found.group(1))
+        if value <= 0:
+            return found.group(0)
+        number, unit = shown_rate(plant, value)
+        return found.group(0) if unit == "1/s" else f"{number:.4g} {unit}"
+
+    return _RATE.sub(shown, words)
+
+
+def require_sensible(plant: Plant, model: TSModel, asked: PlantSettings) -> None:
+    """Refuse what no gains can be found for, in the words of the plant's file.
+
+    Raises
+    ------
+    ModelError : an input that no equation has; a state that rests at the end of its range; starts
+        that are not inside a range.
+    """
+    used = {symbol for row in plant.equations for symbol in row.free_symbols}
+    if plant.mass is not None:
+        used |= plant.mass.free_symbols
+    for variable in plant.inputs:
+        if variable.symbol not in used:
+            raise ModelError(
+                f"input {variable.name} stands in no equation, so it does nothing; write it into "
+                "the equation that it acts in, or remove it from [inputs]"
+            )
+    for variable, label in zip(plant.states, model.states, strict=True):
+        if label not in model.box:
+            continue
+        low, high = model.box[label]
+        size, unit = file_unit(variable)
+        behind = "" if unit in ("", "-") else f" {unit}"
+        room = float(min(-low, high))
+        if room <= 0:
+            rest = float(variable.rest) / size
+            raise ModelError(
+                f"state {variable.name} rests at {rest:.6g}{behind}, the end of its range "
+                f"{_range(variable, size)}{behind}; a set about rest needs room to either side: "
+                "widen the range, or move the rest"
+            )
+        start = asked.initial.get(variable.name)
+        if start is not None and start >= room:
+            raise ModelError(
+                f"initial of {variable.name}: {start / size:.6g}{behind} was given, and the range "
+                f"{_range(variable, size)}{behind} ends {room / size:.6g}{behind} from rest; the "
+                "set of starts must lie inside the range: give a smaller initial, or a wider range"
+            )
+
+
+def stuck_blend(model: TSModel) -> str:
+    """Return at which values of the premises no input moves a mode that grows; empty if none found.
+
+    Blends of two rules that differ in one premise are tried, in floating point: the one in which
+    the inputs act least, and the middle.  They are blends that the memberships, products of
+    weights, can have.  The mode of an eigenvalue s that does not decay is out of reach where
+    (A - s I, B) has not full rank.
+    """
+    A, B = (np.asarray(part, dtype=np.float64) for part in (model.A, model.B))
+    r = len(A)
+    if r * r > MOST_PAIRS or not B.size or not model.premises:
+        return ""
+    rules, discrete = np.asarray(model.rules), model.sample_time is not None
+    for i, j in zip(*np.triu_indices(r, 1), strict=True):
+        if np.count_nonzero(rules[i] != rules[j]) != 1:
+            continue
+        d = B[j] - B[i]
+        least = -float((B[i] * d).sum()) / float((d * d).sum()) if np.any(d) else 0.5
+        for t in (least, 0.5):
+            if 0 < t < 1 and _is_stuck(
+                (1 - t) * A[i] + t * A[j], (1 - t) * B[i] + t * B[j], discrete=discrete
+            ):
+                return _premises_at(model, rules[i], rules[j], t)
+    return ""
+
+
+def _is_stuck(A: Floats, B: Floats, *, discrete: bool) -> bool:
+    size = max(float(np.abs(A).max()), float(np.abs(B).max()), 1e-12)
+    for mode in np.linalg.eigvals(A):
+        slow = abs(mode) >= 1 - 1e-9 if discrete else mode.real >= -1e-9 * size
+        if slow:
+            reach = np.hstack([A - mode * np.eye(len(A)), B])
+            if np.linalg.svd(reach, compute_uv=False)[-1] < _RANK * size:
+                return True
+    return False
+
+
+def _premises_at(model: TSModel, first: Floats, second: Floats, t: float) -> str:
+    named = []
+    for premise, one, two in zip(model.premises, first, second, strict=True):
+        ends = (float(premise.lower), float(premise.upper))
+        value = (1 - t) * ends[int(one)] + t * ends[int(two)]
+        text = "" if premise.proof is None else f" = {premise.proof.expression}".replace("**", "^")
+        unit = "" if premise.unit in ("-", "SI") else f" {premise.unit}"
+        named.append(f"{premise.name}{text} is about {value + 0.0:.3g}{unit}")
+    return " and ".join(named)
+
+
+def _singular(words: str, plant: Plant) -> str:
+    """Return where an equation has no value, and whose range to change."""
+    for variable in (*plant.states, *plant.inputs):
+        for end in _ends(variable):
+            found = _first_without_value(plant, variable, end)
+            if found is None:
+                continue
+            state, value = found
+            size, unit = file_unit(variable)
+            behind = "" if unit in ("", "-") else f" {unit}"
+            return (
+                f"The equation of {state} has no value where {variable.name} is "
+                f"{value / size:.4g}{behind} or beyond, all else at rest: a root or logarithm of a "
+                f"negative number, or a division by 0. Let the range of {variable.name} end before"
+            )
+    named = [v.name for v in plant.variables if v.range is not None and _named(v.name, words)]
+    if not named:
+        return "Give the states and inputs ranges on which the equations have a value everywhere"
+    return (
+        f"In the plant's file: give {' and '.join(named)} a range on which the equations have a "
+        "finite value everywhere"
+    )
+
+
+def _first_without_value(plant: Plant, variable: Variable, end: float) -> tuple[str, float] | None:
+    """Return (state, value): whose equation has no value there, on the way from rest to an end."""
+    import sympy as sp
+
+    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    values |= {
+        v.symbol: sp.Rational(*v.rest.as_integer_ratio())
+        for v in plant.variables
+        if v.symbol != variable.symbol
+    }
+    rest = float(variable.rest)
+    for state, row in zip(plant.states, plant.equations, strict=True):
+        alone = sp.sympify(row).subs(values)
+        if alone.has(sp.zoo, sp.nan, sp.oo):
+            continue  # no value at rest: another message says so
+        function = sp.lambdify([variable.symbol], alone, ["scipy", "numpy"])
+        good = rest
+        if not _has_value(function, good):
+            continue
+        for share in np.linspace(0.0, 1.0, POINTS + 1)[1:]:
+            bad = rest + float(share) * (end - rest)
+            if _has_value(function, bad):
+                good = bad
+                continue
+            for _ in range(HALVINGS):
+                middle = (good + bad) / 2
+                good, bad = (middle, bad) if _has_value(function, middle) else (good, middle)
+            # Halving ends next to the border, which is most often a plain 0.
+            wide = max(abs(one) for one in _ends(variable)) or 1.0
+            return state.name, 0.0 if abs(bad) < 1e-9 * wide else bad
+    return None
+
+
+def _has_value(function: sp.Lambda, value: float) -> bool:
+    with np.errstate(all="ignore"):
+        try:
+            found = complex(function(value))
+        except (ArithmeticError, ValueError, TypeError):
+            return False
+    return bool(np.isfinite(found)) and not found.imag
+
+
+def _deviations(words: str, plant: Plant) -> Iterator[str]:
+    """Yield what names such as ``delta_h`` in a message mean."""
+    known = []
+    for variable in plant.variables:
+        name = f"delta_{variable.name}"
+        if _named(name, words):
+            size, unit = file_unit(variable)
+            behind = "" if unit in ("", "-") else f" {unit}"
+            known.append(
+                f"{name} is the deviation of {variable.name} from its rest, "
+                f"{float(variable.rest) / size:.6g}{behind}"
+            )
+    if known:
+        yield f"Here {'; '.join(known)}"
+
+
+def _named(name: str, words: str) -> bool:
+    return re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", words) is not None
+
+
+def _ends(variable: Variable) -> tuple[float, ...]:
+    side = variable.range
+    return () if side is None else (float(side.lower), float(side.upper))
+
+
+def _range(variable: Variable, size: float) -> str:
+    low, high = _ends(variable)
+    return f"[{low / size:.6g}, {high / size:.6g}]"

@@ -1,0 +1,147 @@
+"""Gains with integral action: guaranteed cost at every vertex, as fast as limits allow.
+
+One gain K of u = u* - K (X - X*) for all vertices of the secant model, with the cost
+
+    int |x / half-widths|^2 + |u / limits|^2 + |xi / (T r_half)|^2 dt
+
+where T is the time in which the law may integrate the whole range of the reference before it asks
+for all of an input.  T is halved from slow to fast.  The last is taken from which jumps of the
+references are proved to stay within all ranges that are nearly as large as the largest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.certificates.design.plant.gains import FoundGains, input_limits
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi import Design
+    from takagi.models.plant.design_settings import PlantSettings
+    from takagi.models.plant.plant import Plant
+    from takagi.models.ts.model import TSModel
+
+# T over the plant's time scale, slowest first.
+TIMES = (32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
+# Share of the largest jump that a faster integral has to keep.
+KEPT = {"small": 0.97, "moderate": 0.9, "large": 0.75}
+WISHES = ("initial", "gain_bound", "damping", "fastest", "relaxation", "sample_time")
+
+
+def tracking_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains:
+    """Return one gain for all vertices of a model with references.
+
+    Raises
+    ------
+    ModelError : a wish that such a design does not know; a state or input without a range where it
+        needs one.
+    """
+    from takagi.certificates.requests.loop.loop import ClaimedLoop
+    from takagi.certificates.requests.tracking import Tracking, jump_shares
+    from takagi.lmi import lqr_pdc
+
+    _refuse(plant, asked)
+    weights = _weights(plant, model, asked)
+    shift = float(asked.decay_rate) if isinstance(asked.decay_rate, float | int) else 0.0
+    shifted = replace_rate(model, shift)
+    tried: list[tuple[float, float, Design]] = []
+    first: Design | None = None
+    for time in _times(model):
+        Q, R = weights(time)
+        design = lqr_pdc(shifted, Q, R, relaxation="common-gain")
+        first = first or design
+        if not design.found:
+            continue
+        gains = np.asarray(design.require()[0])
+        loop = ClaimedLoop.of(model, gains, model_data=_data(model))
+        try:
+            found = Tracking("jumps").candidate(loop)
+        except ModelError:
+            continue
+        jump = 0.0 if found is None else min(jump_shares(plant, found))
+        tried.append((jump, time, design))
+    if not tried:
+        assert first is not None  # there is always a time
+        return FoundGains(first, (), {}, explainable=False)
+    enough = KEPT[asked.effort] * max(jump for jump, _, _ in tried)
+    jump, time, design = [one for one in tried if one[0] >= enough][-1]
+    note = (
+        f"integral action: the range of the reference in {time:.3g} s may ask for all of an input; "
+        f"jumps of {min(jump, 9.99):.0%} of the range stay in the ranges"
+    )
+    return FoundGains(design, (note,), {}, explainable=False)
+
+
+def replace_rate(model: TSModel, rate: float) -> TSModel:
+    """Return the model with A + rate I: its gains make the loop of A faster by the rate [1/s]."""
+    if not rate:
+        return model
+    from takagi.models import TSModel as Model
+
+    A = np.asarray(model.A) + rate * np.eye(len(model.states))
+    return Model(A, np.asarray(model.B), states=model.states, inputs=model.inputs)
+
+
+def _data(model: TSModel) -> Mapping[str, Any]:
+    from takagi.certificates.document.plant_embedding import plant_data
+
+    return plant_data(model)
+
+
+def _refuse(plant: Plant, asked: PlantSettings) -> None:
+    given = [name for name in WISHES if getattr(asked, name)]
+    if given or asked.decay_rate == "max":
+        name = given[0] if given else 'decay_rate = "max"'
+        raise ModelError(
+            f"plant {plant.name!r} follows a reference; its gains are found with decay_rate, "
+            f"settle and input_limit, not with {name}: leave that out"
+        )
+
+
+def _weights(
+    plant: Plant, model: TSModel, asked: PlantSettings
+) -> Callable[[float], tuple[Floats, Floats]]:
+    """Return T -> (Q, R)."""
+    limits = input_limits(plant, model, asked)
+    integrals = {one.integral: one for one in plant.references}
+    signals = {v.name: v for v in plant.disturbances}
+    missing = [v.name for v in plant.states if v.range is None and v.name not in integrals]
+    if missing or not limits:
+        what = f"state {missing[0]}" if missing else "an input"
+        raise ModelError(
+            f"plant {plant.name!r}: {what} has no range; to follow a reference gains are found and "
+            "proved within ranges, so give every state and input one"
+        )
+
+    def at(time: float) -> tuple[Floats, Floats]:
+        q = []
+        for variable in plant.states:
+            if variable.name in integrals:
+                signal = signals[integrals[variable.name].name]
+                assert signal.range is not None  # a reference has one
+                q.append((time * float(signal.range.width) / 2) ** -2)
+            else:
+                assert variable.range is not None  # asked above
+                q.append((float(variable.range.width) / 2) ** -2)
+        r = [limits[v.name] ** -2 for v in plant.inputs]
+        return np.diag(q), np.diag(r)
+
+    return at
+
+
+def _times(model: TSModel) -> list[float]:
+    """Return times T [s] from slow to fast, about the time scale that ranges give the plant."""
+    halves, limits = (
+        np.array([float(model.box[k][1] - model.box[k][0]) / 2 for k in names if k in model.box])
+        for names in (model.states, model.inputs)
+    )
+    own = [k for k, name in enumerate(model.states) if name in model.box]
+    A = np.abs(np.asarray(model.A))[:, own][:, :, own]
+    fastest = (A @ halves + np.abs(np.asarray(model.B))[:, own] @ limits).max(axis=0)
+    scale = float((halves / np.maximum(fastest, 1e-300)).max())
+    return [float(f"{share * scale:.2g}") for share in TIMES]

@@ -1,0 +1,165 @@
+r"""A quadratic function for a loop whose rest moves with a reference.
+
+For z' = A z + d with A in the hull of the vertices A_k, alpha > 0 and
+
+    A_k' P + P A_k + 2 alpha P < 0,    [[P, h_i], [h_i', 1]] >= 0,    v_j' P v_j <= 1,
+
+V = z'Pz falls at the rate 2 alpha where d = 0, and {V <= 1} lies inside |h_i' z| <= 1; the v_j are
+pushes over alpha and their shares, so that the set is kept under their sum.  Two objectives:
+
+    jumps    least eta with m_j' P m_j <= eta: the largest multiples of jumps m_j within the set
+    error    least eta with [[P, c_k], [c_k', eta]] >= 0: the error c_k' z on the set
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3, by the triangle inequality in
+the norm of P in the place of the S-procedure; see ``docs/tracking.md``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.decision.decide import optimise
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+
+def tracking_condition(
+    A: Floats,
+    alpha: float,
+    rows: Floats,
+    pushes: Floats,
+    *,
+    jumps: Floats | None = None,
+    errors: Floats | None = None,
+) -> Condition:
+    """Pose the module's LMIs with eta least.
+
+    Parameters
+    ----------
+    A : (N, n, n);  rows : (h, n) rows h_i;  pushes : (p, n) rows v_j.
+    jumps, errors : (q, n) rows m_j, or (k, n) rows c_k; one of both.
+
+    Raises
+    ------
+    ModelError : sizes that do not fit, a rate that is not positive, both objectives or none.
+    """
+    count, n = A.shape[:2]
+    given = [part for part in (jumps, errors) if part is not None]
+    if any(part.shape[1:] != (n,) for part in (rows, pushes, *given)) or A.shape[2] != n:
+        raise ModelError(
+            f"vertices {A.shape}, rows {rows.shape}, pushes {pushes.shape}: (N, n, n), (h, n) and "
+            "(p, n) are needed, and n columns in jumps and errors"
+        )
+    if alpha <= 0 or len(given) != 1:
+        raise ModelError(f"decay rate {alpha:.4g}: give one above 0, and jumps or errors")
+    P = Unknown("P", n, n, symmetric=True)
+    eta = Unknown("eta", 1, 1, symmetric=True, latex=r"\eta")
+    one, unit = np.eye(n)[None], np.ones((1, 1, 1))
+    falls = LMI(
+        name="decay",
+        blocks=(n,),
+        terms=(
+            Term(unknown=P, left=one, right=A, plus_transpose=True, latex=("", "A_{k}")),
+            Term(unknown=P, left=2 * alpha * one, right=one, latex=(r"2\alpha", "")),
+        ),
+        sign=-1,
+        count=count,
+        index=rf"k = 1, \dots, {count}",
+    )
+    lmis = [falls]
+    if len(rows):
+        lmis.append(_bordered("inside the ranges", P, rows, "h_{i}"))
+    if len(pushes):
+        held = Constant(value=unit, at=(0, 0), latex="1")
+        lmis.append(_moved("the set is kept", P, pushes, "v_{j}", constants=(held,)))
+    if jumps is not None:
+        most = Term(unknown=eta, left=unit, right=unit)
+        lmis.append(_moved("jumps", P, jumps, "m_{j}", terms=(most,)))
+    if errors is not None:
+        lmis.append(_bordered("the error", P, errors, "c_{k}", eta))
+    return Condition(
+        name="tracking",
+        unknowns=(P, eta),
+        lmis=tuple(lmis),
+        objective={"eta": unit},
+        source="docs/tracking.md",
+    )
+
+
+def _moved(
+    name: str,
+    P: Unknown,
+    rows: Floats,
+    latex: str,
+    *,
+    terms: tuple[Term, ...] = (),
+    constants: tuple[Constant, ...] = (),
+) -> LMI:
+    """Pose the other terms less v'Pv >= 0 for each row v."""
+    moved = Term(
+        unknown=P,
+        left=-rows[:, None, :],
+        right=rows[:, :, None],
+        latex=(f"-{latex}'", latex),
+    )
+    return LMI(
+        name=name,
+        blocks=(1,),
+        terms=(moved, *terms),
+        constants=constants,
+        count=len(rows),
+        index=rf"j = 1, \dots, {len(rows)}",
+    )
+
+
+def _bordered(name: str, P: Unknown, rows: Floats, latex: str, eta: Unknown | None = None) -> LMI:
+    """Pose [[P, row'], [row, 1]] >= 0 for each row, or with eta in the place of 1."""
+    n, unit = rows.shape[1], np.ones((1, 1, 1))
+    corner: tuple[Term, ...] = ()
+    fixed: tuple[Constant, ...] = (Constant(value=rows[:, :, None], at=(0, 1), latex=latex),)
+    if eta is None:
+        fixed = (*fixed, Constant(value=unit, at=(1, 1), latex="1"))
+    else:
+        corner = (Term(unknown=eta, left=unit, right=unit, at=(1, 1)),)
+    return LMI(
+        name=name,
+        blocks=(n, 1),
+        terms=(Term(unknown=P, left=np.eye(n)[None], right=np.eye(n)[None]), *corner),
+        constants=fixed,
+        count=len(rows),
+        index=rf"i = 1, \dots, {len(rows)}",
+    )
+
+
+def tracking_function(
+    A: Floats,
+    alpha: float,
+    rows: Floats,
+    pushes: Floats,
+    *,
+    jumps: Floats | None = None,
+    errors: Floats | None = None,
+) -> Floats | None:
+    """Return P (n, n) of the module's condition; None where none is found.
+
+    Parameters are those of ``tracking_condition``.
+    """
+    # In these coordinates every entry that matters is about 1.
+    bound = np.vstack([np.abs(rows), np.zeros((1, A.shape[1]))]).max(axis=0)
+    moved = np.vstack([np.abs(pushes), np.abs(pushes[:0] if jumps is None else jumps)])
+    step = np.vstack([moved, np.zeros((1, A.shape[1]))]).max(axis=0)
+    unit = np.where(bound > 0, 1 / np.where(bound > 0, bound, 1.0), np.where(step > 0, step, 1.0))
+    condition = tracking_condition(
+        A * unit / unit[:, None],
+        alpha,
+        rows * unit,
+        pushes / unit,
+        jumps=None if jumps is None else jumps / unit,
+        errors=None if errors is None else errors * unit,
+    )
+    outcome = optimise(condition, slack=1e-3)
+    if outcome.status != "candidate":
+        return None
+    return np.asarray(outcome.values["P"][0] / np.outer(unit, unit), dtype=np.float64)

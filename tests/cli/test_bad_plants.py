@@ -1,0 +1,218 @@
+"""Plant files with mistakes that a first-time user makes: each message says what to change.
+
+Every file here is a plant of some lines with one thing wrong, or with a wish that cannot be had.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from takagi.cli.main import main
+
+Capture = pytest.CaptureFixture[str]
+HEAD = 'format = 1\nkind = "plant"\nunits = "unchecked"\nname = "p"\n'
+X, Y = "x = { range = [-1, 1] }", "y = { range = [-1, 1] }"
+U, FREE = "u = { range = [-2, 2] }", "u = {}"
+
+
+def plant(states: str, inputs: str, equations: str, more: str = "") -> str:
+    return f"{HEAD}[states]\n{states}\n[inputs]\n{inputs}\n[equations]\n{equations}\n{more}"
+
+
+REFUSED = {
+    "a division by zero at rest": (
+        plant(X, U, 'x = "u + 1/x"'),
+        ["equation of x", "at rest", "divides by it"],
+    ),
+    "a division by a state that passes 0": (
+        plant(f"{X}\n{Y}", U, 'x = "y"\ny = "x/y + u"'),
+        ["has a pole at y = 0", "give y a range on which the equations have a finite value"],
+    ),
+    "a root of a negative number": (
+        plant("h = { unit = \"mm\", range = [-500, 2000], rest = 1000 }", "u = { rest = 1 }",
+              'h = "u - sqrt(h)"'),
+        ["The equation of h has no value where h is 0 mm or beyond, all else at rest",
+         "Let the range of h end before",
+         "delta_h is the deviation of h from its rest, 1000 mm"],
+    ),
+    "a logarithm of zero": (
+        plant("h = { range = [0, 2], rest = 1 }", "u = { range = [-4, 4] }", 'h = "u - log(h)"'),
+        ["has no value where h is 0 or beyond", "Let the range of h end before"],
+    ),
+    "a singularity in the box": (
+        plant("x = { range = [-1, 3], rest = 1 }", "u = { rest = -1 }", 'x = "u + 1/x"'),
+        ["has a pole", "has no value where x is 0 or beyond"],
+    ),
+    "a tangent beyond a quarter turn": (
+        plant('x = { unit = "rad", range = [-2, 2] }', U, 'x = "u + tan(x)"'),
+        ["near x in [-1.57", "give x a range on which the equations have a finite value"],
+    ),
+    "a part that no input moves": (
+        plant(f"{X}\n{Y}", U, 'x = "x + u"\ny = "y"'),
+        ["1 * y", "let an input stand in an equation that moves what grows there"],
+    ),
+    "an input that stands in no equation": (
+        plant(X, U, 'x = "x"'),
+        ["input u stands in no equation", "remove it from [inputs]"],
+    ),
+    "an input whose range does not hold its rest": (
+        plant(X, "u = { range = [1, 3] }", 'x = "x + u"'),
+        [":8: field 'inputs.u'", "outside its range [1, 3]", "widen the range"],
+    ),
+    "an input at the end of its range": (
+        plant(X, "u = { range = [0, 3] }", 'x = "x + u"'),
+        ["rests at the end of its range [0, 3]", "move the rest, or widen the range"],
+    ),
+    "a state at the end of its range": (
+        plant('x = { unit = "mm", range = [0, 1] }', U, 'x = "x + u"'),
+        ["state x rests at 0 mm, the end of its range [0, 1] mm", "widen the range"],
+    ),
+    "a rest that is none": (
+        plant("x = { range = [-1, 3], rest = 1 }", U, 'x = "x^2 + u"'),
+        ["equation of x", "at rest (x = 1, u = 0) x' is 1 per second", "--solve-rest"],
+    ),
+    "starts that reach beyond the range": (
+        plant('x = { unit = "cm", range = [-10, 10] }', U, 'x = "x + u"',
+              "[design]\ninitial = { x = 50 }"),
+        ["initial of x: 50 cm was given, and the range [-10, 10] cm ends 10 cm from rest",
+         "give a smaller initial, or a wider range"],
+    ),
+    "the largest rate without a bound": (
+        plant(X, FREE, 'x = "x + u"', '[design]\ndecay_rate = "max"'),
+        ["nothing bounds the gains", "give gain_bound (--gain-bound), for instance"],
+    ),
+    "an unknown relaxation": (
+        plant(X, U, 'x = "x + u"', '[design]\nrelaxation = "foo"'),
+        ["relaxation 'foo' is not known", "also auto"],
+    ),
+    "a state without a range": (
+        plant("x = {}", FREE, 'x = "x^3 + u"'),
+        ["depends on x, for which no range was given", "give each range = [low, high]"],
+    ),
+    "a misspelled state": (
+        plant(X + "\nangle = { range = [-1, 1] }", U, 'x = "angel + u"\nangle = "x"'),
+        [":11: field 'equations.x'", "did you mean 'angle'?"],
+    ),
+    "a misspelled function": (
+        plant(X, U, 'x = "sine(x) + u"'),
+        ["'sine' is not a function (did you mean 'sin'"],
+    ),
+    "a misspelled unit": (
+        plant('x = { unit = "Nm", range = [-1, 1] }', U, 'x = "x + u"'),
+        [":6: field 'states.x.unit'", "write 'N m'"],
+    ),
+    "a misspelled key": (
+        plant("x = { rnge = [-1, 1] }", U, 'x = "x + u"'),
+        [":6: field 'states.x.rnge'", "did you mean 'range'?"],
+    ),
+    "an equation for nobody": (
+        plant(X, U, 'x = "x + u"\nz = "1"'),
+        ["field 'equations.z'", "z is not a state; states are x"],
+    ),
+    "units that do not fit": (
+        plant('x = { unit = "m", range = [-1, 1] }', 'u = { unit = "N" }', 'x = "u"').replace(
+            "unchecked", "checked"
+        ),
+        ["u has the unit kg m/s^2, but x' has m/s", "correct the expression or a unit"],
+    ),
+}  # fmt: skip
+
+# The first line of what is told where there are no gains.
+NONE = {
+    "a rate that cannot be had": (
+        plant(X, U, 'x = "x + u"', "[design]\ndecay_rate = 1e6"),
+        ["decay rate of 1e+06 1/s", "What to change: lower the rate (--decay-rate"],
+    ),
+    "a rate in the unit of the file": (
+        plant('x = { unit = "mol/L", range = [-1, 1] }', 'u = { unit = "mol/(L min)" }',
+              'x = "x*a + u"',
+              '[parameters]\na = { value = 1, unit = "1/min" }\n[design]\ndecay_rate = 0.01\n'
+              "gain_bound = 0.001").replace("unchecked", "checked"),
+        ["decay rate of 0.6 1/min", "raise gain_bound"],
+    ),
+    "poles that are asked to be slower than the decay": (
+        plant(f"{X}\n{Y}", FREE, 'x = "y"\ny = "-100*x + u"',
+              "[design]\nfastest = 0.1\ndecay_rate = 1"),
+        ["fastest = 0.1 1/s, the largest size of the poles", "raise it (--fastest)"],
+    ),
+    "a bound on the gains that is too small": (
+        plant(X, FREE, 'x = "x + u"', "[design]\ngain_bound = 0.5"),
+        ["Most in the way is gain_bound = 0.5, on every gain. What to change: raise it"],
+    ),
+    "an input whose effect changes its sign": (
+        plant(X, "u = { range = [-5, 5] }", 'x = "x + x*u"'),
+        ["where z1 = x is about 0, no input moves a part of the plant", "ranges that leave such"],
+    ),
+    "an input too small for the starts": (
+        plant(X, "u = { range = [-0.5, 0.5] }", 'x = "x + u"', "[design]\ninitial = { x = 0.9 }"),
+        ["Most in the way is that the set must hold all initial states", "(--initial)"],
+    ),
+}  # fmt: skip
+
+
+def designed(text: str, folder: Path) -> int:
+    path = folder / "plant.toml"
+    path.write_text(text, encoding="utf-8")
+    return main(["design", str(path), "--out", str(folder / "out")])
+
+
+@pytest.mark.parametrize("wrong", REFUSED)
+def test_a_wrong_file_is_refused_with_place_reason_and_cure(
+    wrong: str, tmp_path: Path, capsys: Capture
+) -> None:
+    """Status 2, one message, nothing written."""
+    text, words = REFUSED[wrong]
+
+    assert designed(text, tmp_path) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("Error: ") and "Traceback" not in said and "Warning" not in said
+    for part in words:
+        assert part in said, said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("wish", NONE)
+def test_a_wish_that_cannot_be_had_says_first_what_to_change(
+    wish: str, tmp_path: Path, capsys: Capture
+) -> None:
+    """Status 1; the first line is for the user, what the solver says stands behind it."""
+    text, words = NONE[wish]
+
+    assert designed(text, tmp_path) == 1
+    said = capsys.readouterr().err
+    first = next(line for line in said.splitlines() if line.startswith("Not proved"))
+    for part in words:
+        assert part in first, said
+    assert "multipliers" not in first
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+def test_a_disturbance_beyond_what_is_withstood_is_told_beside_the_file_s(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    """x' = x + u + w, |u| <= 2 on |x| <= 1: a set under |w| <= 0.75, where the file has 1.5."""
+    text = plant(X, U, 'x = "x + u + w"', "[disturbances]\nw = { range = [-1.5, 1.5] }")
+
+    assert designed(text, tmp_path) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "w up to 0.75, which is 0.5 times the 1.5 of the file" in said
+
+
+def test_files_of_another_kind_are_named(tmp_path: Path, capsys: Capture) -> None:
+    """A certificate or a gain file where a model is needed, and the other way round."""
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text('{"claims": [], "model": {}}', encoding="utf-8")
+    gains.write_text('{"format": "takagi-gains", "certificate": {"claims": []}}', encoding="utf-8")
+    out = ["--out", str(tmp_path / "out")]
+
+    assert main(["design", str(certificate), *out]) == 2
+    assert "this is a certificate, and a model is needed" in capsys.readouterr().err
+    assert main(["design", str(gains), *out]) == 2
+    assert "this is a gain file, and a model is needed" in capsys.readouterr().err
+    assert main(["certify", "cart_pole", "--gains", str(certificate), *out]) == 2
+    assert "this is a certificate, and a gain file is needed" in capsys.readouterr().err
+    assert main(["certify", "cart_pole", "--gains", str(gains), *out]) == 2
+    assert "this is no gain file, for 'law' is missing" in capsys.readouterr().err
