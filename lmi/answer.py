@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 
 Status: TypeAlias = Literal["candidate", "infeasible", "unknown"]
 

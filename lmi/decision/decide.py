@@ -27,7 +27,6 @@ from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.duality import least_objective_bound
 from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision.answer_check import exactly_judged, judged, says_no, values_of
-from takagi.lmi.decision.free_numbers import in_free_numbers, refuse_kept
 from takagi.lmi.decision.outcome import (
     Outcome,
     better,
@@ -84,6 +83,9 @@ def decide(
         "unknown", and its diagnosis reports it.  None for no limit.
     """
     if condition.equalities:
+        # Imported here: few conditions have equalities, and solving them exactly needs much code.
+        from takagi.lmi.decision.free_numbers import in_free_numbers, refuse_kept
+
         refuse_kept(condition, assembled, rows)
         return in_free_numbers(
             condition.with_parameters(**(parameters or {})),
@@ -174,6 +176,8 @@ def optimise(
     condition, if any were found.  "infeasible" when none satisfy it with a margin.
     """
     if condition.equalities:
+        from takagi.lmi.decision.free_numbers import in_free_numbers, refuse_kept
+
         refuse_kept(condition, assembled, None)
         return in_free_numbers(
             condition.with_parameters(**(parameters or {})),
