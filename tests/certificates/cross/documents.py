@@ -10,7 +10,13 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import certify
-from takagi.certificates.requests import ClaimedLoop, FuzzyDecay, SampledLoop, attempts_at_all
+from takagi.certificates.requests import (
+    ClaimedLoop,
+    ExitProbability,
+    FuzzyDecay,
+    SampledLoop,
+    attempts_at_all,
+)
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
 from takagi.models.plant_files import load_plant
@@ -74,6 +80,8 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
         "held command",
         dict(certify(cubic(), [[[1.0]], [[1.5]]], claims=[SampledLoop(0.1)]).document),
     )
+    noisy = certify(cubic(), [[[1.0]], [[1.5]]], claims=[ExitProbability([0.3], 10.0)])
+    yield "white noise", dict(noisy.document)
     yield "observed", observed_certificate()
     yield "impossible", impossible_certificate()
 
