@@ -12,6 +12,7 @@ import numpy as np
 from takagi.certificates import certify
 from takagi.certificates.requests import (
     ClaimedLoop,
+    ExitProbability,
     FuzzyDecay,
     FuzzyL2Gain,
     SampledLoop,
@@ -85,6 +86,8 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
         "held command",
         dict(certify(cubic(), [[[1.0]], [[1.5]]], claims=[SampledLoop(0.1)]).document),
     )
+    noisy = certify(cubic(), [[[1.0]], [[1.5]]], claims=[ExitProbability([0.3], 10.0)])
+    yield "white noise", dict(noisy.document)
     yield "observed", observed_certificate()
     yield "impossible", impossible_certificate()
 
