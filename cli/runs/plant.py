@@ -90,7 +90,7 @@ class PlantMaker:
 
         plant, settings = self._question()
         found = certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
-        if found.gains is not None and found.law is None:
+        if found.gains is not None and found.law is None and found.output_law is None:
             why = next((note for note in found.notes if "are not kept: " in note), "")
             raise ModelError(
                 f"{gains}: the law cannot be simulated on this plant, which has changed: "

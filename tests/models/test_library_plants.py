@@ -25,8 +25,8 @@ from takagi.models import (
 
 Floats = NDArray[np.float64]
 BLENDED = {"boost_throttle", "split_range"}
-# Their equations are in plant/test_uncertain_parameters and below.
-ELSEWHERE = {"dc_servo", "two_mass_spring"}
+# Their equations are in plant/test_uncertain_parameters, certificates/test_twelve_states, below.
+ELSEWHERE = {"cart_chain", "dc_servo", "two_mass_spring"}
 FREE = 2.0  # a variable without a range is drawn from [-2, 2]
 
 

@@ -39,7 +39,7 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
         one that is an uncertain parameter.
     """
     listed = member(model, "references", where)
-    if not isinstance(listed, list) or not listed:
+    if not listed or not isinstance(listed, list):
         raise CertificateError(f"{where}.references: a list is needed")
     signals = [v.name for v in plant.disturbances]
     states = [v.name for v in plant.states]

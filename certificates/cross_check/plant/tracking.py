@@ -122,8 +122,8 @@ def tracking(claim: Any, model: Any, gains: Any) -> Obligations:
 
 def _references(model: Any, plant: TreePlant) -> list[tuple[Variable, int, Tree]]:
     """Return signal, place of its integral in the states, and what follows, of each reference."""
-    listed = entry(model, "references")
-    if not isinstance(listed, list) or not listed:
+    named = entry(model, "references")
+    if not named or not isinstance(named, list):
         raise Refusal("references: a list is needed")
     by_name = {v.name: v for v in plant.pushes}
     places = {v.name: k for k, v in enumerate(plant.states)}
@@ -131,7 +131,7 @@ def _references(model: Any, plant: TreePlant) -> list[tuple[Variable, int, Tree]
     for name, value in model.get("parameters", {}).items():
         meaning[name] = parsed(value)
     found = []
-    for one in listed:
+    for one in named:
         name, integral = line(one, "reference"), line(one, "integral")
         if name not in by_name or integral not in places:
             raise Refusal("references: a signal and a state are needed")
