@@ -29,8 +29,16 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
 
     Raises
     ------
-    ModelError : gains that do not fit the model.
+    ModelError : gains that do not fit the model; a law with measured outputs, whose formulas the
+        appendix does not have.
     """
+    from takagi.models.errors import ModelError
+
+    if design.output_law is not None:
+        raise ModelError(
+            f"plant {design.plant.name!r} has measured outputs, and the appendix has the formulas "
+            "of a law of all states alone; the report (takagi report) has this law's"
+        )
     from takagi.reports.appendix.assembly import assembled
     from takagi.reports.appendix.plant_context import latex_context
 

@@ -27,6 +27,7 @@ from takagi.models.plant import PlantSettings
 from takagi.models.plant_files import load_plant
 from takagi.reports.code import ProgramRun, read_controller
 from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.reports.sections.plant import plant_report
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 FILE = data_folder() / "flexible_link.toml"
@@ -288,3 +289,13 @@ def test_wishes_that_are_not_proved_are_refused(
 ) -> None:
     with pytest.raises(ModelError, match=word):
         design_plant(pendulum(tmp_path), settings)
+
+
+@pytest.mark.slow
+def test_the_report_is_about_the_law_with_outputs() -> None:
+    page = plant_report(link())
+
+    assert "an observer has tm in the place of the states" in page
+    assert "Gains L of the observer" in page and "whose shadow on the states" in page
+    assert "The law knows the whole state exactly" not in page
+    assert "Beside a linear-quadratic regulator" not in page

@@ -139,6 +139,8 @@ def _law(family: PolytopicLoop, where: str) -> ObserverLaw:
     refuse_averages(family, "observer", where)
     if family.observer is None:
         raise CertificateError(f"{where}: gains with an observer are needed (gains.observer)")
+    if not family.C:
+        raise CertificateError(f"{where}: the model has no output to observe from")
     if not family.K or not family.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
     return family.observer

@@ -91,7 +91,17 @@ class ObservedWork:
                 claims = [*claims, slope_claim(plant.name)]
             if files:
                 data |= content_of(files)
-        return cls(plant, asked, model, demands, tuple(files), clock, question, data, tuple(claims))
+        return cls(
+            plant=plant,
+            asked=asked,
+            model=model,
+            demands=demands,
+            files=tuple(files),
+            clock=clock,
+            question=question,
+            model_data=data,
+            claims=tuple(claims),
+        )
 
     def loop(self, gains: Floats, L: Floats) -> ClaimedLoop:
         """Return the loop with gains K (r, m, n) and L (r or 1, n, p)."""

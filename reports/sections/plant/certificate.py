@@ -32,6 +32,7 @@ def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
             ),
             "tried": list(design.certificate.tried),
             "functions": _functions(loop),
+            "together": _first_part(loop),
             "level": significant(level, 4) if level is not None and loop.bounded else "",
             "level_proved": loop.level_proved,
             "states": list(loop.model.states),
@@ -40,8 +41,19 @@ def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
     )
 
 
+def _first_part(loop: PlantLoop) -> str:
+    """Return the first part of z = (., x - s) of a law with outputs; empty for any other."""
+    if loop.observed is None:
+        return ""
+    return "s" if loop.observed.law.at_estimate else "x"
+
+
 def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
     """Return (name, rows of P) of the functions for decay and for the invariant set."""
+    if loop.observed is not None and loop.observed.P is not None:
+        P = loop.observed.P
+        rows = [[significant(float(entry), 6) for entry in row] for row in P]
+        return [("plant and estimate", rows)]
     found = [("decay", loop.decay_P)] if loop.decay_P is not None else []
     if loop.level_proved and loop.P is not None:
         found.append(("invariant set", loop.P))

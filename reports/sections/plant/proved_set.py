@@ -61,6 +61,7 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
             "left_out": max(len(loop.names) - MOST_STATES, 0) if plates else 0,
             "settled": settled,
             "share": f"{SETTLED:.0%}",
+            "observed": loop.observed is not None,
         },
     )
 

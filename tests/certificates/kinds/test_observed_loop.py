@@ -262,6 +262,28 @@ def test_an_observer_that_does_not_fit_is_refused(observer: Data) -> None:
         judge_document(document)
 
 
+def test_outputs_are_needed() -> None:
+    """A name of an output without its C: nothing says what L acts on."""
+    model, gains, claim = line()
+    stable = {**model, "A": [[[-1]]]}
+    del stable["C"]
+    document = certificate_document(
+        model=stable, gains=gains, claims=[claim | {"P": [[1, 0], [0, 9]]}], provenance={}
+    )
+    with pytest.raises(CertificateError, match="no output"):
+        check_document(document)
+    with pytest.raises(Refusal, match="outputs"):
+        judge_document(document)
+
+
+def test_weights_of_a_model_without_a_plant_are_assumed() -> None:
+    """Two rules, nothing about what they depend on: the sentence says that they are known."""
+    model, gains, claim = line()
+    two = {**model, "A": [[[1]], [[0.5]]]}
+    text = both(two, gains, claim)[2]
+    assert "which it is assumed to know" in text
+
+
 def test_an_observer_is_needed() -> None:
     model, gains, claim = line()
     del gains["observer"]

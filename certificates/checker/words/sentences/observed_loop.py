@@ -33,6 +33,8 @@ def said(
     law = family.observer
     assert law is not None  # the kind asks for it
     first, weights = "x", "weights of the plant, which its measured outputs tell"
+    if family.scheduled_by is None and family.rules > 1:
+        weights = "weights of the plant, which it is assumed to know"
     if law.at_estimate:
         first, weights = "xhat", "weights at the estimate"
     boxed = any(side is not None for side in family.box) or bool(family.other_box)
