@@ -19,7 +19,7 @@ def test_every_block_prints_what_the_page_shows() -> None:
     for block in found:
         assert printed(block, names) == (block.shown or ""), f"line {block.line}"
 
-    assert len(found) == 3
+    assert len(found) == 4
 
 
 def test_every_kind_of_claim_is_on_the_page() -> None:
