@@ -15,7 +15,7 @@ OUTSIDE = "wind estimate from outside, within the stated class"
 KNOWN_WIND = "constant wind that the law knows"
 RUNNING = (
     "constant wind",
-    "start with V <= 1 in the set of the wind's cell, pitch at or above its lower limit, schedule "
+    "start with V <= 1 in the set of that wind cell, pitch at or above its lower limit, schedule "
     "wind within the tables, and what is sent equal to what the law asks for",
     "c_P of the table",
     "wake with one state, which answers to pitch alone",

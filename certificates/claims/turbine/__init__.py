@@ -10,7 +10,7 @@ wind_rate_claim        how fast a wind that the law knows may move
 actuator_rates         how fast pitch and torque move
 published              the loop with a published law, over a grid of overlaps
 published_search       its cells: a centre, a box and a P for each
-running_loop           the loop with its observer at constant winds: candidates without a claim
+running_loop           the loop with its observer and filters, at constant winds
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 A dependent claim is kept only if the checker proves it, assuming the claim about the loop. So a
 consequence that a design does not have cannot make the file UNDECIDED. The reason why a claim was
-left out is recorded in the file's provenance.
+left out is recorded in the file's provenance.  The claim about the loop with its observer is by
+itself: of it those winds are claimed at which a function was found.
 """
 
 from __future__ import annotations
