@@ -27,7 +27,7 @@ from takagi.models.plant import PlantSettings
 from takagi.models.plant_files import load_plant
 from takagi.reports.code import ProgramRun, read_controller
 from takagi.reports.gains_file import dump_gains, plant_gain_file
-from takagi.reports.simulation.plant import simulate_plant, simulation_data
+from takagi.reports.simulation import simulate_plant, simulation_data
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """
