@@ -18,6 +18,7 @@ from takagi.cli.options.plant_options import (
 )
 from takagi.cli.options.time_budget import budget_asked, time_options
 from takagi.cli.progress import Tell
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -75,20 +76,28 @@ class PlantMaker:
         return CertifiedLaw(found.document, found.checked, tuple(notes), found.is_about_plant)
 
     def with_gains(self, gains: Path, tell: Tell) -> PlantDesign:
-        """Return the proof for the gains of a file, as they stand: a design to be simulated."""
-        from takagi.certificates.design.given.plant_gains import read_gains
-        from takagi.certificates.design.plant.design import certify_filed, certify_plant
+        """Return the proof for the gains of a file, as they stand: a design to be simulated.
+
+        The plant may have changed since, as long as its equations can be written in the premises of
+        the file.
+
+        Raises
+        ------
+        ModelError : they cannot, so that the law has weights of its own.
+        CertificateError : the gain file is unreadable, or not for this plant.
+        """
+        from takagi.certificates.design.plant.design import certify_filed
 
         plant, settings = self._question()
-        if plant.measured is not None:
-            return certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
-        return certify_plant(
-            plant,
-            lambda derived: read_gains(gains, derived),
-            settings,
-            files=self.source.files,
-            tell=tell,
-        )
+        found = certify_filed(plant, gains, settings, files=self.source.files, tell=tell)
+        if found.gains is not None and found.law is None:
+            why = next((note for note in found.notes if "are not kept: " in note), "")
+            raise ModelError(
+                f"{gains}: the law cannot be simulated on this plant, which has changed: "
+                f"{why}; simulate it on its own plant, or design gains anew ('takagi certify' says "
+                "what is still proved of these)"
+            )
+        return found
 
     def _question(self) -> tuple[Plant, PlantSettings]:
         return self.source.model, plant_settings(self.source, self.asked)

@@ -301,3 +301,18 @@ def test_a_law_with_weights_of_its_own_keeps_its_limits(tmp_path: Path) -> None:
     assert proved.law is None and proved.proved
     (claim,) = (c for c in proved.document["claims"] if c["kind"] == "input-limits")
     assert claim["input_limits"] == [40.0]
+
+
+def test_old_gains_are_simulated_where_their_premises_are_kept(
+    gains: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """On a smaller range they are; a drag asks for another premise, and it is said."""
+    plant = tmp_path / "plant.toml"
+    options = ["--gains", str(gains), "--start", "angle=0.5"]
+
+    plant.write_text(CHANGES["a smaller range"](PENDULUM), encoding="utf-8")
+    assert main(["simulate", str(plant), *options]) == 0
+    plant.write_text(DRAG, encoding="utf-8")
+    assert main(["simulate", str(plant), *options]) == 2
+    said = capsys.readouterr().err
+    assert "the law cannot be simulated on this plant" in said and "are not kept: " in said
