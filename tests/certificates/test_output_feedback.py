@@ -28,7 +28,7 @@ from takagi.models.plant_files import load_plant
 from takagi.reports.code import ProgramRun, read_controller
 from takagi.reports.gains_file import dump_gains, plant_gain_file
 from takagi.reports.sections.plant import plant_report
-from takagi.reports.simulation.plant import simulate_plant, simulation_data
+from takagi.reports.simulation import simulate_plant, simulation_data
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """

@@ -19,7 +19,7 @@ from takagi.certificates.document import dumps
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.gains_file import dump_gains, plant_gain_file
 from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file_schema
-from takagi.reports.simulation.plant import simulate_plant, simulation_data
+from takagi.reports.simulation import simulate_plant, simulation_data
 from tests.reports.plant_designs import design_of
 
 X, V, F = sp.symbols("x v F", real=True)

@@ -163,7 +163,7 @@ def design_observed(work: ObservedWork, digits: Sequence[int]) -> PlantDesign | 
         if found.design.found and _count(work) > MOST_LOOPS:
             found = find_gains(work.plant, work.model, replace(wanted, relaxation="common-gain"))
     if not found.design.found:
-        first = obstacle(found, work.plant, wanted)
+        first = obstacle(found, work.plant, work.model, wanted)
         return NoDesign("\n".join(part for part in (first, found.design.answer.diagnosis) if part))
     K = np.asarray(found.design.require()[0])
     own = float(found.design.decay_rate)

@@ -21,7 +21,7 @@ from takagi.certificates.design.plant import PlantDesign, certify_plant, design_
 from takagi.models import Plant, load_model
 from takagi.models.plant import PlantSettings
 from takagi.reports.loops import plant_rate, uncertain_ends
-from takagi.reports.simulation.plant import simulate_plant
+from takagi.reports.simulation import simulate_plant
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]

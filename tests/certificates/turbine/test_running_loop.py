@@ -20,11 +20,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from takagi.certificates import check
-from takagi.certificates.checker.kernel.reader import digest, read_text
-from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains, Refused
-from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.checker.replay.certificate import check_document
+from takagi.certificates import CertificateError, Verdict, check
+from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker.kernel.reader import digest
+from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.equations import equations
@@ -46,7 +45,7 @@ from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.machine import Machine as SecondMachine
 from takagi.certificates.cross_check.turbine.running.machine import box
 from takagi.certificates.design.claim_summary import running_loop_summary
-from takagi.certificates.design.given.turbine_law import read_observer
+from takagi.certificates.design.given import read_observer
 from tests.certificates.recorded.answers import recorded
 
 motion: Any = import_module("turbine_running")
