@@ -1,14 +1,14 @@
-r"""The ellipsoid {z'Pz <= 1} of a given loop in which many starts z = N x lie, inside limits.
+r"""The ellipsoid {z'Pz <= 1} of a given loop, inside limits, with a large set of starts z = N x.
 
-A law with states of its own starts them in a known way: an observer at rest, whatever the state x
-is.  Then z = N x, and the starts x for which a motion stays within |r_t z| <= 1 are
-{x'Sx <= 1} with S = N'PN.  Sought is the P > 0 whose set of starts is large:
+The states of a law start in a known way, such as an observer at rest for every state x of the
+plant.  Then z = N x, and from every start in {x'Sx <= 1}, S = N'PN, the motion stays within
+|r_t z| <= 1.  The P > 0 with a large set of starts solves
 
     least tr(W S)   subject to   G_k'P + P G_k + 2 alpha P < 0        (G_k'P G_k < e^(-2 alpha T) P)
                                  [[P, r_t'], [r_t, 1]] >= 0.
 
-The volume of the starts grows as det S falls.  log det S is concave, so that W = S^-1 of the last
-round makes it fall from round to round; the first W is that of the set itself at a first guess.
+The volume of the starts grows as det S falls.  log det S is concave in S, so it
+falls from round to round with W = S^-1 of the last round; the first W is that of a first guess.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.1 and 5.2; the rounds are those of
 Fazel, Hindi, Boyd (2003), Log-det heuristic for matrix rank minimization (recalled).
@@ -37,7 +37,7 @@ class StartSet:
 
     Attributes
     ----------
-    P : (n, n); None where there is none, then ``diagnosis`` says why.
+    P : (n, n); None if none was found, then ``diagnosis`` says why.
     words : the solver's status in the last step.
     """
 
@@ -147,7 +147,7 @@ def start_set(
     P = P * float(np.einsum("ti,ij,tj->t", rows, np.linalg.inv(P), rows).max())
     words = str(first.status)
     for _ in range(rounds):
-        # In these coordinates the last set reaches one along every axis.
+        # In these coordinates the last set extends to 1 along every axis.
         units = np.sqrt(np.diag(np.linalg.inv(P)))
         N = starts / units[:, None]
         S = starts.T @ P @ starts

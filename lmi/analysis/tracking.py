@@ -1,17 +1,18 @@
-r"""A quadratic function for a loop whose rest moves with a reference.
+r"""A quadratic function for a loop whose equilibrium moves with a reference.
 
 For z' = A z + d with A in the hull of the vertices A_k, alpha > 0 and
 
     A_k' P + P A_k + 2 alpha P < 0,    [[P, h_i], [h_i', 1]] >= 0,    v_j' P v_j <= 1,
 
 V = z'Pz falls at the rate 2 alpha where d = 0, and {V <= 1} lies inside |h_i' z| <= 1; the v_j are
-pushes over alpha and their shares, so that the set is kept under their sum.  Two objectives:
+the pushes d, each over alpha and its share, so that the set is invariant under their
+sum.  Two objectives:
 
     jumps    least eta with m_j' P m_j <= eta: the largest multiples of jumps m_j within the set
     error    least eta with [[P, c_k], [c_k', eta]] >= 0: the error c_k' z on the set
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3, by the triangle inequality in
-the norm of P in the place of the S-procedure; see ``docs/tracking.md``.
+the norm of P instead of the S-procedure; see ``docs/tracking.md``.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ def _moved(
 def _bordered(
     name: str, P: Unknown, rows: Floats, symbol: str, letter: str, eta: Unknown | None = None
 ) -> LMI:
-    """Pose [[P, row'], [row, 1]] >= 0 for each row, or with eta in the place of 1."""
+    """Pose [[P, row'], [row, 1]] >= 0 for each row, or with eta instead of 1."""
     n, unit = rows.shape[1], np.ones((1, 1, 1))
     corner: tuple[Term, ...] = ()
     fixed: tuple[Constant, ...] = (
@@ -152,7 +153,7 @@ def tracking_function(
 
     Parameters are those of ``tracking_condition``.
     """
-    # In these coordinates every entry that matters is about 1.
+    # States scaled so that the entries of rows and pushes are about 1.
     bound = np.vstack([np.abs(rows), np.zeros((1, A.shape[1]))]).max(axis=0)
     moved = np.vstack([np.abs(pushes), np.abs(pushes[:0] if jumps is None else jumps)])
     step = np.vstack([moved, np.zeros((1, A.shape[1]))]).max(axis=0)

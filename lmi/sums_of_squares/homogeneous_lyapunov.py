@@ -58,7 +58,7 @@ class HomogeneousLyapunov:
     degree : 2d.
     exponents : (N, n), the monomials m.
     gram : (N, N) G for m(x) in the model's states; None unless a candidate.
-    decay_rate : alpha in 1/s that was asked for and holds; None unless a candidate.
+    decay_rate : the required alpha in 1/s; None unless a candidate.
     margin, bound : as of an ``Answer``.
     condition, values : what was solved, in balanced states and monomials of like size.
     units : (N,) powers of two by which the condition's monomials are multiplied.

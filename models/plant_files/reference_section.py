@@ -106,7 +106,8 @@ def _rest(document: Document, place: str, plant: Plant, followed: sp.Expr) -> Fr
     if not found.is_Rational:
         raise document.error(
             f"{place}.follow",
-            f"it is {found} at rest, which is no decimal; follow a state, or an output that is one",
+            f"it is {found} at rest, which is not a decimal; follow a state, or an output that is "
+            "a decimal there",
         )
     return Fraction(int(found.p), int(found.q))
 

@@ -42,7 +42,7 @@ def filed_laws(
     for name in beside:
         if name != "baseline":
             raise ModelError(
-                f"law {name!r} was asked for beside the law of {path}; only baseline can be "
+                f"law {name!r} was requested with the law of {path}; only baseline can be "
                 "simulated with it, because another law has to be designed: simulate that in "
                 "its own run"
             )

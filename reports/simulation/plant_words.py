@@ -157,7 +157,7 @@ def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
     size, unit = file_unit(variable)
     wanted = np.concatenate([motion.wanted[:, k] for motion in found.motions])
     most = float(wanted[np.nanargmax(np.abs(wanted))])
-    return f" (the law asked for up to {most / size:.4g}{_behind(unit)})"
+    return f" (the law commanded up to {most / size:.4g}{_behind(unit)})"
 
 
 def _left(found: PlantSimulation) -> list[str]:

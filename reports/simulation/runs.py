@@ -28,7 +28,7 @@ FIGHTING = 5.0
 RESTLESS = 1.0
 # A turbine would have been shut down by its safety system long before [% above rated].
 RUNAWAY = 20.0
-# Sample times that can be asked for [s].
+# The shortest and the longest possible sample time [s].
 MOST_OFTEN, RAREST = 0.001, 1.0
 
 FLAG_WORDS = {
@@ -209,7 +209,7 @@ def run_simulation(
 def _with_own_filter(
     plant: SimulatedTurbine, name: str, chosen: ChosenLaws, parts: PlantParts
 ) -> SimulatedTurbine:
-    """Return the plant with the low-pass that goes out with a law, unless another was asked for."""
+    """Return the plant with the low-pass that is exported with a law, unless another is given."""
     if parts.speed_filter is not None or name not in chosen.speed_filters:
         return plant
     return replace(plant, speed_filter=chosen.speed_filters[name])

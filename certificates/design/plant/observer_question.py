@@ -54,7 +54,7 @@ def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> Obs
     for name in LEFT_OUT:
         if getattr(asked, name):
             raise ModelError(
-                f"plant {plant.name!r}: {name} was asked for, which is not proved of a law with "
+                f"plant {plant.name!r}: {name} was given, which is not proved for a law with "
                 "measured outputs; leave it out, or leave out 'measured' for a law of all states"
             )
     names = [y.name for y in plant.outputs]

@@ -1,4 +1,4 @@
-r"""The V = x'Px that shows the least probability of leaving a set under white noise.
+r"""The V = x'Px with the least bound on the probability of leaving a set under white noise.
 
 dx = (A x + D d) dt + S dW with |d_k| <= 1 and (A, D, S) in the hull of the vertices.  At a rate
 a > 0, with kappa = 1/(2k),
@@ -7,10 +7,10 @@ a > 0, with kappa = 1/(2k),
     [ .                 -diag(b)    0        ]  < 0,   tr(S_i' P S_i) + sum b <= c,   P >= h_j h_j'
     [ .                 .           -kappa I ]
 
-for every row h_j with |h_j x| <= 1 in the box.  The probability is then about exp(-k (1 - c/a)),
-and k (1 - c/a) = (1 - c/a) / (2 kappa) is a quotient of affine functions: Dinkelbach's method poses
-max (1 - c/a) - 2 r kappa for the best r so far, a few times.  All is affine in (P, b, c, kappa).
-The rate a is searched along one line.
+for every row h_j with |h_j x| <= 1 in the box.  The bound is then about exp(-k (1 - c/a)), and
+k (1 - c/a) = (1 - c/a) / (2 kappa) is a quotient of affine functions: Dinkelbach's method poses
+max (1 - c/a) - 2 r kappa for the best r so far, a few times.  The LMIs are affine in
+(P, b, c, kappa) at a fixed rate a; a is found by a search along a line.
 
 Source: the inequality is derived in docs/exit-probability.md; Dinkelbach (1967), Management Science
 13, On nonlinear fractional programming.
@@ -35,7 +35,7 @@ from takagi.models.errors import ModelError
 STEPS, ENOUGH = 8, 1e-4
 # Candidates of the rate a, as fractions of the slowest vertex' decay of V, and its refinement.
 SHARES, REFINED = (0.02, 0.05, 0.1, 0.2, 0.4, 0.7), 0.05
-# How much the covariance is padded, so that states that no noise reaches have a unit too.
+# Share added to the covariance, so that states without noise have a scale too.
 PAD = 1e-9
 
 
@@ -209,7 +209,7 @@ def _place(j: int, m: int) -> str:
 def exit_function(
     system: NoisyVertices, horizon: float, *, start: float = 0.0, rate: float | None = None
 ) -> ExitFunction | None:
-    """Return about the function with the least bound for T s from V = start; None if none is found.
+    """Return nearly the best function for T s from V = start; None if none is found.
 
     Parameters
     ----------
@@ -284,7 +284,7 @@ def _solved(outcome: Outcome, rate: float) -> ExitFunction | None:
 
 
 def _unit_states(system: NoisyVertices, slowest: float) -> Floats:
-    """Return T of x = T xhat in which the noise makes a set about round, that fits the rows."""
+    """Return T of x = T xhat in which the noise has about unit covariance, scaled to the rows."""
     A, load = system.A.mean(axis=0), np.concatenate([system.S, system.D], axis=2)
     spread = (load @ load.transpose(0, 2, 1)).mean(axis=0)
     n = len(A)

@@ -13,7 +13,7 @@ In the unknowns X, Y and
     Ah = N A_K M' + N B_K C X + Y B C_K M' + Y (A + B D_K C) X
 
 the Lyapunov inequality of the closed loop is linear after a congruence.  P > 0 is W > 0,
-W = [[X, I], [I, Y]].  In discrete time x+ and s+ stand in the place of x' and s'.
+W = [[X, I], [I, Y]].  In discrete time x+ and s+ replace x' and s'.
 
 Source: Scherer, Gahinet, Chilali (1997), IEEE Trans. Automatic Control 42(7):896-911, section IV,
 recalled.

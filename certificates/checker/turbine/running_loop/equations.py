@@ -69,7 +69,7 @@ def equations(cell: Cell, span: Factors, held: Span) -> tuple[Signals, list[Sign
     braking = combined((unit, u), (-unit, g), (-unit, times("feed-forward", rate)))
     table = combined((1, times("stiffness", e)), (-1, times("pitch gain", p)))
     late = times("late pitch gain", combined((1, p), (-1, eta)))
-    owed = combined(
+    distance = combined(
         (1, times("pitch per effort", g)),
         (-1, times("pitch by schedule", s)),
         (1, times("lead", rate)),
@@ -84,7 +84,7 @@ def equations(cell: Cell, span: Factors, held: Span) -> tuple[Signals, list[Sign
     apart = combined((1, m), (-1, o))
     found = [
         times("inertia", combined((1, table), (-1, late), (-1, braking))),
-        combined((1 / cell.plant.lag, times("drive", owed))),
+        combined((1 / cell.plant.lag, times("drive", distance))),
         combined((-1, times("integral rate", error))),
         rate,
         measured_rate(machine),

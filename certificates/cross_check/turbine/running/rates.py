@@ -75,13 +75,13 @@ class RunningRates:
         table = _less(times("stiffness", e), times("pitch gain", p))
         late = times("late pitch gain", _less(p, eta))
         asked = _less(times("pitch per effort", g), times("pitch by schedule", s))
-        owed = _less(_sum(asked, times("lead", rate)), p)
+        distance = _less(_sum(asked, times("lead", rate)), p)
         seen = _sum(table, times("observed stiffness", _less(m, e)))
         seen = _less(_sum(seen, times("wind gain", z)), load)
         gap = _less(m, o)
         found = [
             times("inertia", _less(_less(table, late), load)),
-            _by(1 / rotor.drive, times("drive", owed)),
+            _by(1 / rotor.drive, times("drive", distance)),
             _by(fmpq(-1), times("integral rate", error)),
             rate,
             self.filtered_rate(),
