@@ -147,11 +147,16 @@ def _law(family: PolytopicLoop, where: str) -> ObserverLaw:
 
 
 def _unknown_premise(family: PolytopicLoop, law: ObserverLaw) -> str:
-    """Return why the observer does not know its weights; empty if it knows them."""
+    """Return why the observer does not know its weights; empty if it knows them.
+
+    It evaluates its premises before it commands: an input it does not know.
+    """
+    commanded = [name for name in family.scheduled_by or () if name in family.inputs]
+    if commanded:
+        return f"premises depend on {commanded[0]}, which the law knows after it has commanded"
     if not law.at_estimate:
         hidden = hidden_premises(family)
         return f"premises depend on {hidden}, which is not measured" if hidden else ""
     # At its estimate the observer evaluates states; what comes from outside it does not know.
-    known = {*family.states, *family.inputs}
-    outside = [name for name in family.scheduled_by or () if name not in known]
+    outside = [name for name in family.scheduled_by or () if name not in family.states]
     return f"premises depend on {outside[0]}, which the observer does not know" if outside else ""
