@@ -1,4 +1,4 @@
-"""Where the law's schedule gets its wind from, and what moves energy near rated wind.
+"""Where the schedule of the law gets its wind, and what moves energy near rated wind.
 
     python benchmarks/schedule_source.py                 wind from observer, lidar, own effort
     python benchmarks/schedule_source.py --settings      settings that move energy near rated wind

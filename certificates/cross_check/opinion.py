@@ -227,6 +227,13 @@ def _abstained(reason: str) -> Obligations:
     raise NotReplayed(reason)
 
 
+def _slopes(model: Any, gains: Any) -> Obligations:
+    """Yield what shows that the slopes of the plant lie in the ranges that the model states."""
+    from takagi.certificates.cross_check.plant.secant import lies_in_secants
+
+    yield from lies_in_secants(with_slopes(model), gains)
+
+
 def obligations(
     claim: Any, kind: str, loop: VertexLoop | None, model: Any, gains: Any
 ) -> Obligations | None:
@@ -248,9 +255,7 @@ def obligations(
 
         return tracking(claim, model, gains)
     if kind == "slope-embedding":
-        from takagi.certificates.cross_check.plant.secant import lies_in_secants
-
-        return lies_in_secants(with_slopes(model), gains)
+        return _slopes(model, gains)
     if kind == "effort-blend":
         from takagi.certificates.cross_check.plant.blend import effort_blend_obligations
 

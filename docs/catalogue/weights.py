@@ -42,6 +42,7 @@ CELLS = MappingProxyType(
         "slope-embedding": (PLANT, PLANT, PROVED, "refused (12)", PROVED),
         "sector-embedding": (PLANT, PLANT, PROVED, PROVED, "refused: its form"),
         "secant-embedding": (PLANT, PLANT, "refused: its form", "refused: its form", PROVED),
+        "tracking": (PLANT, PLANT, "refused: its form", "refused: its form", "refused (13)"),
         "effort-blend": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
         "quadratic-decay": THEOREM,
         "no-common-quadratic": ("disproof",) * 5,
@@ -115,6 +116,8 @@ as it is run, which takes u = 0 for a command that it does not know yet, is unst
    which vertices alone do not tell. (Rules x' = -x and x' = -2 x, y = x: where the plant has the
    first and the estimate the second, e' = x - (2 + L) e, and no slope of a plant says so.)
 12. A certificate has no name for the slope of a table.
+13. Of a plant with `[reference]`, which is a secant embedding with one gain; there it is a
+   theorem, since it compares two states by slopes and needs no weights.
 
 What the theorems rest on: [claims](claims.md), and the docstring of each kind.
 """

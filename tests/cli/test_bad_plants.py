@@ -105,8 +105,8 @@ REFUSED = {
         ["the mass matrix may be singular", "nearest to 0 around y = 0.5", "shrink the ranges"],
     ),
     "the square of an input": (
-        plant(X, U, 'x = "x + u^2"'),
-        ["equation of x: u enters nonlinearly (in the term u^2)", "make it a state"],
+        plant(X, "u = {}", 'x = "x + u^2"'),
+        ["equation of x: u enters nonlinearly (in the term u^2)", "give it a range"],
     ),
     "damping in discrete time": (
         plant(X, U, 'x = "x/2 + u"', "[design]\ndamping = 0.7").replace(

@@ -104,4 +104,4 @@ def test_another_law_cannot_stand_beside_a_file(tmp_path: Path, capsys: Capture)
     path = str(gain_file(nrel5mw(), tmp_path))
 
     assert main([*QUICK, "--law-from", path, "--law", "paper"]) == 2
-    assert "simulate it in a run of its own" in capsys.readouterr().err
+    assert "simulate that in its own run" in capsys.readouterr().err

@@ -87,5 +87,5 @@ def test_a_restriction_of_a_restriction_keeps_the_first_names() -> None:
 def test_two_lmis_of_one_name_are_refused() -> None:
     """Multipliers are kept by the LMI's name: two of one name would hide each other's."""
     condition = common_lyapunov_condition(-np.eye(2)[None])
-    with pytest.raises(ModelError, match="names must differ, for multipliers"):
+    with pytest.raises(ModelError, match="names must differ, because multipliers"):
         condition.with_lmis(condition.lmis[0])

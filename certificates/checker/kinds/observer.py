@@ -107,7 +107,7 @@ def _shows(family: PolytopicLoop, i: int, k: int) -> bool:
     A feedthrough that differs by rule could not be subtracted from the output.
     """
     alone = all(_only(C.rows[i]) == k for C in family.C)
-    fed = any(any(D.rows[i]) for D in family.D)
+    fed = any(any(row) for D in family.D for row in D.rows[i : i + 1])
     return alone and not fed and len({C[i, k] for C in family.C}) == 1
 
 

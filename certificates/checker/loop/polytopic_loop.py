@@ -75,7 +75,7 @@ class PolytopicLoop:
     stated_rules: int = 1
     more: tuple[Stack, ...] = ()
     resting_elsewhere: str = field(default="", repr=False)
-    observer: ObserverLaw | None = None
+    observer: ObserverLaw | None = field(default=None, repr=False)
 
     @property
     def order(self) -> int:

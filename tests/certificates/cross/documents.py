@@ -5,11 +5,14 @@ from __future__ import annotations
 import random
 from collections.abc import Iterator
 from copy import deepcopy
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from takagi.certificates import certify
+from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.requests import (
     ClaimedLoop,
     ExitProbability,
@@ -25,6 +28,20 @@ from tests.certificates.kinds.test_damage import damage, documents, paths, resea
 from tests.certificates.weights.cells import cubic
 
 Data = dict[str, Any]
+MEASURED = """
+format = 1
+kind = "plant"
+units = "unchecked"
+measured = ["x"]
+[states]
+x = { range = [-1, 1] }
+v = { range = [-4, 4] }
+[inputs]
+u = { range = [-15, 15] }
+[equations]
+x = "v"
+v = "20*sin(x) + 2*u"
+"""
 PLANTS = ("duffing", "flexible_joint", "lorenz", "ball_and_beam", "quarter_car")
 
 
@@ -62,6 +79,16 @@ def observed_certificate() -> Data:
     return resealed(whole)
 
 
+def observed_loop_certificate() -> Data:
+    """Return what is claimed of a pendulum and its observer, where the angle alone is measured."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "pendulum.toml"
+        file.write_text(MEASURED, encoding="utf-8")
+        found = design_plant(load_plant(file))
+    assert isinstance(found, PlantDesign)
+    return dict(found.document)
+
+
 def impossible_certificate() -> Data:
     """Return a disproof: two stable vertices without a common function."""
     A = [[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -10.0], [0.1, -1.0]]]
@@ -89,6 +116,7 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
     noisy = certify(cubic(), [[[1.0]], [[1.5]]], claims=[ExitProbability([0.3], 10.0)])
     yield "white noise", dict(noisy.document)
     yield "observed", observed_certificate()
+    yield "observed loop", observed_loop_certificate()
     yield "impossible", impossible_certificate()
 
 

@@ -74,6 +74,7 @@ EVIDENCE: dict[str, Data] = {
     "slope-embedding": {},
     "sector-embedding": {},
     "secant-embedding": {},
+    "tracking": {},
     "effort-blend": {},
     "quadratic-decay": OWN,
     "no-common-quadratic": {"A": [[[1]]], "decay_rate": 1, "multiplier_factors": [[[1]]]},

@@ -197,9 +197,9 @@ def test_the_choice_of_a_form_looks_at_the_band() -> None:
 
 def test_domains_of_other_symbols_are_refused() -> None:
     """A symbol that only looks like a variable would silently leave the box as it is."""
-    with pytest.raises(ModelError, match=r"speaks of x; .*declared otherwise"):
+    with pytest.raises(ModelError, match=r"the domain has x; .*declared otherwise"):
         sector_model(plant(), domain=Domain.of_box({sp.Symbol("x"): Interval.of(1, 2)}))
-    with pytest.raises(ModelError, match="speaks of w; the variables are x, v, u"):
+    with pytest.raises(ModelError, match="the domain has w; the variables are x, v, u"):
         sector_model(plant(), domain=Domain.of_box({W: Interval.of(1, 2)}))
 
 
