@@ -14,13 +14,14 @@ Rate = Callable[[Floats, Floats], Floats]
 
 
 class ObservedPath(NamedTuple):
-    """Times (k,), deviations x - x* and their estimates (k, n), commands u (k, m), and whether
-    the path was run to its end."""
+    """Times (k,), deviations x - x* and their estimates (k, n), commands u (k, m) as they act and
+    as the law wants them, and whether the path was run to its end."""
 
     time: Floats
     state: Floats
     estimate: Floats
     command: Floats
+    wanted: Floats
     whole: bool
 
 
@@ -101,5 +102,5 @@ def _path(
     n = len(rest)
     x, s = both[:, :n], both[:, n:]
     u = np.array([observed.command(rest + a, b) for a, b in zip(x, s, strict=True)])
-    cut = np.clip(u.reshape(len(time), -1), *limits.T)
-    return ObservedPath(time, x, s, cut, whole)
+    wanted = u.reshape(len(time), -1)
+    return ObservedPath(time, x, s, np.clip(wanted, *limits.T), wanted, whole)

@@ -329,11 +329,11 @@ def _observed_motions(
     for name, deviation in begin:
         x0 = np.asarray(deviation, float)
         path = move(loop.observed, loop.state, rate, x0, times, _far(loop, x0), limits)
-        found.append(_observed(loop, name, path))
+        found.append(_observed(loop, name, path, limits))
     return tuple(found)
 
 
-def _observed(loop: PlantLoop, name: str, path: ObservedPath) -> PlantMotion:
+def _observed(loop: PlantLoop, name: str, path: ObservedPath, limits: Floats) -> PlantMotion:
     """Return the motion of a path; V is that of plant and estimate."""
     assert loop.observed is not None
     value = np.zeros(0)
@@ -341,8 +341,28 @@ def _observed(loop: PlantLoop, name: str, path: ObservedPath) -> PlantMotion:
         z = loop.observed.coordinates(path.state, path.estimate)
         value = np.einsum("ki,ij,kj->k", z, loop.observed.P, z) / loop.ellipsoid[1]
     return PlantMotion(
-        name, path.time, path.state, path.command, value, path.whole, estimate=path.estimate
+        name,
+        path.time,
+        path.state,
+        path.command,
+        value,
+        path.whole,
+        wanted=path.wanted,
+        cuts=_cuts_at_samples(path.time, path.wanted, limits),
+        estimate=path.estimate,
     )
+
+
+def _cuts_at_samples(time: Floats, wanted: Floats, limits: Floats) -> tuple[Cut, ...]:
+    """Return when commands are beyond their ranges, to the nearest of the times."""
+    found = []
+    for k, (low, high) in enumerate(limits):
+        for upper, beyond in ((False, wanted[:, k] < low), (True, wanted[:, k] > high)):
+            edges = np.flatnonzero(np.diff(np.concatenate([[0], beyond.astype(int), [0]])))
+            for first, after in zip(edges[::2], edges[1::2], strict=True):
+                end = min(int(after), len(time) - 1)
+                found.append(Cut(k, float(time[first]), float(time[end]), upper))
+    return tuple(found)
 
 
 def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:

@@ -22,12 +22,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.loop.observer_law import ObserverLaw
+
+if TYPE_CHECKING:
+    # Most laws have no observer: its module is not loaded for them.
+    from takagi.certificates.checker.loop.observer_law import ObserverLaw
 
 Stack = tuple[Matrix, ...]
 Pairs = tuple[tuple[int, int], ...]

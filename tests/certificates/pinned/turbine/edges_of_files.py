@@ -22,6 +22,7 @@ from takagi.certificates.checker.files import (
     turbine_file,
 )
 from takagi.certificates.checker.files.differences import Difference
+from takagi.certificates.checker.files.file_references import FileReferences
 from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.kernel.reader import Number
 from tests.certificates.pinned.turbine.inputs import read
@@ -30,6 +31,7 @@ from tests.certificates.pinned.turbine.values import Named, said
 
 F = Fraction
 PATH = Path("model.toml")
+NO_REFERENCES = FileReferences({}, {}, PATH)
 ANY: Any = None
 
 
@@ -99,7 +101,7 @@ def of_plants() -> Named:
             section=sections.__getitem__, same_names=lambda *_: None, error=CertificateError,
             algebra=Told(equal=lambda *_: equal), equal=lambda *_: None,
         )  # fmt: skip
-        return said(plant_file.Comparison.expressions, at, {})
+        return said(plant_file.Comparison.expressions, at, {}, NO_REFERENCES)
 
     row = {"x": "1", "y": "0"}
     yield "all given", compared({"x": row, "y": row})
@@ -208,7 +210,7 @@ def of_programs() -> Named:
         side = {"input": "u", "effectiveness": "1", "unit": "-", "range": None,
                 "direction": Number(direction)}  # fmt: skip
         at.blending = {"effort": "U", "unit": "-", "rate": "r", "low": side, "high": side}
-        at.keeps, at.model, at.tables = [], {}, lambda _: None
+        at.keeps, at.model, at.tables = [], {}, lambda formula: formula
         plant_program.PlantWriting.actuators(at)
         yield f"direction {direction}", [str(entry) for entry in at.sends]
     with patch.object(plant_program, "_split", lambda _: ("x", "m", "s")):
