@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.energy_gain import (
         hinf_norm_condition as hinf_norm_condition,
     )
+    from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction as ExitFunction
+    from takagi.lmi.analysis.disturbance.exit_exponent import NoisyVertices as NoisyVertices
+    from takagi.lmi.analysis.disturbance.exit_exponent import exit_condition as exit_condition
+    from takagi.lmi.analysis.disturbance.exit_exponent import exit_function as exit_function
     from takagi.lmi.analysis.disturbance.output_variance import h2_norm as h2_norm
     from takagi.lmi.analysis.disturbance.output_variance import (
         h2_norm_condition as h2_norm_condition,
@@ -61,6 +65,11 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.analysis.pole_region import d_stability as d_stability
     from takagi.lmi.analysis.pole_region import d_stability_condition as d_stability_condition
+    from takagi.lmi.analysis.start_set import StartSet as StartSet
+    from takagi.lmi.analysis.start_set import start_set as start_set
+    from takagi.lmi.analysis.start_set import start_set_condition as start_set_condition
+    from takagi.lmi.analysis.tracking import tracking_condition as tracking_condition
+    from takagi.lmi.analysis.tracking import tracking_function as tracking_function
     from takagi.lmi.answer import Answer as Answer
     from takagi.lmi.answer import Design as Design
     from takagi.lmi.answer import Try as Try
@@ -131,6 +140,18 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.gains.output_feedback.generalised_plant import (
         GeneralisedPlant as GeneralisedPlant,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        DynamicController as DynamicController,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        DynamicOutputDesign as DynamicOutputDesign,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        dynamic_output_condition as dynamic_output_condition,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        dynamic_output_feedback as dynamic_output_feedback,
     )
     from takagi.lmi.gains.output_feedback.weighted_loop import (
         mixed_sensitivity as mixed_sensitivity,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction, NoisyVertices
 
 DIGITS = (6, 9, 12)
-# Relative margins of the box, of the multipliers, of the exponent and of the probability.
+# Relative margins of the box, the multipliers, the exponent and the probability.
 ROOM, AROUND, INSIDE, ABOVE = 1e-9, 1e-4, 1e-6, 1e-6
 # Shown where it is less: the file's numbers go to 1e-48.
 LEAST = 1e-40
@@ -41,11 +41,11 @@ class ExitProbability:
     horizon : T in s.
     start : V = x'Px at the start is at most this, from 0 to below 1.
     disturbance_bounds : (q,) of disturbances that are only bounded; None for none.
-    probability : None takes slightly more than the least found.
+    probability : p of the claim; None takes slightly more than the least that is found.
     state_limits : name or label of a state -> largest deviation, in addition to the box.
-    disturbance : "disturbances" (E), "inputs" (added to u); None takes the first that there is.
+    disturbance : "disturbances" (E) or "inputs" (added to u); None takes the first that exists.
     rate : a in 1/s; None searches it.
-    P : the set's shape up to a factor, (n, n), where no other disturbance is bounded; None
+    P : (n, n), the shape of the set up to a factor, if there are no bounded disturbances; None
         searches it.
     """
 
@@ -95,7 +95,7 @@ class ExitProbability:
         return first_proved(loop, or_else(claims, (words, self._idle(loop, evidence))))
 
     def _given(self, system: NoisyVertices) -> ExitFunction | None:
-        """Return the function of the given shape, as large as fits, at about the best rate."""
+        """Return the function of the given shape, with the largest set, at about the best rate."""
         P = np.asarray(self.P, dtype=np.float64)
         n = system.A.shape[1]
         symmetric = P.shape == (n, n) and np.allclose(P, P.T, atol=1e-9 * np.abs(P).max())
@@ -202,7 +202,7 @@ class ExitProbability:
         }
 
     def _idle(self, loop: ClaimedLoop, evidence: dict[str, Any]) -> dict[str, Any]:
-        """Return a claim with all that is asked for and evidence that proves nothing."""
+        """Return the requested claim with evidence that proves nothing."""
         from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction
 
         count = sum(bound > 0 for bound in evidence.get("disturbance_bounds", ()))

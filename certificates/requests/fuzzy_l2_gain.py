@@ -19,9 +19,9 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
 
-# Fractions added to the least gain found; each is tried until the rounded numbers prove the claim.
+# Relative margins above the least gain; they are tried until the rounded numbers prove the claim.
 BACK_OFF = (1e-4, 1e-3, 1e-2, 0.1)
-# Degrees of Polya that are tried, one after another.
+# Exponents of Polya's theorem that are tried, one after another.
 POLYA = (0, 1, 2)
 
 
@@ -53,7 +53,7 @@ class FuzzyL2Gain:
 
         Raises
         ------
-        ModelError : a secant embedding, whose weights nobody can evaluate; a model without
+        ModelError : a secant embedding, whose weights cannot be evaluated; a model without
             premises to schedule with; rules whose output or input matrices make the closed loop
             no blend of vertices that P(h) is searched for.
         """

@@ -1,4 +1,4 @@
-"""Requests the set and the decay of a loop whose law has outputs, and an observer of its own."""
+"""Requests the set and the decay of a loop whose law measures outputs and has an observer."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
-# Of the largest rate found for the search of a set: at that rate the set would be small.
+# The set is searched at this share of the largest rate: at the largest rate it would be small.
 SHARE_OF_RATE, FASTEST = 0.25, 1e6
 BACK_OFF = (0.999, 0.99, 0.9, 0.5, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservedLoop:
-    """Plant and observer stay in {z'Pz <= c}, and V decays: the most starts that are found.
+    """Plant and observer stay in {z'Pz <= c}, and V decays; the largest set of starts is searched.
 
-    The gains of the loop hold the observer (``gains.observer`` of the law that is written).
+    The observer is a part of the gains (``gains.observer`` of the certificate's law).
 
     Attributes
     ----------
-    decay_rate : alpha in 1/s that is to be proved; None searches a set at a quarter of the largest
-        rate, and claims the rate that its function has.
+    decay_rate : required alpha in 1/s; None searches a set at a quarter of the largest rate, and
+        claims the rate of the function that is found.
     input_limits : (m,) largest |u_k - u_k*| on the set, besides the ranges of the box; None for
         none.
-    P : (2n, 2n), a function that was found before; None searches one.
+    P : (2n, 2n), a known function; None searches one.
     """
 
     decay_rate: float | None = None
@@ -95,7 +95,7 @@ def starts_of(loop: ClaimedLoop) -> Floats:
 def _candidate(
     loop: ClaimedLoop, G: Floats, rows: Floats, rate: float | None
 ) -> tuple[Floats | None, str, str]:
-    """Return P of {z'Pz <= 1}, why there is none, and the solver's words."""
+    """Return P of {z'Pz <= 1} or None, the reason if None, and the solver's status."""
     from takagi.lmi.analysis.decay_rate import fast_decay
     from takagi.lmi.analysis.start_set import start_set
 

@@ -27,26 +27,26 @@ from takagi.models.tracking.loop_rests import RestLine, rest_line
 # Shares of the largest decay rate that are tried for the function.
 SHARES = (0.9, 0.6, 0.35, 0.15)
 QUICK = (0.5, 0.15)
-# Evidence with so much of the largest jump may settle faster.
+# Evidence with this share of the largest jump is taken if its decay rate is larger.
 NEARLY = 0.9
-# Shares of the set that may be spent on residuals, the least where these are rounding alone.
+# Shares of the set for the residuals; the least is for residuals that are rounding only.
 LEFT = (0.02, 0.1, 0.3, 0.6)
 DIGITS = (6, 9, 12)
-# How much larger a norm or residual is written than it was computed in floats.
+# Relative margin that is added to norms and residuals computed in floating point.
 SLACK = 1 + 1e-6
-# Shares of a rate that are tried if it is too fast for what can be proved.
+# Shares of a rate that are tried if the whole rate is not proved.
 SLOWER = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.001)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracking:
-    """Ask that what follows a reference settles at it without error, in the ranges.
+    """Request that outputs converge to their references, within all ranges.
 
     Attributes
     ----------
     kind : "jumps" for the largest jumps of constant references; "rate" for the least error while
         they move at their rates.
-    slower : of "rate", whether a part of the rates may be claimed.
+    slower : for "rate", whether smaller rates may be claimed.
     """
 
     kind: Literal["jumps", "rate"] = "jumps"
@@ -119,7 +119,7 @@ class _Search:
         self.top = decay_limit(self.A)
 
     def _rows(self) -> Floats:
-        """Return rows h_i with |h_i' z| <= 1 inside the ranges, about every rest of the line."""
+        """Return rows h_i with |h_i' z| <= 1 inside the ranges, about every Xhat(s)."""
         rows = []
         kinds = ((self.loop.model.states, np.eye(len(self.K[0]))), (self.loop.model.inputs, self.K))
         reach = (self.line.state_reach, self.line.input_reach)
@@ -162,7 +162,7 @@ class _Search:
         return None
 
     def _best(self, found: list[dict[str, Any]]) -> dict[str, Any]:
-        """Return the least error, or the fastest of those with about the largest jumps."""
+        """Return the evidence with the least error, or the fastest with about the largest jumps."""
         best = max(found, key=self._worth)
         if self.asked.kind == "rate":
             return best
@@ -170,7 +170,7 @@ class _Search:
         return max(near, key=lambda one: float(one["decay_rate"]), default=best)
 
     def _left(self) -> tuple[float, ...]:
-        """Return shares of the set that may be spent on what is left of the equations."""
+        """Return the shares of the set for the residuals of the equations."""
         small = 1e-6 * np.abs(self.A @ self.line.D).sum() + 1e-9
         return LEFT if np.any(self.line.residuals > small) else LEFT[:1]
 
@@ -200,7 +200,7 @@ class _Search:
         return tracking_function(self.A, alpha, self.rows, rows, errors=np.vstack(self.C))
 
     def _evidence(self, P: Floats, alpha: float, share: float) -> Iterator[dict[str, Any]]:
-        """Yield evidence that holds in floats, with few digits first."""
+        """Yield evidence that holds in floating point, with few digits first."""
         rates = share * self.rates if self.asked.kind == "rate" else 0 * self.rates
         rates = np.array([float(f"{rate:.4g}") for rate in rates])
         D = self.line.D

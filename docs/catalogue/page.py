@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from types import MappingProxyType
 
-from catalogue import norms, outputs, regions, stability, synthesis
+from catalogue import norms, outputs, regions, sets, stability, synthesis
 from catalogue.double_sums import section
 from catalogue.entry import Case, Entry
 from catalogue.formula import counts, formula
@@ -17,6 +17,7 @@ SECTIONS = MappingProxyType(
         "Stability of a given loop": stability.ENTRIES,
         "Disturbances on a given loop": norms.ENTRIES,
         "Regions": regions.ENTRIES,
+        "Sets that a given loop keeps": sets.ENTRIES,
         "Gains": synthesis.ENTRIES + outputs.ENTRIES,
     }
 )

@@ -70,15 +70,15 @@ def tracking_condition(
     )
     lmis = [falls]
     if len(rows):
-        lmis.append(_bordered("inside the ranges", P, rows, "h_{i}"))
+        lmis.append(_bordered("inside the ranges", P, rows, "h", "i"))
     if len(pushes):
         held = Constant(value=unit, at=(0, 0), latex="1")
-        lmis.append(_moved("the set is kept", P, pushes, "v_{j}", constants=(held,)))
+        lmis.append(_moved("the set is kept", P, pushes, "v", "j", constants=(held,)))
     if jumps is not None:
         most = Term(unknown=eta, left=unit, right=unit)
-        lmis.append(_moved("jumps", P, jumps, "m_{j}", terms=(most,)))
+        lmis.append(_moved("jumps", P, jumps, "m", "j", terms=(most,)))
     if errors is not None:
-        lmis.append(_bordered("the error", P, errors, "c_{k}", eta))
+        lmis.append(_bordered("the error", P, errors, "c", "k", eta))
     return Condition(
         name="tracking",
         unknowns=(P, eta),
@@ -92,17 +92,19 @@ def _moved(
     name: str,
     P: Unknown,
     rows: Floats,
-    latex: str,
+    symbol: str,
+    letter: str,
     *,
     terms: tuple[Term, ...] = (),
     constants: tuple[Constant, ...] = (),
 ) -> LMI:
     """Pose the other terms less v'Pv >= 0 for each row v."""
+    latex = f"{symbol}_{{{letter}}}"
     moved = Term(
         unknown=P,
         left=-rows[:, None, :],
         right=rows[:, :, None],
-        latex=(f"-{latex}'", latex),
+        latex=(rf"-{latex}^\top", latex),
     )
     return LMI(
         name=name,
@@ -110,15 +112,19 @@ def _moved(
         terms=(moved, *terms),
         constants=constants,
         count=len(rows),
-        index=rf"j = 1, \dots, {len(rows)}",
+        index=rf"{letter} = 1, \dots, {len(rows)}",
     )
 
 
-def _bordered(name: str, P: Unknown, rows: Floats, latex: str, eta: Unknown | None = None) -> LMI:
+def _bordered(
+    name: str, P: Unknown, rows: Floats, symbol: str, letter: str, eta: Unknown | None = None
+) -> LMI:
     """Pose [[P, row'], [row, 1]] >= 0 for each row, or with eta in the place of 1."""
     n, unit = rows.shape[1], np.ones((1, 1, 1))
     corner: tuple[Term, ...] = ()
-    fixed: tuple[Constant, ...] = (Constant(value=rows[:, :, None], at=(0, 1), latex=latex),)
+    fixed: tuple[Constant, ...] = (
+        Constant(value=rows[:, :, None], at=(0, 1), latex=f"{symbol}_{{{letter}}}"),
+    )
     if eta is None:
         fixed = (*fixed, Constant(value=unit, at=(1, 1), latex="1"))
     else:
@@ -129,7 +135,7 @@ def _bordered(name: str, P: Unknown, rows: Floats, latex: str, eta: Unknown | No
         terms=(Term(unknown=P, left=np.eye(n)[None], right=np.eye(n)[None]), *corner),
         constants=fixed,
         count=len(rows),
-        index=rf"i = 1, \dots, {len(rows)}",
+        index=rf"{letter} = 1, \dots, {len(rows)}",
     )
 
 

@@ -1,7 +1,7 @@
-"""Equalities between unknowns and data, solved exactly: what they leave free, and exact answers.
+"""Exact solution of equalities between unknowns and data: free entries, and exact answers.
 
 parametrised      a condition with equalities as one in the free numbers alone
-exact_solution    an answer rounded onto the equalities, and decided in exact arithmetic
+exact_solution    a rounded answer that satisfies the equalities; its LMIs in exact arithmetic
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""An answer of a solver rounded onto the equalities, and every LMI decided over the rationals."""
+"""A rounded answer that satisfies the equalities; every LMI is decided over the rationals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from takagi.models.errors import ModelError
 class ExactSolution:
     """Unknowns in rational numbers, with the test that they satisfy a condition.
 
-    The test is about the numbers that the condition stores: a float is the dyadic number it is.
+    The test is about the numbers that the condition stores: a float counts as its binary value.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class ExactSolution:
 
     @property
     def holds(self) -> bool:
-        """Return whether all of it holds, in exact arithmetic; each call decides it again."""
+        """Return whether all equalities and LMIs hold, exactly; each call tests them again."""
         return not self.fault()
 
     def fault(self) -> str:

@@ -1,4 +1,4 @@
-r"""A condition with equalities as one without: all that satisfies them, by free numbers.
+r"""Elimination of equalities: the unknowns as affine functions of free numbers.
 
 The equalities are linear in the entries x of the unknowns, M x + c = 0 with rationals M and c (a
 float counts as the dyadic number it stores).  Elimination over the rationals splits the entries
@@ -27,8 +27,8 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.refutation.adjoint import adjoint
 from takagi.models.arrays import Floats, Indices
 
-# Of the entries that might be computed from others those are taken that the pivots of a QR
-# decomposition favour, down to this share of the first.
+# The dependent entries are chosen by the pivots of a QR decomposition.  A pivot below this share of
+# the first counts as zero.
 PIVOT = 1e-10
 
 
@@ -43,8 +43,8 @@ class Parametrised:
         equality; its objective is less than the original's by ``offset``.
     free : (K,) unknown 1 x 1, the entries that may be chosen; None where the equalities leave
         none.
-    bound : the unknowns in the equalities.
-    places : (K,) which of the bound unknowns' numbers they are.
+    bound : the unknowns that occur in equalities.
+    places : (K,) indices of the free entries among the numbers of the bound unknowns.
     base, directions : (numbers,) and (K, numbers) of Fractions: x_0 and d_k.
     offset : the objective at x_0, exactly.
     """

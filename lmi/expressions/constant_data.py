@@ -1,4 +1,4 @@
-"""Known matrices in an expression: read from what the user gives, and the symbols they have."""
+"""Known matrices in an expression: conversion of the user's data, and symbols for formulas."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from takagi.models.errors import ModelError
 
 # float64, or objects that are all Fractions.
 Data = NDArray[Any]
-# A matrix without a name is printed entry by entry up to so many entries.
+# A matrix without a name is printed entry by entry if it has at most so many entries.
 PRINTED = 9
 
 
@@ -40,7 +40,7 @@ def data_stack(value: object, what: str) -> Data:
 
     Raises
     ------
-    ModelError : no numbers, one axis, an entry that is not finite.
+    ModelError : entries that are not numbers or not finite, or an array with one axis.
     """
     try:
         array = np.asarray(value)

@@ -3,11 +3,11 @@
     P @ A, A.T @ P, P * A      products with known matrices: ``*`` is the matrix product too, and
                                scales where one of the two is a number or 1 x 1
     +, -, .T, 2 * P, P / 2     sums, transposes, scalings
-    X << Y, X >> Y             Y - X, X - Y positive definite: holds with a margin
+    X << Y, X >> Y             Y - X, X - Y positive definite, with a margin
     X <= Y, X >= Y             semidefinite: equality is allowed
     X == Y                     equal entry by entry
 
-Nothing is solved here and nothing is compared: ``takagi.lmi.pose`` makes a condition of statements.
+No statement is solved or tested here: ``takagi.lmi.pose`` makes a condition of statements.
 An unknown with several members, or known matrices (N, p, q), mean one statement for each of N.
 """
 
@@ -41,7 +41,7 @@ class Operators:
     """The operators of the module's table, for unknowns and for expressions."""
 
     __slots__ = ()
-    # numpy leaves an operator with an array on its left to the methods below.
+    # With an array on the left of an operator, numpy then calls the methods below.
     __array_ufunc__ = None
 
     def as_expression(self) -> Expression:
@@ -155,7 +155,7 @@ class Expression(Operators):
 
     @property
     def known(self) -> bool:
-        """Return whether no unknown is in it."""
+        """Return whether it contains no unknown."""
         return all(piece.unknown is None for piece in self.pieces)
 
     def scaled(self, number: float | Fraction) -> Expression:
@@ -163,7 +163,7 @@ class Expression(Operators):
         return replace(self, pieces=tuple(piece.times(number) for piece in self.pieces))
 
     def flat(self) -> Expression:
-        r"""Return it in one block; E_i in a formula is block column i of the identity."""
+        r"""Return it as one block; in formulas E_i is block column i of the identity."""
         if len(self.rows) == len(self.columns) == 1:
             return self
         pieces = tuple(_lifted(piece, self.rows, self.columns) for piece in self.pieces)

@@ -24,7 +24,7 @@ def matrix(value: object, latex: str) -> Expression:
 
     Raises
     ------
-    ModelError : no matrix of finite numbers, or an empty symbol.
+    ModelError : not a matrix of finite numbers, or an empty symbol.
     """
     if not latex.strip():
         raise ModelError("matrix: the symbol is empty; give one, or use the array itself")
@@ -79,8 +79,8 @@ def block(rows: Sequence[Sequence[object]]) -> Expression:
 
     Raises
     ------
-    ModelError : rows of different length, blocks that do not fit, a size that nothing says, or
-        None where the mirrored block is None too.
+    ModelError : rows of different length; blocks that do not fit; a row or column of zeros, whose
+        size is not known; None if the mirrored block is None too.
     """
     grid = [list(row) for row in rows]
     width = len(grid[0]) if grid else 0
@@ -118,7 +118,7 @@ def _zero(entry: object) -> bool:
 
 
 def _size(found: dict[tuple[int, int], Expression], k: int, axis: int, what: str) -> int:
-    """Return the size of a block row or column; in a square partition its mirror says it too."""
+    """Return the size of a block row or column; its mirror image has the same size."""
     sizes = [part.shape[axis] for place, part in found.items() if place[axis] == k]
     sizes += [part.shape[1 - axis] for place, part in found.items() if place[1 - axis] == k]
     if not sizes:

@@ -40,10 +40,10 @@ class Piece:
     unknown : X, or None for a known matrix, which is ``left``.
     left, right : (N, p, a) and (N, b, q), or N = 1 for the same in all; right is None for a known
         matrix and for a scalar X, then left is (N, p, q).
-    members : (N,) which X, None for the first.
+    members : (N,) index of the member of X; None for the first.
     factor : a number that is not yet multiplied into ``left``.
     at : block row, block column.
-    before, behind : symbols of left and right in order; of a known matrix ``before``.
+    before, behind : symbols of left and of right, in order; a known matrix has ``before`` only.
     """
 
     unknown: Symbol | None
@@ -72,7 +72,7 @@ class Piece:
         at = self.at[::-1]
         turned = self.left.transpose(0, 2, 1)
         if self.right is None:
-            # A scalar has no side, a known matrix one word: both keep theirs in front.
+            # A scalar unknown and a known matrix have symbols in ``before`` only.
             return replace(self, left=turned, at=at, before=transposed(self.before))
         assert self.unknown is not None  # a right factor belongs to an unknown
         return replace(

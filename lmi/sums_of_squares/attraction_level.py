@@ -9,10 +9,10 @@ For x' = f(x) with f(0) = 0, and V with V(0) = 0, both polynomials,
 and c largest: equalities of coefficients and LMIs in S, Lambda, W and c together.  Then, where
 V < c and x is not 0, the first line says lambda V' <= (x'x)^k (V - c) < 0, so lambda > 0 and V'
 < 0. W > 0 with all monomials of the degrees 1 to d in v gives V > 0 and bounded levels.  So every
-solution from {V < c} stays in it and tends to 0 (Lyapunov, LaSalle).  The whole of {V < c} is shown
-at once, with no product of unknowns: c is multiplied by a known polynomial.
+solution from {V < c} stays in it and tends to 0 (Lyapunov, LaSalle).  The condition contains no
+product of unknowns, because c is multiplied by a known polynomial.
 
-Discrete time is not here: V(f(x)) has the degree of V times that of f.
+There is no version for discrete time: V(f(x)) has the degree of V times that of f.
 
 Source: Chesi (2011), Domain of Attraction, sections 3.3 and 4.1 (the level by a squares program);
 Parrilo (2000), thesis, section 7.3; Tan and Packard (2008), IEEE Trans. Automatic Control 53, for
@@ -52,13 +52,13 @@ BACK_OFF = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class AttractionLevel:
-    """c with {V < c} inside the region of attraction, and the sums of squares that show it.
+    """c with {V < c} inside the region of attraction, and the sums of squares for it.
 
     Attributes
     ----------
     status : "candidate" when c was found; "infeasible" or "unknown" as of an ``Answer``.
     level : c, recomputed so that ``exact`` holds where ``proved``; None unless a candidate.
-    bound : no c is larger with these degrees, to solver accuracy.
+    bound : upper bound of c with these degrees, to solver accuracy.
     function, field : V and f.
     multiplier_degree : of lambda.
     proved : whether the identity and every sum of squares hold in exact arithmetic at ``level``.
@@ -86,7 +86,7 @@ class AttractionLevel:
         return self.status == "candidate"
 
     def fault(self) -> str:
-        """Return why the sums of squares are no proof of ``level``; empty if they are one.
+        """Return why the sums of squares do not prove ``level``; empty if they do.
 
         Everything is worked out again from V, f and the Gram matrices by expanding polynomials over
         the rationals, without the condition that was solved.
@@ -161,8 +161,8 @@ def attraction_level(
     function : V, a polynomial of even degree without terms below degree 2; (n, n) P for x'Px; None
         for the quadratic function of the linearisation, A'P + P A = -I, to six digits.
     states : names of the variables, in order.
-    multiplier_degree : degree of lambda, even; None takes that of f less one, made even.  Larger
-        degrees show no less.
+    multiplier_degree : degree of lambda, even; None takes that of f less one, made even.  A larger
+        degree never gives a smaller level.
     time_limit : seconds for all solver calls together.
 
     Returns
@@ -213,7 +213,7 @@ def _none(found: AttractionLevel, why: str) -> AttractionLevel:
 def _proved(
     found: AttractionLevel, condition: Condition, best: float, size: Fraction
 ) -> AttractionLevel:
-    """Return the level a hair below the best, at which the rounded Gram matrices are definite."""
+    """Return a level slightly below the best, at which the rounded Gram matrices are definite."""
     tries = found.tries
     for share in BACK_OFF:
         c = best * (1 - share)

@@ -15,7 +15,7 @@ from takagi.lmi.sums_of_squares.monomials import Exponent
 def vanishing(basis: Sequence[Exponent], sizes: Array) -> Array:
     """Return a basis (K, N, N) of the symmetric L with m(x)' L m(x) = 0 for all x.
 
-    For each product of two monomials that arises in several ways, the differences of these ways.
+    If a product of monomials has several factorisations, L is the difference of two of them.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def vanishing(basis: Sequence[Exponent], sizes: Array) -> Array:
         for other in others:
             L = np.zeros((len(basis), len(basis)))
             for (i, j), sign in ((first, 1.0), (other, -1.0)):
-                # Twice the product, in either case.
+                # In both cases the entry stands for twice the product.
                 L[i, j] += sign / (sizes[i] * sizes[j])
                 L[j, i] += sign / (sizes[i] * sizes[j])
             found.append(L)
@@ -49,7 +49,7 @@ def identity(
     parts: Sequence[tuple[Unknown, Sequence[Exponent], Coefficients]],
     known: Coefficients,
 ) -> Equality:
-    """Return sum_k p_k(x) m_k(x)' X_k m_k(x) = q(x) for all x: one equation a monomial.
+    """Return sum_k p_k(x) m_k(x)' X_k m_k(x) = q(x) for all x: one equation for each monomial.
 
     Parameters
     ----------

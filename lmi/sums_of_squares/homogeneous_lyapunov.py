@@ -7,11 +7,12 @@ With m(x) all monomials of degree d, m' = Abar_i m along x' = A_i x, and V(x) = 
 where the L_k are a basis of all L with m(x)' L m(x) = 0 for all x.  Then V > 0 and
 V' <= -2 d alpha V along every blend of the vertices, however fast it varies: V' is affine in A, and
 the terms with L_k vanish.  V^(1 / 2d) is of degree 1 and decays at the rate alpha.  d = 1 is the
-quadratic function; larger d shows more.  In two states, and for d = 1, a form that is positive is a
-sum of squares, so that nothing is lost by the Gram matrix; otherwise the condition is sufficient.
+quadratic function; a larger d is less conservative.  In two states, and for d = 1, every positive
+form is a sum of squares, so that the Gram matrix is no restriction; otherwise the condition is only
+sufficient.
 
-There is no discrete time here: V(A x) is no affine function of A, so its values at the vertices say
-nothing of a blend.
+There is no version for discrete time: V(A x) is not affine in A, so its values at the vertices do
+not bound its values at a blend.
 
 Source: Chesi, Garulli, Tesi, Vicino (2003), Automatica 39, Homogeneous Lyapunov functions for
 systems with structured uncertainties; the same (2009), Homogeneous Polynomial Forms for Robustness
@@ -181,7 +182,7 @@ def homogeneous_lyapunov(
     s = state_units(A.astype(np.float64), scales)
     basis = monomials(A.shape[1], [d])
     w = sizes_of(basis)
-    # x = s xhat with powers of two: no digit is touched.
+    # x = s xhat with powers of two, so that nothing is rounded.
     exact = fractions(s)
     condition = _posed(fractions(A) * exact / exact[:, None], basis, w, alpha)
     outcome = decide(condition)

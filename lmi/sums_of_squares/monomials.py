@@ -15,7 +15,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 Exponent = tuple[int, ...]
-# Monomials that a Gram matrix may have: a matrix of that size is solved in about a minute.
+# Most monomials of a Gram matrix: a matrix of this size is solved in about a minute.
 MOST = 120
 
 
@@ -24,7 +24,7 @@ def monomials(n: int, degrees: Sequence[int]) -> tuple[Exponent, ...]:
 
     Raises
     ------
-    ModelError : more than a Gram matrix may have.
+    ModelError : more monomials than the limit for a Gram matrix.
     """
     count = sum(comb(n + d - 1, d) for d in degrees)
     if count > MOST:

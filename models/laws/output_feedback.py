@@ -1,10 +1,10 @@
-r"""A law with outputs in the place of states: parallel distributed compensation of an estimate.
+r"""Observer-based output feedback: parallel distributed compensation with an estimate.
 
     u = u* - sum_i h_i K_i s,
     s' = sum_i h_i (A_i s + B_i (u - u*) + L_i (y - y* - C_i s - D_i (u - u*)))
 
-s is the estimate of x - x*; s(t + T) stands in the place of s' in discrete time.  The weights h are
-those of the plant, which its measured outputs tell, or those at the estimate.
+s is the estimate of x - x*; in discrete time s(t + T) replaces s'.  The weights h are those of the
+plant, if they depend on measured outputs only, or the weights at the estimate.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ class OutputFeedback:
 
     Attributes
     ----------
-    feedback : K with model, premises and rests: u of an estimate in the place of a state.
-    L : (r, n, p); one for all rules may be given as (n, p).
-    rows : places of the p measured outputs among those of the model.
-    at_estimate : whether the weights are those at the estimate.
+    feedback : K with model, premises and rests; it is evaluated at the estimate.
+    L : (r, n, p); (n, p) gives all rules the same L.
+    rows : indices of the p measured outputs among the outputs of the model.
+    at_estimate : whether the weights are evaluated at the estimate.
 
     Raises
     ------
@@ -103,11 +103,11 @@ class OutputFeedback:
 
 
 def seen_directly(model: TSModel, rows: Sequence[int]) -> dict[int, tuple[int, float]]:
-    """Return state -> (measured output, factor) where an output is factor times a state alone.
+    """Return state -> (measured output, factor) for each output that is a factor times one state.
 
     Parameters
     ----------
-    rows : places of the measured outputs among those of the model.
+    rows : indices of the measured outputs among the outputs of the model.
     """
     found = {}
     for k, row in enumerate(rows):

@@ -1,10 +1,12 @@
 """Reading a plant file: from TOML entries to a Plant.
 
 loader             the file as a whole
-table_entry        a table that it names
-blending_section, design_section    its sections ``[blending]`` and ``[design]``
+table_entry        a coefficient table that the file names
+measured_section, reference_section, blending_section, design_section    sections and fields
 derived_numbers    parameters and rests that are expressions
-entry_problem messages about wrong fields
+uncertain_parameters    parameters with a range
+written_time       times with their unit
+entry_problem      messages about wrong fields
 """
 
 from __future__ import annotations

@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class DerivedNumbers:
-    """The parameters of a file, each read once, in whatever order they depend on one another.
+    """The parameters of a file.  Each is read once, after those on which it depends.
 
     Attributes
     ----------
     unit : place in the file and text -> unit.
     read : place in the file, text and scope -> expression.
-    uncertain : name -> signal, of the parameters that are known within a range only.
-    moving : symbol -> expression, of the parameters that depend on those: they are put into the
-        equations, since they have no value of their own.
+    uncertain : name -> signal, for the parameters of which only a range is known.
+    moving : symbol -> expression, for the parameters that depend on uncertain ones.  They have no
+        value of their own, so the expressions are substituted into the equations.
     """
 
     document: Document
@@ -57,7 +57,7 @@ class DerivedNumbers:
         return tuple(self.found[name] for name in self.entry.parameters if name not in moving)
 
     def rest(self, place: str, text: str, unit: Unit) -> tuple[Fraction, Fraction, sp.Expr | None]:
-        """Return a rest given by parameters: nearest decimal, radius, exact expression."""
+        """Return a rest that is an expression: nearest decimal, radius, exact expression."""
         expression = self._expression(place, text, ())
         names = self._uncertain_in(expression)
         if names:
@@ -105,7 +105,7 @@ class DerivedNumbers:
         unit = self._own_unit(place, given, expression)
         if self._uncertain_in(expression):
             self.moving[symbol] = expression.xreplace(self.moving)
-            # Its unit is looked up by others; nothing reads its value.
+            # Other expressions use its unit; nothing reads this value.
             self.found[name] = Parameter(symbol, Fraction(0), unit.si, given.source)
             return
         value, within, equals = self._number(place, expression)
@@ -113,7 +113,7 @@ class DerivedNumbers:
         self.closed[name] = self._closed(expression)
 
     def _expression(self, place: str, text: str, above: tuple[str, ...]) -> sp.Expr:
-        """Return the expression in the parameters that it names, after these are read."""
+        """Return the expression; the parameters in it are read first."""
         from takagi.models.expressions.parser import Scope
         from takagi.models.expressions.tokens import tokens_of
 
@@ -153,7 +153,7 @@ class DerivedNumbers:
             raise self.document.error(place, str(error)) from error
 
     def _own_unit(self, place: str, given: ParameterEntry, expression: sp.Expr) -> Unit:
-        """Return the unit that is stated, if it fits, or that the parameters make."""
+        """Return the stated unit if it fits; without one, the unit that the parameters give."""
         if given.unit is None:
             found = self._dimension(place, expression)
             return parse_unit(str(PURE if found is None else found))

@@ -25,7 +25,7 @@ EXAMPLES = {
 
 
 def problem_of(error: Mapping[str, Any], place: str) -> str:
-    """Return the words for one error of the shape, given as pydantic tells it, and its field."""
+    """Return the message for one validation error of pydantic, and its field."""
     from takagi.models.plant import entries as e
 
     kind, message = error["type"], error["msg"]
@@ -58,7 +58,7 @@ def problem_of(error: Mapping[str, Any], place: str) -> str:
 
 
 def _fields_wanted(given: object, place: str) -> str:
-    """Return what to write where fields in braces, or a section, were expected."""
+    """Return what to write if fields in braces, or a section, were expected."""
     section, _, name = place.partition(".")
     shown = f'"{given}"' if isinstance(given, str) else str(given)
     if section in EXAMPLES and name:

@@ -1,4 +1,4 @@
-"""The field ``measured`` of a plant file -> the outputs that the law has in the place of states."""
+"""The field ``measured`` of a plant file -> the outputs that the law uses instead of the states."""
 
 from __future__ import annotations
 
@@ -26,19 +26,20 @@ def with_measured(
     read: Callable[[str, str], sp.Expr],
     si_unit: Callable[[str, str], str],
 ) -> Plant:
-    """Return the plant with an output for everything that is measured, and the names of these.
+    """Return the plant with an output for each measured quantity, and the names of these outputs.
 
-    A name is that of an output, or of a state, which gets an output of its own name.
+    An entry names an output, or a state; a state gets an output of the same name.
 
     Parameters
     ----------
     read : place in the file and text -> expression.
-    si_unit : place in the file and text -> the unit, refused where it is not SI.
+    si_unit : place in the file and text -> the unit; it raises if the unit is not SI.
 
     Raises
     ------
-    ModelError : with file, line and field: nothing is measured, a name that is neither output nor
-        state or stands twice, an expression of what is no state or input, a plant with a blend.
+    ModelError : with file, line and field: an empty list; a name that is neither an output nor a
+        state, or occurs twice; an expression with other variables than states and inputs; a plant
+        with a blend.
     """
     assert entry.measured is not None  # checked by the caller
     if entry.blending is not None:
@@ -80,7 +81,7 @@ def with_measured(
 def _named(
     document: Document, plant: Plant, outputs: Sequence[Output], one: MeasuredEntry
 ) -> Output | None:
-    """Return the output of a measured state; None for an output that the plant has already."""
+    """Return the output of a measured state; None for an output that the plant already has."""
     states = {v.name: v for v in plant.states}
     given = {y.name: y for y in outputs}
     state, output = states.get(one.name), given.get(one.name)

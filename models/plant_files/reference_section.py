@@ -28,8 +28,9 @@ def with_references(
 
     Raises
     ------
-    ModelError : with file, line and field: a name that is not there, a unit that does not fit, a
-        reference whose range does not hold its rest, or that states and inputs cannot hold.
+    ModelError : with file, line and field: an unknown name; a unit that does not fit; a reference
+        whose range does not contain the rest; a reference whose equilibria are not within the
+        ranges of states and inputs.
     """
     from takagi.models.tracking.following import following_plant
     from takagi.models.tracking.held_rests import held_rests
@@ -69,7 +70,7 @@ def with_references(
 def _followed(
     document: Document, place: str, entry: PlantEntry, plant: Plant, given: ReferenceEntry
 ) -> tuple[sp.Expr, str, str]:
-    """Return what follows: its expression, its SI unit, and the unit that the file gives it."""
+    """Return the expression that follows the reference, its SI unit, and its unit in the file."""
     outputs = {y.name: y for y in plant.outputs}
     states = {v.name: v for v in plant.states}
     if given.follow in outputs:
@@ -87,7 +88,7 @@ def _followed(
 
 
 def _rest(document: Document, place: str, plant: Plant, followed: sp.Expr) -> Fraction:
-    """Return what follows, at the plant's rest."""
+    """Return the value of the following expression at the plant's rest."""
     import sympy as sp
 
     if any(v.within for v in (*plant.states, *plant.inputs)) or any(

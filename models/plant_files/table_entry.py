@@ -1,4 +1,4 @@
-"""A table that a plant file names: its path, and its function."""
+"""A coefficient table that a plant file names: its path, and its function."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def read_table(document: Document, name: str, given: TableEntry) -> type[TableFu
 
     Raises
     ------
-    ModelError : the file's place, a unit, or the table itself is wrong.
+    ModelError : the path, a unit, or the table itself is wrong.
     """
     path = table_path(document, name, given.file)
     value = _unit(document, f"tables.{name}.unit", given.unit)
@@ -34,11 +34,11 @@ def read_table(document: Document, name: str, given: TableEntry) -> type[TableFu
 
 
 def table_path(document: Document, name: str, file: str) -> Path:
-    """Return the table's file, which lies in the plant file's folder or below it.
+    """Return the path of the table's file, in the plant file's folder or below it.
 
     Raises
     ------
-    ModelError : an absolute path, a path out of the folder (also by a link), or a missing file.
+    ModelError : an absolute path, a path outside the folder (also by a link), a missing file.
     """
     place = f"tables.{name}.file"
     parts = PurePosixPath(file)

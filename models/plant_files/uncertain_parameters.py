@@ -1,8 +1,8 @@
-"""Parameters of a plant file that are known within a range only, as signals unknown to a law.
+"""Parameters of a plant file with a range, as signals that a law does not know.
 
-An uncertain parameter p in [low, high] becomes a signal that schedules: the model's matrices are
-made for every value in the range, and what is proved holds for each constant p and also where p
-moves in its range in any way.  No gain may depend on it.
+An uncertain parameter p in [low, high] becomes a scheduling signal: the model covers every value in
+the range.  A proved claim holds for each constant p, and also if p varies in its range in any way.
+No gain may depend on p.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def uncertain_parameter(
     ModelError : with file, line and field: ends in the wrong order or equal, a value that is an
         expression or outside the range.
     """
-    assert given.range is not None  # asked for such parameters alone
+    assert given.range is not None  # called for such parameters only
     place, (low, high) = f"parameters.{symbol.name}", given.range
     text = given.unit or "-"
     shown = "" if text == "-" else f" {text}"
@@ -83,8 +83,8 @@ def uncertain_parameter(
 def check_divisors(document: Document, plant: Plant) -> None:
     """Refuse ranges of uncertain parameters in which an equation divides by 0.
 
-    Only divisors of parameters alone are looked at; those with states are found when the model's
-    bounds are proved.
+    Only divisors without states are tested here.  Divisors with states are tested when the bounds
+    of the model are proved.
 
     Raises
     ------

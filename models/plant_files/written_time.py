@@ -21,7 +21,8 @@ def seconds(document: Document, field: str, given: Decimal | str) -> Fraction:
 
     Raises
     ------
-    ModelError : with file, line and field: no time above 0, or a unit that is none of time.
+    ModelError : with file, line and field: a time that is not above 0, or a unit that is not one of
+        time.
     """
     written = str(given)
     match = TIME.fullmatch(written)

@@ -1,10 +1,10 @@
-"""A plant in time: disturbances and noise as signals, limits of actuators, laws in samples.
+"""Simulation of a plant: signals from outside, actuator limits, sampled laws.
 
 signals       step, pulse, ramp, sine, noise: values over time, and where they jump
 signal_text   a signal as a user writes it, such as "step 0.2 at 1s"
-right_side    x' of the plant itself, its disturbances moving or at rest
-experiment    what is run: plant, law, limits, signals
-runs          the experiment in time, segment by segment between jumps
+right_side    x' by the plant's own equations, with disturbances that move or rest
+experiment    the loop that is simulated: plant, law, limits, signals
+runs          the integration, segment by segment between the jumps of signals
 """
 
 from __future__ import annotations

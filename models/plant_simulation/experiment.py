@@ -1,4 +1,4 @@
-"""What is run: a plant, a law, the limits of its actuators, and signals from outside."""
+"""The loop that is simulated: plant, law, actuator limits, and signals from outside."""
 
 from __future__ import annotations
 
@@ -12,43 +12,44 @@ from takagi.models.arrays import Floats
 from takagi.models.plant_simulation.right_side import Rate
 from takagi.models.plant_simulation.signals import Signals
 
-# (measured x - x*, w) -> the command that is wanted, then those of the actuators behind a blend.
+# (measured x - x*, w) -> the inputs before their limits, then the commands of blended actuators.
 Commands = Callable[[Floats, Floats], Floats]
 
 
 class SampledProgram(Protocol):
-    """A law that computes once a sample and remembers.
+    """A sampled law with memory: it computes one command each sample time.
 
-    ``missed`` : samples in which a formula had no value, so that the last command was kept.
+    ``missed`` : number of samples in which a formula had no value; the last command was kept.
     """
 
     missed: int
 
     def sample(self, state: Floats, signals: Floats) -> Floats:
-        """Return the command that is wanted at a measured x - x* (n,) and signals w; SI."""
+        """Return the command, before limits, at a measured x - x* (n,) and signals w; SI."""
         ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Experiment:
-    """A loop to be run from several starts, in SI.  States are deviations x - x* from rest.
+    """A loop that is simulated from several starts, in SI units.
 
-    Small deviations keep their digits so, where x itself is large, such as 350 K.
+    States are deviations x - x* from rest, so that small deviations keep their digits where x
+    itself is large, such as 350 K.
 
     Attributes
     ----------
     rate : (x, u, w) -> x' of the values themselves, or x(t + step) in discrete time.
-    commands : (measured x - x*, w) -> what is wanted: u (m,), then the commands of actuators
-        behind a blend, which ``rate`` computes for itself.
-    inputs : m.
+    commands : (measured x - x*, w) -> the commands before their limits: u (m,), then those of
+        blended actuators.  ``rate`` computes the latter again itself.
+    inputs : m, the number of inputs.
     limits : (number of commands, 2), the ends of each command's range; infinite where it has none.
-    rest : x* (n,), where the plant rests, and ``far`` (n,): the deviation from it at which a run is
-        ended.
+    rest : x* (n,), the equilibrium.
+    far : (n,), the deviation from it at which a run ends.
     disturbances : w as deviations from ``disturbance_rest`` (p,).
     noise : on the measured states, (n,).
-    program : makes the law in samples, a new one for each run; None for the law in continuous time.
-    step : T [s], of the program, or of a plant in discrete time; None for neither.
-    discrete : whether the plant is one in discrete time.
+    program : returns a new sampled law for each run; None for a law in continuous time.
+    step : sample time T [s] of the program or of a discrete-time plant; None if there is neither.
+    discrete : whether the plant is in discrete time.
     """
 
     rate: Rate
@@ -65,14 +66,14 @@ class Experiment:
     discrete: bool = False
 
     def held(self, wanted: Floats) -> Floats:
-        """Return the inputs (m,) that act: what is wanted, cut at the ends of its range."""
+        """Return the inputs (m,) that act: each command, limited to its range."""
         low, high = self.limits.T
         return np.asarray(np.clip(wanted, low, high)[: self.inputs], dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class Cut:
-    """A time span [s] in which a command is beyond an end of its range, and the actuator at it."""
+    """A time span [s] in which a command is outside its range, so that the actuator saturates."""
 
     command: int
     begin: float
@@ -88,12 +89,12 @@ class ExperimentRun:
     ----------
     time : (k,) [s]; at a jump there are two rows with one time.
     state : (k, n), x - x*.
-    wanted : (k, number of commands) before, ``sent`` the same after the cut.
+    wanted, sent : (k, number of commands), before and after the limits.
     disturbance : (k, p).
-    cuts : in the order of time.
-    ended : "whole"; "far" if it went too far; "undefined" where an equation or the law has no
-        value; "stuck" if the integration failed.
-    missed : samples in which the program had no value and kept its last command.
+    cuts : the spans in which a command was limited, in the order of time.
+    ended : "whole" for a complete run; "far" if a state went too far from rest; "undefined" if an
+        equation or the law had no value; "stuck" if the integration failed.
+    missed : number of samples in which the program had no value and kept its last command.
     """
 
     time: Floats

@@ -1,4 +1,4 @@
-"""The right-hand side of the plant itself, in floating point, apart from any model of it."""
+"""The right-hand side of the plant by its own equations, in floating point, without a model."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ def right_side(
 ) -> Rate:
     """Return (x, u, w) -> x' of the plant, or x(t + T) in discrete time; all in SI.
 
-    Evaluated from the plant's equations.  Of a blended plant these are the ones that were written,
-    with its two actuators, each held within its range; u then ends with the rate of the effort.
+    A blended plant is evaluated by the equations that its file states, with its two actuators,
+    each limited to its range; the last entry of u is then the rate of the effort.
 
     Parameters
     ----------
-    moving : the disturbances that w has, in its order; all others keep their rest values.
-    fixed : name -> value of disturbances, such as uncertain parameters, in place of their rest;
-        not of a blended plant.
-    told : of a blended plant: whether u ends with the commands of its two actuators, in place of
-        those that follow from the state.
+    moving : the disturbances in w, in the order of w; all others keep their rest values.
+    fixed : name -> value of disturbances, such as uncertain parameters, that replaces the rest
+        value; not for a blended plant.
+    told : for a blended plant, whether the last entries of u are the commands of its two
+        actuators; if not, the commands follow from the state.
     """
     import sympy as sp
 

@@ -1,8 +1,8 @@
-"""An experiment in time: integrated by LSODA from one jump of a signal to the next.
+"""Simulation of an experiment: LSODA integrates from one jump of a signal to the next.
 
-Within a segment everything is continuous, so the integrator's error control holds.  Where a
-command meets an end of its range, the right-hand side bends; the integrator finds the time as an
-event, and ``cuts`` has the spans between them.
+Within a segment everything is continuous, so the integrator's error control is valid.  Where a
+command reaches an end of its range, the right-hand side has a kink; the integrator finds this time
+as an event.  ``cuts`` lists the spans in which a command is limited.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SAMPLES = 301
 RELATIVE, ABSOLUTE = 1e-7, 1e-9
 # More segments than this take minutes.
 MOST_SEGMENTS = 50_000
-# Breaks nearer than this share of the run are one.
+# Breaks that are closer together than this share of the run count as one.
 _TOGETHER = 1e-12
 WHOLE, FAR, UNDEFINED, STUCK = "whole", "far", "undefined", "stuck"
 
@@ -42,8 +42,8 @@ def run(experiment: Experiment, start: Floats, end: float) -> ExperimentRun:
     """
     record = _Record(experiment)
     with warnings.catch_warnings(), np.errstate(all="ignore"):
-        # The integrator warns where it gives up, and numpy where a formula has no value; the run
-        # then ends, and says so.
+        # The integrator warns when it fails, and numpy when a formula has no value.  The warnings
+        # are not needed: the run then ends, and its record states the reason.
         warnings.simplefilter("ignore")
         ended = _iterate(record, start, end) if experiment.discrete else _integrate(
             record, start, end
@@ -53,7 +53,7 @@ def run(experiment: Experiment, start: Floats, end: float) -> ExperimentRun:
 
 @dataclass
 class _Record:
-    """What has been run so far."""
+    """The results of a run up to now."""
 
     experiment: Experiment
     time: list[Floats] = field(default_factory=list)
@@ -70,7 +70,7 @@ class _Record:
         self.disturbance.append(disturbance)
 
     def cut(self, begin: float, end: float, wanted: Floats) -> None:
-        """Note which commands are beyond their range all through a span of time."""
+        """Record which commands are outside their range during the whole of a time span."""
         low, high = self.experiment.limits.T
         for k in np.flatnonzero((wanted < low) | (wanted > high)):
             self.cuts.append(Cut(int(k), begin, end, bool(wanted[k] > high[k])))
@@ -91,7 +91,7 @@ class _Record:
 
 
 def _joined(cuts: list[Cut]) -> tuple[Cut, ...]:
-    """Return the spans with those that touch as one."""
+    """Return the spans; spans that touch are joined."""
     found: list[Cut] = []
     open_: dict[tuple[int, bool], int] = {}
     for cut in cuts:
@@ -147,7 +147,7 @@ def _segments(experiment: Experiment, end: float) -> Iterator[tuple[float, float
 
 
 class _Segment:
-    """A part of the run in which no signal jumps."""
+    """A part of the run without a jump of a signal."""
 
     def __init__(self, experiment: Experiment, begin: float, stop: float) -> None:
         self.experiment, self.begin, self.stop = experiment, begin, stop
@@ -159,7 +159,7 @@ class _Segment:
         self._last: tuple[float, Floats, Floats] | None = None
 
     def sampled(self, program: SampledProgram, x: Floats) -> Floats:
-        """Return what the program wants at the beginning."""
+        """Return the program's command at the beginning."""
         return program.sample(x + self.noise(self.begin), self.disturbance(self.begin))
 
     def wanted(self, time: float, x: Floats, held: Floats | None) -> Floats:
@@ -175,7 +175,7 @@ class _Segment:
     def integrate(
         self, record: _Record, x: Floats, held: Floats | None, inside: Floats
     ) -> tuple[str, Floats]:
-        """Add the segment to the record; return how it ended, and the state there."""
+        """Add the segment to the record; return how it ended, and the last state."""
         from scipy.integrate import solve_ivp
 
         own, disturbance = self.experiment, self.disturbance
@@ -250,7 +250,7 @@ def _iterate(record: _Record, start: Floats, end: float) -> str:
     x = np.asarray(start, dtype=np.float64)
     for k in range(count + 1):
         time = k * step
-        # Jumps within a sample count from the next one on.
+        # A jump within a sample takes effect at the next sample.
         soon = time + 1e-6 * step
         w = own.disturbance_rest + own.disturbances.on(time, soon)(time)
         wanted, following = np.full(len(own.limits), np.nan), x

@@ -1,12 +1,12 @@
-"""A signal as a user writes it: a kind, a size with its unit, and times with theirs.
+"""Signals as a user writes them: a kind, a size with its unit, and times with their units.
 
     step 0.2 at 1s                     pulse 3 N from 1s to 1.5s    pulse 3 N at 1s for 500ms
     ramp 5 deg from 1s to 3s           ramp 5 deg at 1s for 2s      constant 0.2
     sine 0.1 period 2s                 sine 0.1 frequency 3 rad/s from 1s
     noise 0.1 every 10ms seed 3
 
-A size without a unit is in the unit that the plant's file gives the variable; a time without one
-is in s.  Sizes are deviations from rest.
+A size without a unit is in the unit of the variable in the plant's file; a time without a unit is
+in s.  Sizes are deviations from rest.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ KINDS: Mapping[str, str] = {
     "noise": "noise 0.2 every 10ms",
     "constant": "constant 0.2",
 }
-# Kind -> the words that may stand behind its size.
+# Kind -> the words that may follow its size.
 _WORDS: Mapping[str, tuple[str, ...]] = {
     "step": ("at",),
     "pulse": ("at", "from", "to", "for"),
@@ -55,10 +55,10 @@ def parse_signal(
 
     Parameters
     ----------
-    unit : of the variable that it disturbs, as the plant's file writes it.
-    place : what messages begin with, such as the option.
-    seed : of noise for which the text has none.
-    every : the time [s] that a value of noise is held, where the text has none.
+    unit : unit of the disturbed variable, as in the plant's file.
+    place : the first words of each message, such as the option's name.
+    seed : seed of noise if the text has none.
+    every : the time [s] for which a value of noise is held, if the text has none.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Signals over time, as deviations from rest: step, pulse, ramp, sine and band-limited noise.
 
-A signal is integrated segment by segment.  ``breaks`` has the times at which it jumps or bends; in
-the segment between two breaks it is the smooth function that ``on`` returns.  A jump belongs to the
-segment that begins with it, so that no value of the integration is on the wrong side of it.
+A loop with signals is integrated segment by segment.  ``breaks`` has the times at which a signal
+jumps or has a kink; between two breaks it is the smooth function that ``on`` returns.  A jump
+belongs to the segment that begins at its time, so that the integrator never sees the other value.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 
 Function = Callable[[float], float]
-# Draws are made in blocks, so that a longer run begins with the draws of a shorter one.
+# Random numbers are drawn in blocks, so that a longer run begins with those of a shorter one.
 _BLOCK = 1024
 
 
@@ -36,11 +36,11 @@ class Signal(Protocol):
         ...
 
     def breaks(self, end: float) -> list[float]:
-        """Return the times in (0, end) at which it jumps or bends."""
+        """Return the times in (0, end) at which it jumps or has a kink."""
         ...
 
     def on(self, begin: float, end: float) -> Function:
-        """Return the function of time on [begin, end], where no break lies inside."""
+        """Return the function of time on [begin, end], an interval without a break inside."""
         ...
 
 
@@ -53,7 +53,7 @@ class Step:
 
     @property
     def last(self) -> float:
-        """When it steps."""
+        """The time of the step [s]."""
         return self.start
 
     def breaks(self, end: float) -> list[float]:
@@ -75,7 +75,7 @@ class Pulse:
 
     @property
     def last(self) -> float:
-        """When it ends."""
+        """The time of its end [s]."""
         return self.stop
 
     def breaks(self, end: float) -> list[float]:
@@ -97,11 +97,11 @@ class Ramp:
 
     @property
     def last(self) -> float:
-        """When it has arrived."""
+        """The time at which it reaches its size [s]."""
         return self.stop
 
     def breaks(self, end: float) -> list[float]:
-        """Return its two bends."""
+        """Return the times of its two kinks."""
         return _inside([self.start, self.stop], end)
 
     def on(self, begin: float, end: float) -> Function:
@@ -125,7 +125,7 @@ class Sine:
 
     @property
     def last(self) -> float:
-        """When some periods are over."""
+        """The time after a few periods [s]."""
         return self.start + 3 * self.period
 
     def breaks(self, end: float) -> list[float]:
@@ -154,7 +154,7 @@ class Noise:
 
     @property
     def last(self) -> float:
-        """It has no end."""
+        """Infinite: noise neither repeats nor ends."""
         return 0.0
 
     def breaks(self, end: float) -> list[float]:
@@ -170,12 +170,12 @@ class Noise:
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """Several signals at once; several on one place of the vector are added.
+    """Several signals as a vector; signals on the same entry are added.
 
     Attributes
     ----------
     count : the length of the vector.
-    placed : (place in the vector, signal).
+    placed : (index in the vector, signal).
     """
 
     count: int

@@ -1,10 +1,10 @@
-"""A factored form that keeps a common denominator, and the factors of its numerators, as premises.
+"""A factored form whose premises are a common denominator and the factors of the numerators.
 
-The inverse of a mass matrix is adj(M)/det(M).  Where every entry of it is a premise of its own, the
-rules are the corners of a box of entries that no mass matrix has: at some of them the input matrix
-can have a determinant of the other sign, and no gains serve all rules.  Here 1/det(M) is one
-premise and the moving part of adj(M) another.  Both are multiplied in the entries, so that every
-rule has the inverse of some mass matrix M(z), up to a positive factor.
+The inverse of a mass matrix is adj(M)/det(M).  If each of its entries were a premise, the rules
+would combine extreme values of entries that do not occur together.  The input matrix of some rules
+could then have a determinant of the opposite sign, and no gains would stabilise all rules.  Here
+1/det(M) is one premise, and the varying part of adj(M) another.  The entries are products of both,
+so that every rule has the inverse of a mass matrix M(z), up to a positive factor.
 """
 
 from __future__ import annotations
@@ -24,16 +24,17 @@ INPUTS = ("B", "E")
 
 
 def denominator_forms(entries: Mapping[Place, Sum]) -> Iterator[FactoredForm]:
-    """Yield the form with denominators and factors of the numerators as premises, if there is one.
+    """Yield the form with denominators and numerator factors as premises, if there is one.
 
     Every entry is R + N/D with at most one sum D.  The premises are
 
     1. 1/D for each D;
-    2. as few sums as the N and R of the input matrices are affine in (the moving part of adj(M));
-    3. of the other entries what is left of N and R when the sums of 2 are divided out: one product
-       for each, or single atoms where N has no factors.
+    2. sums (the varying part of adj(M)), as few as possible, in which the N and R of the input
+       matrices are affine;
+    3. for the other entries, the factors of N and R that remain after division by the sums of 2:
+       one product for each, or single atoms if N has no factors.
 
-    Nothing is yielded where no entry has such a D, or a term has two or a power of one.
+    Nothing is yielded if no entry has such a D, or if a term has two of them or a power of one.
     """
     by_place = {place: _parts(value) for place, value in entries.items()}
     if any(parts is None for parts in by_place.values()):
@@ -62,9 +63,9 @@ def denominator_forms(entries: Mapping[Place, Sum]) -> Iterator[FactoredForm]:
 
 
 def _parts(value: Sum) -> dict[sp.Expr | None, Sum] | None:
-    """Return D -> N with value = sum of N/D; the key None has what is divided by no sum.
+    """Return D -> N with value = sum of N/D; the key None has the terms without a sum as divisor.
 
-    None where a term is divided by two sums, or by a power of one: N would be no polynomial.
+    None if a term is divided by two sums, or by a power of one: then N is not a polynomial.
     """
     found: dict[sp.Expr | None, Sum] = {}
     for atom, c in value.items():
@@ -81,7 +82,7 @@ def _parts(value: Sum) -> dict[sp.Expr | None, Sum] | None:
 
 @dataclass(slots=True)
 class _Premises:
-    """The premises that have been chosen so far, in their order."""
+    """The premises chosen up to now, in their order."""
 
     order: list[sp.Expr] = field(default_factory=list)
     span: LinearSpan = field(default_factory=LinearSpan)
@@ -101,7 +102,7 @@ class _Premises:
         return self._known(1 / base)
 
     def add_moving(self, value: Sum) -> None:
-        """Take the sum's varying part as a premise, if it is not affine in those that are there."""
+        """Add the sum's varying part as a premise, unless it is affine in the present ones."""
         import sympy as sp
 
         varying = {atom: c for atom, c in value.items() if not atom.is_Rational}
@@ -113,7 +114,7 @@ class _Premises:
             self.moving.append(premise)
 
     def written(self, value: Sum, *, moving_only: bool) -> Polynomial:
-        """Return the sum as a polynomial in premises, with new ones where they are needed."""
+        """Return the sum as a polynomial in premises; missing premises are added."""
         found = self.span.combination(value)
         if found is not None:
             return dict(found)  # type: ignore[arg-type]
@@ -142,7 +143,7 @@ class _Premises:
         return {(*members, rest): number * c for members, c in affine.items()}
 
     def _in_atoms(self, value: Sum) -> Polynomial:
-        """Return the sum with each atom as a premise, without a moving premise as factor."""
+        """Return the sum with each atom as a premise; no varying premise is used as a factor."""
         found: Polynomial = {}
         for atom, c in value.items():
             if atom.is_Rational:

@@ -31,14 +31,14 @@ class Option(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class RowTerm:
-    """A part of one row, and how it may be written; the usual way first."""
+    """A part of one row, with the ways to write it; the usual way is the first."""
 
     row: int
     options: tuple[tuple[Option, ...], ...]
 
 
 def terms_of(expression: sp.Expr) -> Sum:
-    """Return the expanded expression as atom -> coefficient, without those that cancel."""
+    """Return the expanded expression as atom -> coefficient; terms that cancel are left out."""
     import sympy as sp
 
     found: Sum = {}
@@ -68,10 +68,10 @@ def row_terms(
 ) -> list[RowTerm]:
     """Return the terms of all rows with their options.
 
-    A term with an input goes to the input.  A term linear in a disturbance goes to it, unless that
-    schedules.  Any other goes to a state that it has as a factor, or with which it vanishes (a
-    removable singularity).
-    Terms of one row that vanish only together, such as cos(x) - 1, are telescoped,
+    A term with an input belongs to the input.  A term that is linear in a disturbance belongs to
+    the disturbance, unless this is a scheduling signal.  Any other term belongs to a state that is
+    a factor of it, or with which it vanishes (a removable singularity).
+    If only the sum of several terms of a row vanishes, such as cos(x) - 1, the sum is telescoped,
     R(x, y) = [R(x, y) - R(x, 0)] + [R(x, 0) - R(0, 0)], one difference for each variable.
 
     Raises
@@ -186,7 +186,7 @@ def _own_input(
     box: Mapping[sp.Symbol, Interval],
     row: int,
 ) -> sp.Symbol | None:
-    """Return the input that the term goes to, None where it vanishes with no single input.
+    """Return the input to which the term belongs; None if it vanishes with no single input.
 
     u^3 becomes u^2 times u: the coefficient may depend on inputs that have a range.
 

@@ -1,6 +1,6 @@
-"""Outputs that follow references: integral states of the law, and where the loop rests.
+"""Outputs that follow references: integral states of the law, and equilibria of the loop.
 
 following       a plant with an integral state for each reference
-loop_rests      the same for the loop, as a linear function of the signals
-held_rests      where the plant rests for each reference, numerically, and what its inputs can hold
+held_rests      the plant's equilibrium for each reference, numerically, if the inputs can hold it
+loop_rests      the equilibria of the loop as a linear function of the signals
 """

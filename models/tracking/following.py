@@ -3,7 +3,7 @@ r"""A plant whose outputs follow references: one integral state for each.
     x' = f(x, u, w),   xi_j' = h_j(x) - r_j
 
 The references r_j are signals from outside, known to the law; the xi_j are states of the law.
-Where the loop rests at a constant r, xi' = 0 says h_j(x) = r_j: there is no error that stays.
+At an equilibrium with constant r, xi' = 0 means h_j(x) = r_j: there is no steady-state error.
 """
 
 from __future__ import annotations

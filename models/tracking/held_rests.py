@@ -1,7 +1,7 @@
-"""Where a plant rests for each reference, by Newton's method in floating point.
+"""The equilibrium of a plant for each reference, by Newton's method in floating point.
 
-Nothing is proved here: these numbers say whether a reference can be held by the inputs, how much
-room is left beside it for motions, and where a proof begins to look.
+Nothing is proved here.  The numbers say whether the inputs can hold a reference, and how far the
+equilibrium is from the ends of the ranges; the search for a proof starts from them.
 """
 
 from __future__ import annotations
@@ -27,14 +27,15 @@ CLOSE = 1e-10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldRests:
-    """Rests of a plant with references.
+    """Equilibria ("rests") of a plant with references.
 
     Attributes
     ----------
-    signals : references, other disturbances with a range, and uncertain parameters, as the plant
-        has them.
-    points : (k, s) their values.
-    values : (k, n + m), the plant's own states and inputs there, SI; row 0 is the rest itself.
+    signals : references, other disturbances with a range, and uncertain parameters, in the order
+        of the plant.
+    points : (k, s) values of the signals.
+    values : (k, n + m), the plant's own states and inputs at these equilibria, SI; row 0 is the
+        plant's rest.
     """
 
     signals: tuple[Variable, ...]
@@ -43,17 +44,18 @@ class HeldRests:
 
 
 def signals_of(plant: Plant) -> tuple[Variable, ...]:
-    """Return the signals with a range: for each of their values the loop rests somewhere."""
+    """Return the signals with a range; each of their values has its own equilibrium."""
     return tuple(v for v in plant.disturbances if v.range is not None)
 
 
 def held_rests(plant: Plant) -> HeldRests:
-    """Return the rests at the corners of the signals' ranges; the first is the plant's own.
+    """Return the equilibria at the corners of the signals' ranges, after the plant's own rest.
 
     Raises
     ------
-    ModelError : a reference for which there is no rest, or one outside the ranges of states and
-        inputs; the message begins with the reference's name and has the largest one that is held.
+    ModelError : a reference without an equilibrium, or with one outside the ranges of states and
+        inputs; the message begins with the reference's name and states the largest value that the
+        inputs can hold.
     """
     search = _Search(plant)
     ends = [(float(v.range.lower), float(v.range.upper)) for v in search.signals if v.range]
@@ -100,7 +102,7 @@ class _Search:
         self.scale = np.array([_size(v) for v in self.wanted])
 
     def along(self, first: Floats, last: Floats) -> Floats:
-        """Return the rest at ``last``, followed from the one at ``first``."""
+        """Return the equilibrium at ``last``, by continuation from that at ``first``."""
         value, held = self.start, 0.0
         for k in range(1, STEPS + 1):
             found = self._held(first + (last - first) * k / STEPS, value)
@@ -140,7 +142,7 @@ class _Search:
         return found
 
     def _refuse(self, first: Floats, last: Floats, held: float, lost: float, value: Floats) -> None:
-        """Raise ModelError with the largest reference on the way that is held."""
+        """Raise ModelError with the largest reference on the way that the inputs can hold."""
         target = self._newton(last, value)
         for _ in range(HALVINGS):
             middle = (held + lost) / 2

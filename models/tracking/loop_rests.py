@@ -1,11 +1,11 @@
-r"""Where a loop with integral action rests for each reference, as a linear function of the signals.
+r"""Equilibria of a loop with integral action, approximated by a linear function of the signals.
 
     Xhat(s) = X* + D (s - s*),    uhat(s) = u* - K D (s - s*)
 
 The signals s are the references, the other disturbances with a range, and uncertain parameters.
-The loop's own rests are curved where the plant is; D has their chords over the ranges.  What is
-left of the equations there, the residuals, is computed here on a grid in floating point and proved
-by the checker.
+The true equilibria are nonlinear functions of s where the plant is nonlinear; D has the slopes of
+their chords over the ranges.  The residuals of the equations at (Xhat, uhat) are computed here on a
+grid in floating point; the checker proves their bounds.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 POINTS, MOST_POINTS = 41, 4_000
-# Between the points of the grid a residual may be larger by this share.
+# A residual between the grid points may be larger than on the grid by this share.
 WIDER = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RestLine:
-    """The line, and what is known of it.
+    """The linear function, its residuals, and the ranges that it needs.
 
     Attributes
     ----------
     D : (n, s), short decimals.
-    sides : ranges of the signals' deviations.
-    state_reach, input_reach : (least, greatest) deviation on the line, of each state and input.
-    residuals : (n,) largest |F_k| on the line.
+    sides : ranges of the signals' deviations from rest.
+    state_reach, input_reach : (least, greatest) deviation of each state and input over the ranges.
+    residuals : (n,) largest |F_k| over the ranges.
     """
 
     D: Floats
@@ -48,7 +48,7 @@ class RestLine:
 
 
 def rest_line(plant: Plant, model: TSModel, gain: Floats) -> RestLine:
-    """Return the line of a plant with references under u = u* - K (X - X*)."""
+    """Return the linear function for a plant with references under u = u* - K (X - X*)."""
     import sympy as sp
 
     signals = signals_of(plant)
@@ -79,14 +79,14 @@ def rest_line(plant: Plant, model: TSModel, gain: Floats) -> RestLine:
 
 
 def _slopes(plant: Plant, gain: Floats) -> Floats:
-    """Return D: the chords of the plant's rests, and integrals that give their inputs."""
+    """Return D: chord slopes of the equilibria, and integral states that give their inputs."""
     rests = held_rests(plant)
     n_own = len(plant.states) - len(plant.references)
     points = rests.points - rests.points[0]
     values = rests.values - rests.values[0]
     chords = np.linalg.lstsq(points[1:], values[1:], rcond=None)[0].T
     own, inputs = chords[:n_own], chords[n_own:]
-    # K_x D_x + K_xi D_xi = -U; with more inputs than references the nearest.
+    # K_x D_x + K_xi D_xi = -U; the least-squares solution if there are more inputs than references.
     integral = -np.linalg.lstsq(gain[:, n_own:], inputs + gain[:, :n_own] @ own, rcond=None)[0]
     D = np.vstack([own, integral])
     size = np.abs(D).max() or 1.0

@@ -1,10 +1,10 @@
-r"""The numbers by which a claim is stronger or weaker than another of its kind.
+r"""The numbers that show whether a claim is stronger than another of its kind.
 
 Read from the numbers of the file that the checker has proved, exactly.  Of an ellipsoid
 {x'Px <= c} they are
 
     volume                      rounded down, as the checker shows it
-    reach along x_k alone       sqrt(c / P_kk), the largest x_k in it while the others are at rest
+    reach along x_k alone       sqrt(c / P_kk), the largest x_k in it with the others at rest
 
 Where a figure depends on the wind it is a ``Profile``: one number for each span of winds.
 """
@@ -31,7 +31,7 @@ from takagi.certificates.checker.words.ellipsoid_size import (
 class ClaimFigure:
     """One number that is better when it is larger, or smaller.
 
-    ``span``: what a change is a share of; None for the number itself.
+    ``span``: the reference of a relative change; None for the number itself.
     """
 
     name: str
@@ -67,14 +67,14 @@ def claim_figures(claim: Data, document: Data) -> tuple[Found, ...]:
 
 
 def question(claim: Data) -> str:
-    """Return a claim's question as one text; only figures of equal questions are compared."""
+    """Return what a claim is about as one text; only figures with equal texts are compared."""
     keys = _QUESTIONS.get(str(claim["kind"]), ())
     asked = {key: claim[key] for key in keys if key in claim}
     return canonical({"asked": asked, "bounded": sorted(k for k in _BOUNDS if k in claim)})
 
 
 def box_figures(model: Data) -> Iterator[ClaimFigure]:
-    """Yield the ends of the box of a model or plant: the wider, the more is claimed of it."""
+    """Yield the ends of the box of a model or plant; a wider box is a stronger claim."""
     if model.get("kind") == "plant":
         groups = (model.get(key, []) for key in ("states", "inputs", "disturbances"))
         sides = {v["name"]: (v.get("range"), v.get("unit", "")) for group in groups for v in group}

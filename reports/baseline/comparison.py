@@ -1,6 +1,6 @@
 """Comparison of two certificates: every figure of the old one with that of the new one.
 
-Claims are matched by kind and name, those left by kind and order.  Something got worse when
+Claims are matched by kind and name, the others by kind and order.  Something got worse when
 
     a claim that was PROVED has no counterpart, is not PROVED now, or asks something else
     a figure changed to the worse by more than the tolerance times its old value
@@ -35,8 +35,8 @@ BOX = "box of validity"
 class Moved:
     """One figure of both certificates.
 
-    ``change``: as a share of the old value, positive to the better; infinite where the old value
-    is none to take a share of.  ``place``: the winds where it is so, for a profile.
+    ``change``: relative to the old value, positive for better; infinite if the old value is 0 or
+    missing.  ``place``: for a profile, the winds of this change.
     """
 
     claim: str
@@ -74,7 +74,7 @@ class CertificateComparison:
     lost : claim -> why it cannot be compared any more.
     added : names of claims that are new.
     changed : which parameters, gains and options differ.
-    gains : sizes of the gains; empty where the laws are not by rules, or of other names.
+    gains : sizes of the gains; empty if the laws are not by rules, or have other names.
     """
 
     tolerance: Fraction
@@ -203,7 +203,7 @@ def _unbounded(figure: ClaimFigure | None) -> ClaimFigure:
 
 
 def _moved(claim: str, old: Found, new: Found | None, tolerance: Fraction) -> Moved:
-    """Return one row; a missing figure counts as worse than any value."""
+    """Return one row; a missing figure counts as worse than every value."""
     if isinstance(old, Profile):
         spans = new.spans if isinstance(new, Profile) else ()
         rows = [
@@ -235,7 +235,7 @@ def _over_wind(
 
 
 def _change(old: Number, new: Number, span: Fraction | None, *, larger: bool = True) -> Number:
-    """Return the change as a share of the old value, or of ``span``; positive to the better."""
+    """Return the change relative to the old value, or to ``span``; positive for better."""
     if old == new:
         return Fraction(0)
     gain: Number = new - old if larger else old - new

@@ -1,7 +1,7 @@
 """A comparison as a table for the terminal, as Markdown, and as plain data.
 
 A figure rises or falls, and is better or worse by an unsigned relative change, since the better
-direction depends on the figure; what it means is told in a word, such as slower. ``WORSE`` means a
+direction depends on the figure.  A word such as "slower" states the meaning.  ``WORSE`` means a
 failure, ``worse`` is within the tolerance.
 """
 
@@ -23,7 +23,7 @@ _DIGITS = (6, 9, 12, 17, 34)
 
 
 def as_text(found: CertificateComparison, *, source: str) -> str:
-    """Return the comparison in lines; figures that are the same are counted alone."""
+    """Return the comparison in lines; of unchanged figures only the number is given."""
     rows = [
         (word, means, claim, figure, f"{went} from {old} to {new}", f"({share})")
         for word, means, claim, figure, went, old, new, share in _rows(found)
@@ -64,7 +64,7 @@ def as_markdown(found: CertificateComparison, *, source: str) -> str:
 
 
 def as_data(found: CertificateComparison) -> dict[str, Any]:
-    """Return the comparison as plain data; what is not finite is None."""
+    """Return the comparison as plain data; numbers that are not finite are None."""
     return {
         "passes": found.passes,
         "verdict": verdict(found.moved, found.gains),
@@ -93,7 +93,7 @@ def as_data(found: CertificateComparison) -> dict[str, Any]:
 
 
 def _head(found: CertificateComparison, source: str) -> str:
-    """Return the verdict: what failed, and on the whole what got better and what worse."""
+    """Return the first line: what failed, and what got better or worse on the whole."""
     allowed = f"by more than {float(100 * found.tolerance):g} %"
     whole = verdict(found.moved, found.gains)
     if found.passes:

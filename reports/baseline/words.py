@@ -1,4 +1,4 @@
-"""The meaning of a better or worse figure in one or two words: faster, a smaller set."""
+"""The meaning of a better or worse figure in one or two words: "faster", "a smaller set"."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _WORDS: tuple[tuple[str, str, str], ...] = (
     ("speed overlap", "larger overlap", "smaller overlap"),
     ("torque overlap", "larger overlap", "smaller overlap"),
 )
-# Share of a figure that another processor's rounding may change.
+# Relative change of a figure that rounding on another processor may cause.
 ROUNDING = 1e-3
 # A ratio of gains nearer to 1 than this is not mentioned.
 _ALIKE = 0.005

@@ -6,10 +6,10 @@ runs               every law in every wind; failed runs are reported
 tables             rows, Markdown, CSV, JSON; the series of a run
 figures, folder    the figures; everything that is written, by file name
 plant              a plant under its law, from chosen starts
-plant_scenario     what comes to it from outside, and how its law runs
-plant_runs         its runs as a value, and what is read from them
-plant_words        the same in sentences, and as a table
-plant_figures      the same over time, in the units of its file
+plant_scenario     the signals that act on it, and the timing of its law
+plant_runs         its runs, and quantities that are computed from them
+plant_words        the results in sentences, and as a table
+plant_figures      the results over time, in the units of its file
 """
 
 from __future__ import annotations

@@ -22,16 +22,16 @@ from takagi.reports.simulation.laws import ChosenLaws
 def filed_laws(
     turbine: Turbine, path: Path, beside: Sequence[str] = ()
 ) -> tuple[Turbine, ChosenLaws]:
-    """Return the law of a gain file, beside it the reference's own controller if asked.
+    """Return the law of a gain file, and the reference's own controller if it is requested.
 
-    The turbine comes back de-rated with a law that is, where it can be at rated speed, so that
-    its numbers are relative to the torque that it is held at.
+    If the law is de-rated at rated speed, the turbine is returned de-rated too, so that its numbers
+    are relative to the reduced torque.
 
     Parameters
     ----------
-    turbine : the one that the gains were designed for.
+    turbine : the turbine for which the gains were designed.
     path : the gain file, as `takagi design` writes it.
-    beside : no name, or "baseline".
+    beside : empty, or "baseline".
 
     Raises
     ------

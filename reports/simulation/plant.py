@@ -52,20 +52,18 @@ def simulate_plant(
 ) -> PlantSimulation:
     """Return the motions of the plant itself under the design's law.
 
-    Inputs are cut at the ends of their ranges, as actuators would.
-
-    Each start is run with uncertain parameters in the middle, and again at the ends of their
-    ranges.
+    Inputs are limited to their ranges, as by actuators.  Each start is simulated with uncertain
+    parameters in the middle of their ranges, and again at the ends.
 
     Parameters
     ----------
-    starts : state -> value in SI, not named ones at rest; None takes the corners of the box, drawn
-        in to the ellipsoid of the certificate's function, or rest if something from outside moves.
-    references : reference -> value in SI to which it jumps from rest, one mapping a run; None
+    starts : state -> value in SI; other states start at rest.  None takes the corners of the box,
+        scaled into the ellipsoid of the certificate's function, or rest if a signal acts.
+    references : reference -> value in SI after its jump from rest, one mapping for each run; None
         takes, without starts, the largest jumps that the certificate proves.
     duration : in s; None takes some time constants of the slowest pole, after the last jump.
     scenario : disturbances, noise and sample time; None for none of them.
-    program : of the gain file, for a law in samples; None takes what the design would write.
+    program : the gain file's program, for a sampled law; None takes that of the design.
 
     Raises
     ------
@@ -151,7 +149,7 @@ def _program_law(
 
 
 def proved_jumps(design: PlantDesign) -> list[dict[str, float]]:
-    """Return the largest jumps from rest that are proved, up and down, within ranges."""
+    """Return the largest proved jumps from rest, up and down, within the ranges."""
     from takagi.certificates.requests.tracking import jump_shares
     from takagi.reports.loops.proved_kinds import proved_claims
 
@@ -198,9 +196,9 @@ def _after_jump(
 
 
 def corner_starts(loop: PlantLoop) -> tuple[list[Start], float]:
-    """Return the corners of the box, drawn in by one factor to the ellipsoid, and the factor.
+    """Return the corners of the box, scaled into the ellipsoid, and the scale factor.
 
-    A state without a range starts at rest.  Where there is no ellipsoid, the factor is 1.
+    A state without a range starts at rest.  Without an ellipsoid the factor is 1.
     """
     sides = [loop.model.box.get(label) for label in loop.model.states]
     bounded = [k for k, side in enumerate(sides) if side is not None]
@@ -245,7 +243,7 @@ def simulation_files(found: PlantSimulation) -> dict[str, bytes | str]:
 
 
 def simulation_data(found: PlantSimulation) -> dict[str, Any]:
-    """Return one row per motion as plain data; deviations from rest, SI, unless a key says so."""
+    """Return one row for each motion; deviations from rest, SI, unless the key says otherwise."""
     from takagi.reports.loops.plant_motion import settling_time
     from takagi.reports.simulation.plant_words import notes
 

@@ -157,7 +157,7 @@ def _ends(variable: Variable) -> tuple[float, float] | None:
 
 
 def _limits(axes: Axes, series: Sequence[Floats], ends: tuple[float, float] | None) -> None:
-    """Draw the ends of a range that the series come near to; far ones would flatten the curves."""
+    """Draw the ends of a range that are close to the series; others would flatten the curves."""
     if ends is None:
         return
     values = np.concatenate([one[np.isfinite(one)] for one in series])

@@ -1,4 +1,4 @@
-"""The runs of a simulated plant as a value, and what is read from them."""
+"""The runs of a simulated plant, and quantities that are computed from them."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ SETTLED = 0.02
 class PlantSimulation:
     """Motions of the loop, and the loop itself.  A simulation proves nothing.
 
-    ``scale`` : factor by which the corners of the box were moved inward into the ellipsoid of
-    the certificate's function; 1 for starts that were given.  ``design`` : whose certificate it
-    is.  ``scenario`` : the signals that acted on it.
+    ``scale`` : factor by which the corners of the box were scaled into the ellipsoid of the
+    certificate's function; 1 for given starts.  ``design`` : the design with its certificate.
+    ``scenario`` : the signals that acted on the loop.
     """
 
     loop: PlantLoop
@@ -42,7 +42,7 @@ class PlantSimulation:
 
 
 def cuts_by_command(loop: PlantLoop, motion: PlantMotion) -> dict[str, list[Cut]]:
-    """Return command -> when it was beyond its range; those never cut are there with none.
+    """Return command -> the spans outside its range; empty if there are none.
 
     Commands are those of inputs with a range, and of actuators behind a blend.
     """
@@ -67,7 +67,7 @@ def in_proved_set(loop: PlantLoop, motion: PlantMotion) -> bool | None:
 
 
 def left_box(loop: PlantLoop, motion: PlantMotion) -> tuple[Variable, float] | None:
-    """Return the state that first leaves its range, and when [s]; None if none does."""
+    """Return the state that first leaves its range, and the time [s]; None if none does."""
     found: tuple[Variable, float] | None = None
     for k, (label, variable) in enumerate(zip(loop.model.states, loop.plant.states, strict=True)):
         side = loop.model.box.get(label)

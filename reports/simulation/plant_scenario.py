@@ -1,4 +1,4 @@
-"""The signals that act on a simulated plant, and how its law runs: as asked, and in words."""
+"""The signals that act on a simulated plant, and the timing of its law; also in words."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from takagi.models.plant_simulation.experiment import SampledProgram
     from takagi.reports.loops.plant_loop import PlantLoop
 
-# A value of noise without a time of its own is held for this share of the fastest time constant.
+# A value of noise without a given time is held for this share of the fastest time constant.
 HELD_SHARE = 0.1
 # If no pole differs from zero [s].
 HELD_AT_REST = 0.01
@@ -28,14 +28,14 @@ HELD_AT_REST = 0.01
 
 @dataclass(frozen=True, slots=True)
 class PlantScenario:
-    """What is asked of a simulation; nothing by default.
+    """The options of a simulation; none by default.
 
     Attributes
     ----------
     disturbances : (name, signal); several on one name are added.
-    noise : (state, noise on its measurement).  A noise whose ``every`` is 0 is held as long as
-        suits the loop, see ``resolved``.
-    sample_time : T [s] of a law in samples, which holds its command; None for continuous time.
+    noise : (state, noise on its measurement).  If ``every`` is 0, ``resolved`` chooses the time for
+        which a value is held.
+    sample_time : T [s] of a sampled law, which holds its command; None for continuous time.
     """
 
     disturbances: tuple[tuple[str, Signal], ...] = ()
@@ -93,7 +93,7 @@ def outside(
 
 
 def moving_disturbances(scenario: PlantScenario, plant: Plant) -> tuple[Variable, ...]:
-    """Return the disturbances that move, in the order of the plant."""
+    """Return the disturbances that vary, in the order of the plant."""
     from takagi.models.blending.blending import blending_of
 
     blending = blending_of(plant)

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_motion import PlantMotion
     from takagi.reports.simulation.plant_runs import PlantSimulation
-# States that have a column of their own in the table.
+# Largest number of states with a column of their own in the table.
 MOST_STATES = 3
-# Runs that are named in a sentence.
+# Largest number of runs that are named in a sentence.
 MOST_NAMED = 3
 _ENDED = {
     "whole": "inside",
@@ -67,7 +67,7 @@ def columns(found: PlantSimulation) -> tuple[list[str], list[list[str]]]:
 
 
 def notes(found: PlantSimulation) -> list[str]:
-    """Return the signals, the inputs that were limited, and what the certificate covers."""
+    """Return sentences on signals, limited inputs, and what the certificate covers."""
     return [
         *_outside(found),
         *_law(found),
@@ -272,7 +272,7 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
 
 
 def _moving(found: PlantSimulation) -> list[str]:
-    """Return the names of the disturbances that move, in the order of ``disturbance``."""
+    """Return the names of the disturbances that vary, in the order of ``disturbance``."""
     return [v.name for v in moving_disturbances(found.scenario, found.loop.plant)]
 
 

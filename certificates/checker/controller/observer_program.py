@@ -4,12 +4,13 @@ r"""One sample of a law with measured outputs as a program: an observer, and gai
     s' = A(z) s + B(z) (u - u*) + sum_i h_i L_i (y - y* - C(z) s - D(z) (u - u*)).
 
 A(z), B(z), C(z), D(z) are the entries of the embedding.  The program keeps x* + s from sample to
-sample.  In continuous time it takes one step of Euler's method with the sample time; in discrete
-time the right side is the next s.  A state that is measured by itself starts at its first
-measurement, every other one at rest.  u is the command as it is sent.
+sample.  In continuous time it takes one Euler step with the sample time; in discrete time the right
+side is the next s.  A directly measured state starts at its first measurement, every other state at
+rest.  u is the command after its limits.
 
-Where the weights are at the estimate, the premises are computed of it: the kept values have the
-names of the states. Else the premises are computed of the measured states, which have these names.
+If the weights are those at the estimate, the premises are computed from the estimate: then the
+stored values have the names of the states.  Otherwise the premises are computed from the measured
+states, which then have these names.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def measured_reads(model: Any, law: Any, taken: set[str]) -> list[tuple[str, Any
 
     Parameters
     ----------
-    taken : names that have a meaning in the program.
+    taken : names that the program already uses.
     """
     given = {y["name"]: y for y in model["outputs"]}
     states = {v["name"] for v in model["states"]}
@@ -99,7 +100,7 @@ class _ObserverWriting(PlantWriting):
                        sends=self.sends)  # fmt: skip
 
     def sent(self, u: Any) -> str:
-        """Write the command as it is sent, and its deviation; return the name of this."""
+        """Write the limited command and its deviation; return the name of the deviation."""
         held, push = self.own(f"{u['name']}_held"), self.own(f"{u['name']}_push")
         self.steps.append(step(held, u["unit"], self.sends[-1]["formula"], "the command"))
         self.sends[-1]["formula"] = held
@@ -108,7 +109,7 @@ class _ObserverWriting(PlantWriting):
         return push
 
     def gap(self, word: str, y: Any, deviations: list[str], pushes: list[str]) -> str:
-        """Write y less what the estimate lets expect, and return its name."""
+        """Write y less the output of the estimate, and return its name."""
         row = [one["name"] for one in self.model["outputs"]].index(y["name"])
         expected = [
             *self.products("C", row, deviations),

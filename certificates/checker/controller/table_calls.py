@@ -1,4 +1,4 @@
-"""Calls of tables in a formula: as plant files write them, and as the language of programs does.
+"""Calls of tables in a formula: from the form of plant files to that of programs.
 
 A plant file calls a table by its name, friction(omega); in a program it is spline(omega, friction).
 """
@@ -16,7 +16,7 @@ def with_splines(formula: str, tables: Collection[str]) -> str:
         while found:
             start, end = found.end(), _closing(formula, found.end())
             inner = formula[start:end]
-            # The name stands behind a comma now, so it is not found again.
+            # The name now follows a comma, so it is not found again.
             formula = f"{formula[: found.start()]}spline({inner}, {name}{formula[end:]}"
             found = re.search(rf"(?<![\w.]){re.escape(name)}\s*\(", formula, re.ASCII)
     return formula

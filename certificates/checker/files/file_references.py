@@ -1,8 +1,8 @@
 """The section ``[reference]`` of a plant file against the references of a certificate.
 
-The file says which state or output follows which signal.  The certificate has the signal among its
-disturbances, an integral among its states, and the equation of the integral, h(x) - r; here these
-are written in the form of the file, so that they are compared as all others are.
+The file states which state or output follows which signal.  In the certificate the signal is a
+disturbance, the integral a state, and h(x) - r the equation of the integral.  Here they are written
+in the form of the file, so that the comparison is the same as for all other entries.
 """
 
 from __future__ import annotations
@@ -57,15 +57,15 @@ class FileReferences:
 
     @property
     def integrals(self) -> dict[str, Any]:
-        """The states that the references add, in the format of the file: at rest at 0, no range."""
+        """The integral states, in the format of the file: rest 0, no range."""
         return {self.integral[name]: {} for name in self.entries}
 
     def signals(
         self, states: Mapping[str, Any], outputs: Mapping[str, Any], plant: PlantNodes
     ) -> dict[str, Any]:
-        """The signals, in the format of the file; they rest where what follows them rests.
+        """The signals, in the format of the file; each rests at the value of what follows it.
 
-        That rest is the certificate's, which proves that the integral does not move there.
+        The rest is that of the certificate, which proves that the integral is constant there.
         """
         rests = {v.name: plant.graph.value(v.rest) for v in plant.disturbances}
         found: dict[str, Any] = {}

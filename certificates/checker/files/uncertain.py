@@ -1,8 +1,8 @@
 """The uncertain parameters of a plant file, in the form of the file's signals.
 
 A parameter with a range, ``m = { range = [0.9, 1.1], unit = "kg" }`` or ``m = "[0.9, 1.1] kg"``, is
-a signal of the certificate that no law knows.  Its rest is its value, or the middle
-of its range where no value is given.
+a signal of the certificate that no law knows.  Its rest is its value; without a value, the middle
+of its range.
 """
 
 from __future__ import annotations

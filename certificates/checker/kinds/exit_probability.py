@@ -19,10 +19,10 @@ inequality, from V(0) <= v0,
 
     P(V reaches 1 within T) <= exp(-k (1 - v0)) + m T exp(-k) <= p.
 
-The matrix is affine in (A, D, S) and tr(S'PS) convex in S.  So blends suffice, for all motions of
-the weights that do not foresee the noise.  {V <= 1} must lie in the model's box.  Noise is not
-bounded: it may have no range in the box and be in no premise, so that the plant is affine in it.
-Where S differs between the rules the integral is that of Ito.  Theorem and proof:
+The matrix is affine in (A, D, S), and tr(S'PS) is convex in S.  So the tested blends suffice, for
+all weights that do not depend on future noise.  {V <= 1} must lie in the model's box.  Noise is not
+bounded, so it must have no range in the box and occur in no premise; the plant is affine in it.
+If S differs between the rules, the stochastic integral is that of Ito.  Theorem and proof:
 docs/exit-probability.md.
 
 Evidence: ``disturbance`` as in ``disturbance_channel``; for each disturbance ``noise``, the root of

@@ -2,9 +2,9 @@ r"""``fuzzy-l2-gain``: the energy gain of a loop by V = x'P(w)x, P a polynomial 
 
     x' = G(w) x + E(w) d,   y = C(w) x + D(w) d        (x+ in the place of x' in discrete time)
 
-is the closed loop, d the disturbance, w the weights, as for ``fuzzy-decay``.  With gamma > 0 these
-polynomials are multiplied by the sum of the weights, which is 1, to the power ``polya``; then every
-coefficient must be positive definite:
+is the closed loop, d the disturbance, w the weights, as for ``fuzzy-decay``.  With gamma > 0 the
+following polynomials are multiplied by the power ``polya`` of the sum of the weights, which is 1;
+then every coefficient must be positive definite:
 
     P(w) > 0
     continuous   [ -(P G + G'P + sum_kc v_kc dP/dw_kc)(w)   -P(w) E(w)   C(w)'   ]
@@ -18,14 +18,15 @@ coefficient must be positive definite:
 
 with P_b the Bernstein coefficients of P.
 
-Theorem.  Then |y|_2 <= gamma |d|_2 from x(0) = 0, in continuous time for all weights that keep the
-rates.  Proof: by a Schur complement with the last row and column, the continuous inequality says
-V' < gamma |d|^2 - |y|^2 / gamma for (x, d) other than 0, where V' = 2 x'P (G x + E d) +
-x'(dP/dt)x and dP/dt = sum_kc w_kc' dP/dw_kc is affine in the speeds, which lie in the hull of the
-corners.  Integrated from 0, with V(0) = 0 and V >= 0, this is the claim.  In discrete time P at the
-next sample is a convex combination of the P_b, and the inequality is affine in P_b: the Schur
-complement with that combination gives V(x+) - V < gamma |d|^2 - |y|^2 / gamma, and the sum over all
-samples is the claim.  The weights may jump.
+Theorem.  Then |y|_2 <= gamma |d|_2 from x(0) = 0; in continuous time this holds for all weights
+whose rates keep their bounds.  Proof: by a Schur complement with the last row and column, the
+continuous inequality says V' < gamma |d|^2 - |y|^2 / gamma for (x, d) other than 0.  Here
+V' = 2 x'P (G x + E d) + x'(dP/dt)x, and dP/dt = sum_kc w_kc' dP/dw_kc is affine in the speeds,
+which lie in the hull of the corners.  The integral from 0, with V(0) = 0 and V >= 0, is the claim.
+In discrete time P at the next sample is a convex combination of the P_b, and the inequality is
+affine in P_b: the Schur complement with that combination gives
+V(x+) - V < gamma |d|^2 - |y|^2 / gamma, and the sum over all samples is the claim.  The weights may
+jump.
 
 Evidence: ``degrees``, ``P``, ``rates``, ``polya`` and ``halvings`` as for ``fuzzy-decay``;
 ``gain``, and the channel, ``disturbance`` and ``output``, as for ``l2-gain``.  Refused for weights

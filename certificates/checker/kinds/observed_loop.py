@@ -22,8 +22,8 @@ e' = f(x, u) - f(xhat, u) - L (y - yhat).
 P > 0, and the decrease of ``decay`` with P of order 2n along every blend and every k.  On
 {z'Pz <= c}: every x_k keeps its range; so does xhat_k where the weights are at the estimate, since
 both points and the segment between them have to be in the box; every u_k keeps its range for every
-gain.  V falls on the whole boundary, so that no motion leaves the set, and the loop is that of the
-plant at all times.
+gain.  V falls on the whole boundary, so no motion leaves the set; on the set the model is equal to
+the plant.
 
 Evidence: ``P``, ``level`` c, ``decay_rate`` alpha [1/s], and ``input_limits``, bounds on |u_k| that
 are claimed besides the ranges; L is the law's (``gains.observer``).
@@ -57,7 +57,7 @@ from takagi.certificates.checker.loop.box_of_validity import (
 from takagi.certificates.checker.loop.observer_law import ObserverLaw
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
-# What has to keep a range: a row of z, the half of the range, and what it is.
+# A quantity that must keep its range: a row of z, half of the range, and a description.
 Bound = tuple[Matrix, Fraction, str]
 
 
@@ -105,7 +105,7 @@ def whole_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple
 
 
 def ranges_kept(claim: Any, family: PolytopicLoop, where: str) -> Iterator[Bound]:
-    """Yield what has to keep its range on the set, and the inputs within the claim's limits."""
+    """Yield the quantities with a range, and the inputs with limits in the claim."""
     law, n = _law(family, where), family.order
     one, none = Matrix.identity(n), zero(n, n)
     if len({*family.states, *family.inputs}) < len(family.states) + len(family.inputs):
@@ -147,9 +147,9 @@ def _law(family: PolytopicLoop, where: str) -> ObserverLaw:
 
 
 def _unknown_premise(family: PolytopicLoop, law: ObserverLaw) -> str:
-    """Return why the observer does not know its weights; empty if it knows them.
+    """Return why the observer cannot compute its weights; empty if it can.
 
-    It evaluates its premises before it commands: an input it does not know.
+    It evaluates its premises before it commands, so that it does not know an input.
     """
     commanded = [name for name in family.scheduled_by or () if name in family.inputs]
     if commanded:
@@ -157,6 +157,6 @@ def _unknown_premise(family: PolytopicLoop, law: ObserverLaw) -> str:
     if not law.at_estimate:
         hidden = hidden_premises(family)
         return f"premises depend on {hidden}, which is not measured" if hidden else ""
-    # At its estimate the observer evaluates states; what comes from outside it does not know.
+    # With weights at the estimate the observer knows estimated states, but no outside signals.
     outside = [name for name in family.scheduled_by or () if name not in family.states]
     return f"premises depend on {outside[0]}, which the observer does not know" if outside else ""

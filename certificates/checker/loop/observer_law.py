@@ -1,4 +1,4 @@
-"""The observer of a law with output feedback, with exact numbers, and where it starts."""
+"""The observer of a law with output feedback, in exact numbers, and its initial estimate."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from takagi.certificates.checker.kernel.matrices import Matrix
 class ObserverLaw:
     """xhat' = sum_i h_i (A_i xhat + B_i u + L_i (y - yhat)), u = -sum_j h_j K_j xhat.
 
-    xhat+ stands in the place of xhat' in discrete time.  C and D of the loop have the rows of the
-    measured outputs alone.
+    In discrete time xhat+ replaces xhat'.  C and D of the loop have the rows of the measured
+    outputs only.
 
     ``at_estimate`` : the weights h are those at (xhat, u); else they are the plant's own.
     ``L`` : one matrix (n, p), or one for each rule; one alone where ``at_estimate``.
@@ -27,10 +27,10 @@ class ObserverLaw:
 
 
 def states_at_start(C: Sequence[Matrix], D: Sequence[Matrix], order: int) -> list[bool]:
-    """Return which estimates start at the state: those of states that are an output by themselves.
+    """Return which estimates start at the true state: those of directly measured states.
 
-    The others start at rest.  C and D have the measured outputs; no input may be added to such an
-    output, and its factor is 1.
+    The others start at rest.  C and D have the measured outputs.  An output measures a state
+    directly if its factor is 1 and no input is added.
     """
     found = [False] * order
     for k in range(C[0].shape[0] if C else 0):

@@ -1,9 +1,8 @@
-"""A law knows only some signals: its gains must not depend on the others.
+"""Test that gains depend only on signals that the law knows.
 
-Rules are corners of premises.  A premise with a signal that the law does not know has weights that
-the law cannot have, so rules that differ only in such premises need equal gains.  Then the law's
-sum over these rules does not depend on the weights: sum_i h_i K_i is the sum over the corners of
-the other premises alone.
+Rules are corners of premises.  If a premise depends on a signal that the law does not know, the law
+cannot compute its weights; so rules that differ only in such premises need equal gains.  Then the
+unknown weights cancel: sum_i h_i K_i is a sum over the corners of the other premises only.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The references of a certificate's plant: which integral state follows which signal.
+"""The references of a certificate's plant: signals, integral states, following expressions.
 
 The member ``references`` of the model lists signal, integral state xi, and the expression h that
 follows:  xi' = h(x) - r.
@@ -21,8 +21,8 @@ from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 class Following:
     """One reference.
 
-    ``signal`` is at ``column`` of the disturbances, xi at ``row`` of the states; ``follow`` is the
-    node of h as the member writes it.
+    ``column`` is the index of the signal among the disturbances, ``row`` that of xi among the
+    states; ``follow`` is the node of h as stated in the member.
     """
 
     signal: Variable

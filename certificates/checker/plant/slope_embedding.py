@@ -8,7 +8,7 @@ and the same for the outputs y = g(x, u).  If the entries of f_x and g_x are aff
 of ``model.slopes``, and these premises keep their bounds on the box, then the integral is in the
 hull of the vertices at the corners of the bounds.  The conditions are those of
 ``secant-embedding``, with ``model.slopes`` in the place of ``model.embedding``; neither point has
-to be the rest.  An observer whose weights are taken at its estimate has such errors.
+to be the rest.  The error of an observer with weights at the estimate is such a difference.
 
 Source: the mean value theorem in its integral form; Boyd, El Ghaoui, Feron, Balakrishnan (1994),
 section 4.3 (recalled).

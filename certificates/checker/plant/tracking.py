@@ -17,7 +17,7 @@ parameters among them.  The checker proves:
 3. |F_k(s)| <= residual_k for the right sides F at (Xhat(s), uhat(s), s), for all s in their ranges;
    sum |P_kl| residual_k residual_l <= e^2 with e = ``residual_norm``.
 4. D_j'P D_j <= d_j^2 with d = ``slope_norms``.
-5. alpha R >= e + sum_j d_j rho_j; rho_j is 0 for a signal that is said to be constant.
+5. alpha R >= e + sum_j d_j rho_j; rho_j is 0 for a signal that is assumed constant.
 6. For all s in the ranges {z: |z|_P <= R} about Xhat(s) lies in the ranges of states, and the
    command on it in those of inputs: R^2 a P^-1 a' <= room^2 for a = e_i and a = K_k, as the matrix
    [[P, R a'], [R a, room^2]] >= 0.
@@ -25,15 +25,15 @@ parameters among them.  The checker proves:
 
 Then, for z = X - Xhat(s(t)):
 
-(a) At constant s the loop has exactly one rest in |z|_P <= R.  It has |z|_P <= e/alpha, and there
-    h(x) = r.  From everywhere in the set the loop settles there, |X - rest|_P falling as
-    e^(-alpha t), and never leaves the set.
-(b) While the signals move with |s_j'| <= rho_j, |z|_P <= R is never left, and
+(a) At constant s the loop has exactly one equilibrium ("rest") in |z|_P <= R.  It satisfies
+    |z|_P <= e/alpha and h(x) = r.  Every motion from the set stays in it and converges to the rest:
+    |X - rest|_P falls as e^(-alpha t).
+(b) While the signals move with |s_j'| <= rho_j, no motion leaves |z|_P <= R, and
 
         |h_j - r_j| <= c_j (e + sum d rho)/alpha + residual_xi_j + c_j R e^(-alpha t).
 
-(c) A jump of r from rest leaves |z|_P <= e/alpha + sum_j d_j |jump_j|, which is in the set while it
-    is at most R.
+(c) After a jump of r from rest, |z|_P <= e/alpha + sum_j d_j |jump_j|.  The state is in the set if
+    this bound is at most R.
 
 Proof in ``docs/tracking.md``.
 """
@@ -234,7 +234,7 @@ def plant_column(plant: PlantNodes, one: Following) -> int:
 
 
 def bounds_of(plant: PlantNodes, found: Evidence, follow: Sequence[Following]) -> Mapping[str, Any]:
-    """Return what follows from the steps, per reference: error at last, and the largest jump."""
+    """Return for each reference the bound of the final error, and the largest jump."""
     at_last = found.push / found.rate
     rest = found.residual_norm / found.rate
     errors = [

@@ -1,4 +1,4 @@
-"""The observer that the gains of a certificate hold, read beside the loop of model and gains."""
+"""Reading of the observer in a certificate's gains, for the loop of model and gains."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MEASURED, ESTIMATED = "measured", "estimated"
 def observed_by(
     family: PolytopicLoop, model: Any, gains: Any, where: str = "gains.observer"
 ) -> PolytopicLoop:
-    """Return the loop with the observer of ``gains.observer``, and its measured outputs alone.
+    """Return the loop with the observer of ``gains.observer``, and with its measured outputs only.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def observed_by(
 
 
 def _measured(own: Any, model: Any, where: str) -> list[int]:
-    """Return the places of the measured outputs among those of the model."""
+    """Return the indices of the measured outputs among the outputs of the model."""
     if reader.text(model, "kind", "model") == "plant":
         listed = reader.member(model, "outputs", "model")
         names = [y.get("name") if isinstance(y, dict) else None for y in listed]

@@ -13,7 +13,7 @@ def in_which_sense(family: PolytopicLoop, entering: Stack) -> str:
 
 
 def unforeseeing(family: PolytopicLoop) -> str:
-    """Return the assumption on weights that are not described or depend on a signal."""
+    """Return the assumption on weights without a formula, or with a signal in it."""
     granted = family.rules > 1 and family.scheduled_by is None
     granted = granted or (len(family.K) > 1 and not family.shared_weights)
     known = {*family.states, *(family.inputs if family.K else ())}

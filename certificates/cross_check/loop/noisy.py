@@ -1,4 +1,4 @@
-r"""How probable it is that a loop with white noise leaves an ellipsoid within a time.
+r"""The probability that a loop with white noise leaves an ellipsoid within a time.
 
     dx = (A x + D v) dt + S dW,     |v_k| <= 1 each,        V = x'Px,     the set is V <= 1
 
@@ -51,7 +51,7 @@ BITS = 256  # of the balls
 
 
 def exit_probability(claim: Any, loop: VertexLoop) -> Obligations:
-    """V reaches 1 within the horizon with at most the claim's probability."""
+    """Test that V reaches 1 within the horizon with at most the claim's probability."""
     if loop.step is not None:
         raise Refusal("noise of this kind enters loops in continuous time")
     P = table(claim, "P", (loop.n, loop.n))

@@ -1,22 +1,23 @@
 r"""``observed-loop``: plant and observer as one system z, which stays in {z'Pz <= c}.
 
-The law has p outputs y, not the states: u = -sum h_j K_j s, where s is its estimate of the state,
+The law measures p outputs y, not the states: u = -sum h_j K_j s with the estimate s of the state,
 
     s' = sum h_i (A_i s + B_i u + L_i (y - sum h_i (C_i s + D_i u))).
 
-Weights as the plant has them, of outputs alone.  With z = (x, x - s):
+Weights of the plant, functions of the outputs only.  With z = (x, x - s):
 
     [ A_i - B_i K_j   B_i K_j       ]        mixed over the pairs (i, j) of equal weights
     [ 0               A_i - L_j C_i ]
 
-Weights at (s, u).  Then s' is the plant's own f(s, u) + L (y - g(s, u)) on the box, and d = x - s
-obeys d' = (S - L R) d, where (S, R) is a mean of slopes of (f, g) between s and x.  z = (s, d):
+Weights evaluated at (s, u).  Then s' is the plant's own f(s, u) + L (y - g(s, u)) on the box, and
+d = x - s obeys d' = (S - L R) d, where (S, R) is a mean of slopes of (f, g) between s and x.  With
+z = (s, d):
 
     [ A_i - B_i K_j   L R_k       ]          mixed over (i, j), for every vertex k of the slopes
     [ 0               S_k - L R_k ]
 
-P > 0, the decrease of ``decay``, and on the set: |x_m| and |u_m| in their ranges, for weights at
-(s, u) |s_m| too.  The slopes are a claim of their own.
+Conditions: P > 0, the decrease of ``decay``, and on the set x_m and u_m within their ranges; for
+weights at (s, u) also s_m.  The slopes are proved by another claim.
 """
 
 from __future__ import annotations
@@ -63,9 +64,9 @@ class Observer:
 def with_observer(
     loop: VertexLoop, model: Any, gains: Any, slopes: VertexLoop | None
 ) -> VertexLoop:
-    """Return the loop with the observer of the gains and with the outputs that it has.
+    """Return the loop with the observer of the gains and with its measured outputs.
 
-    ``slopes`` : the vertices of the plant's slopes, where the model states them.
+    ``slopes`` : the vertices of the plant's slopes, if the model states them.
     """
     own = entry(gains, "observer")
     way = line(own, "weights")

@@ -1,8 +1,8 @@
-"""Whether gains depend on signals that a law does not know.
+"""Test whether gains depend on signals that a law does not know.
 
-A rule is a corner of premises; premises with a hidden signal have weights that no law can form.
-Where all rules with the same corners of the other premises have one gain, the sum of weights times
-gains does not contain them.
+A rule is a corner of premises.  A law cannot compute the weights of premises with a hidden signal.
+If all rules with the same corners of the other premises have one gain, these weights cancel in the
+sum of weights times gains.
 """
 
 from __future__ import annotations

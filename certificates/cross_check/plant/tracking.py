@@ -1,4 +1,4 @@
-r"""``tracking``: what follows a reference settles at it, for every reference in a range.
+r"""``tracking``: an output converges to its reference, for every reference in a range.
 
 With X = (x, xi), xi_j' = h_j(x) - r_j, u = u* - K (X - X*) and signals s with ranges, let
 
@@ -9,8 +9,8 @@ for every A_i - B_i K, the distance v = |X - Xhat(s)|_P has
 
     v' <= -alpha v + |F(Xhat, uhat, s)|_P + sum_j |D_j|_P |s_j'|.
 
-So {v <= R} is kept where alpha R is at least the sum of the bounds, the loop contracts inside, and
-the rest that it has by Banach's theorem has h = r.  Decided in this order:
+So {v <= R} is invariant if alpha R is at least the sum of the bounds.  The loop contracts inside,
+so by Banach's theorem it has one rest, and h = r there.  Decided in this order:
 
 1. the facts of ``secant``; the equation of xi_j is h_j - r_j, as written in the model and in the
    law, h_j of states that are no integrals; r_j and xi_j are in no other equation
@@ -138,7 +138,7 @@ def _exact_trim(plant: TreePlant, gains: Any) -> bool:
 
 
 def _references(model: Any, plant: TreePlant) -> list[tuple[Variable, int, Tree]]:
-    """Return signal, place of its integral in the states, and what follows, of each reference."""
+    """Return signal, index of the integral state, and following expression of each reference."""
     named = entry(model, "references")
     if not named or not isinstance(named, list):
         raise Refusal("references: a list is needed")
@@ -166,7 +166,7 @@ def _references(model: Any, plant: TreePlant) -> list[tuple[Variable, int, Tree]
 
 
 def _integrals(plant: TreePlant, follow: list[tuple[Variable, int, Tree]]) -> Obligations:
-    """Yield that each xi' is h - r, and that neither is anywhere else."""
+    """Yield that each xi' is h - r, and that no other equation has xi or r."""
     box = {v.symbol: v.side for v in plant.variables}
     rows = {row for _, row, _ in follow}
     inner = {plant.states[row].symbol for row in rows}
@@ -240,7 +240,8 @@ def _on_the_line(
 def _stays_below(tree: Tree, sides: dict[str, Side], most: fmpq) -> bool:
     """Return True where |tree| <= most on the box, False where it is not at some point.
 
-    A part of the box passes by its range, or by f(m) + sum_j f_j(box) (s_j - m_j) about its middle.
+    A part of the box passes by the range of f, or by the range of f(m) + sum_j f_j(box) (s_j - m_j)
+    about its middle m.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What has changed from the plant that a gain file was made for, item by item, in words."""
+"""Differences between a plant and the plant of a gain file, item by item, in words."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 
-# Figures of files are short decimals; this is far below any that a user writes.
+# Numbers in files are short decimals; a relative difference below this counts as none.
 _SAME = 1e-12
 
 
 def misfits(law: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
-    """Return why a law cannot be run on a plant: states, inputs, units, sample time, rest.
+    """Return why a law cannot be used for a plant: states, inputs, units, sample time, rest.
 
     Parameters
     ----------
-    law, wanted : the ``law`` of a gain file, and that of the plant with any gains.
+    law, wanted : the ``law`` of the gain file, and that of the present plant with any gains.
     """
     found: list[str] = []
     for key, what in (("state_names", "state"), ("input_names", "input")):
@@ -64,7 +64,7 @@ def changes_of_signals(plant: Plant, file: Mapping[str, Any], trim: Mapping[str,
 
 
 def _labels(old: list[str], new: list[str], what: str) -> Iterator[str]:
-    """Yield states or inputs that are not the same; labels are such as ``angle [rad]``."""
+    """Yield the states or inputs that differ; labels have the form ``angle [rad]``."""
     before, after = (dict(label.partition(" [")[::2] for label in one) for one in (old, new))
     if old and before and list(before) != list(after) and set(before) == set(after):
         yield (

@@ -1,8 +1,8 @@
-"""What can be proved of given gains where a plant's whole box cannot: smaller ranges, a lower rate.
+"""Weaker claims for given gains if the plant's whole box is not proved: smaller ranges, lower rate.
 
-The gains are not changed.  All ranges of states are multiplied by one factor about rest. The proof
-is monotone in it: what holds on a box holds on every smaller one.  So the factor is found by
-halving, and the sentence names one that was proved, not an estimate.
+The gains are not changed.  All ranges of states are multiplied by one factor about rest.  A decay
+that is proved on a box holds on every smaller box, so bisection finds the largest factor.  The
+sentence states a factor that was proved, not an estimate.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from takagi.models.plant.file_units import file_unit, shown_rate
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
 
-# Factors are multiples of this: a box to 3 % of its size, in five proofs.
+# Factors are multiples of this: five proofs find the factor to 3 % of the whole box.
 FINEST = Fraction(1, 32)
-# With more rules each of the proofs may take half a minute.
+# With more rules than this each of the proofs may take half a minute.
 MOST_RULES = 64
 
 
 @dataclass(frozen=True, slots=True)
 class LargestChange:
-    """What is proved with the gains as they are.
+    """The largest claims that are proved with unchanged gains.
 
     Attributes
     ----------
@@ -56,9 +56,9 @@ def largest_change(
     files: Sequence[Path] = (),
     tell: Tell | None = None,
 ) -> LargestChange | None:
-    """Return what is proved of the gains of a file; None where this is not sought.
+    """Return the largest claims for the gains of a file; None if they are not searched.
 
-    It is not sought for a plant with [blending], and for one without a range of a state.
+    They are not searched for a plant with [blending], or without a range of any state.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def largest_change(
 
 
 def as_sentences(found: LargestChange, plant: Plant, asked: PlantSettings) -> list[str]:
-    """Return what is proved in words, with ranges and rates in the units of the plant's file."""
+    """Return the claims in words, with ranges and rates in the units of the plant's file."""
     wanted = asked.decay_rate if isinstance(asked.decay_rate, float | int) else None
     if found.rate is not None:
         number, unit = shown_rate(plant, found.rate)
@@ -114,7 +114,7 @@ def as_sentences(found: LargestChange, plant: Plant, asked: PlantSettings) -> li
 def _rate(
     plant: Plant, path: Path, settings: PlantSettings, files: Sequence[Path], share: Fraction
 ) -> float | None:
-    """Return the decay rate that is proved, 0 if none is; None where it would take too long."""
+    """Return the proved decay rate, 0 if none is proved; None if it would take too long."""
     from takagi.models.sector.model import sector_model
 
     smaller = plant if share == 1 else replace(

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 def read_observer_gains(path: Path, work: ObservedWork) -> tuple[Floats, Floats]:
-    """Return K (r, m, n) and L (r or 1, n, p) of a gain file whose law belongs to this plant.
+    """Return K (r, m, n) and L (r or 1, n, p) of a gain file for this plant.
 
     Raises
     ------
-    CertificateError : unreadable, a law of all states, a law with other outputs or weights, or of
-        another plant.
+    CertificateError : the file is unreadable, or its law uses all states, other outputs or weights,
+        or belongs to another plant.
     """
     source, law = str(path), read_plant_law(path)
     if "observer" not in law:

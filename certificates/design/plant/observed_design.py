@@ -44,22 +44,22 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-# Decay rates of the error that are tried, in units of that of the gains.  A faster observer has
-# larger gains, which pass on more noise.
+# Decay rates of the estimation error that are tried, as multiples of the rate of the gains.  A
+# faster observer has larger gains, which amplify noise more.
 FASTER = (1.0, 2.0, 4.0, 8.0)
-# The slowest observer is taken whose starts reach this share of the best, in the mean of all axes.
+# The slowest observer is taken whose set of starts has this share of the best one's mean width.
 NEARLY = 0.8
-# A rate that is asked for is asked of the gains with a little more, which the joint proof needs.
+# The gains are designed for slightly more than the required rate: the joint proof needs the rest.
 MORE = 1.02
-# Of the gains' own rate, for the search of the set where no rate is asked for.
+# Share of the gains' own rate for the search of the set, if no rate is required.
 SHARE_OF_RATE = 0.5
-# More matrices than this take one gain for all rules, which makes them fewer.
+# With more matrices than this, all rules get one gain, which reduces the number.
 MOST_LOOPS = 600
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservedWork:
-    """What is needed to design and certify an observer and gains of one model."""
+    """The data to design and certify an observer and gains for one model."""
 
     plant: Plant
     asked: PlantSettings
@@ -202,7 +202,7 @@ def _count(work: ObservedWork) -> int:
 
 
 def _observer(work: ObservedWork, K: Floats, own: float, digits: int) -> _Choice | NoDesign:
-    """Return the observer: the slowest whose starts are nearly the most."""
+    """Return the slowest observer whose set of starts is nearly the largest."""
     tried: list[str] = []
     found = list(_candidates(work, K, own, digits, tried))
     if not found:

@@ -1,4 +1,4 @@
-"""What an observer of a plant is to know, and whether its outputs show enough; before long work."""
+"""Checks before the design of an observer: the signals that it needs, and detectability."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
-# Wishes that are not proved of a loop with an observer.
+# Options that are not proved for a loop with an observer.
 LEFT_OUT = ("damping", "fastest", "sample_time", "initial", "gain_bound")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObserverQuestion:
-    """How the observer of a plant is to be made.
+    """The kind of observer that a plant needs.
 
     Attributes
     ----------
-    rows : places of the measured outputs among those of the model.
+    rows : indices of the measured outputs among the outputs of the model.
     measured : their names.
     at_estimate : whether a premise depends on what is not measured, so that the weights are those
         at the estimate.
     slopes : the plant's slopes between any two states, where the weights are at the estimate.
-    note : in words, which weights the observer has and why.
+    note : a sentence that says which weights the observer uses, and why.
     """
 
     rows: tuple[int, ...]
@@ -43,7 +43,7 @@ class ObserverQuestion:
 
 
 def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> ObserverQuestion:
-    """Return how the observer is to be made.
+    """Return the kind of observer that the plant needs.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def _slopes(plant: Plant, asked: PlantSettings, unknown: str) -> TSModel:
         found = secant_model(plant, rest=asked.rest)
         slopes_data(found)
     except ModelError as error:
-        # A message begins with the slope itself, which may be long.
+        # The message begins with the formula of the slope, which may be long.
         _, depends, rest = str(error).partition(" depends on ")
         why = f"a slope depends on {rest}" if depends else str(error)
         raise ModelError(
@@ -127,13 +127,13 @@ def _slopes(plant: Plant, asked: PlantSettings, unknown: str) -> TSModel:
 
 
 def _check_detectable(plant: Plant, model: TSModel, rows: tuple[int, ...]) -> None:
-    """Refuse a mode at rest that does not decay and that no measured output shows."""
+    """Refuse a mode at rest that does not decay and is not observable."""
     from takagi.lmi.stabilisability import fixed_mode
 
     h = _weights_at_rest(model)
     A = np.tensordot(h, model.A, axes=1)
     C = np.tensordot(h, model.C[:, list(rows)], axes=1)
-    # States of order one, so that rounding means something.
+    # States scaled to order one, so that one tolerance fits all.
     units = np.array([
         1.0 if label not in model.box else max(float(abs(e)) for e in model.box[label])
         for label in model.states
@@ -143,7 +143,7 @@ def _check_detectable(plant: Plant, model: TSModel, rows: tuple[int, ...]) -> No
     if found is None:
         return
     _, eigenvalue, _ = found
-    # The right eigenvector: what moves in this mode.
+    # The right eigenvector has the states that move in this mode.
     values, vectors = np.linalg.eig(A)
     moving = np.abs(vectors[:, np.argmin(np.abs(values - eigenvalue))])
     shown = ", ".join(

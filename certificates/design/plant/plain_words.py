@@ -1,7 +1,7 @@
-"""What a user of a plant file can do about a message that speaks of models and matrices.
+"""Messages about models and matrices, completed for the user of a plant file.
 
-The floors below know no plant file.  Here their messages are completed: what ``delta_h`` is, where
-an equation has no value, and which entry of the file to change.
+The lower layers do not know the plant file.  Their messages are completed here: the meaning of
+``delta_h``, the point at which an equation has no value, and the entry of the file to change.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.models.ts.model import TSModel
 
-# Points tried from rest to each end of a range, and halvings between the last two.
+# Number of points from rest to each end of a range, and of bisections between the last two.
 POINTS, HALVINGS = 64, 40
 _SINGULAR = ("has a pole at", "no finite bound near", "seems to have a pole", "beyond all floats")
 _ROW = re.compile(r"\brow (\d+)\b(?=:)")
 _STUCK = "can be moved by no input"
-# Pairs of rules that are tried, and the singular value that counts as none.
+# Largest number of pairs of rules that are tried, and the singular value that counts as zero.
 MOST_PAIRS, _RANK = 4000, 1e-6
 _RATE = re.compile(r"(?<![\w.])(-?\d[\d.]*(?:e[-+]?\d+)?) 1/s")
 
 
 @contextmanager
 def in_plant_words(plant: Plant) -> Iterator[None]:
-    """Complete the message of a ``ModelError`` with what to change in the plant's file."""
+    """Add to the message of a ``ModelError`` which entry of the plant's file to change."""
     try:
         yield
     except ModelError as error:
@@ -45,9 +45,9 @@ def in_plant_words(plant: Plant) -> Iterator[None]:
 
 
 def completed(words: str, plant: Plant) -> str:
-    """Return a message with what its names mean, and what to change in the plant's file."""
+    """Return the message with the meaning of its names, and the entry of the file to change."""
     words = _ROW.sub(lambda found: _row(int(found.group(1)), found.group(0), plant), words)
-    # As a plant file writes a power.
+    # The notation of powers in a plant file.
     words = words.replace("**", "^")
     added = []
     if any(part in words for part in _SINGULAR):
@@ -62,7 +62,7 @@ def completed(words: str, plant: Plant) -> str:
 
 
 def in_file_rates(words: str, plant: Plant) -> str:
-    """Return words with their rates in the unit of time that the plant's file has."""
+    """Return the text with rates in the unit of time of the plant's file."""
 
     def shown(found: re.Match[str]) -> str:
         value = float(found.group(1))
@@ -75,7 +75,7 @@ def in_file_rates(words: str, plant: Plant) -> str:
 
 
 def require_sensible(plant: Plant, model: TSModel, asked: PlantSettings) -> None:
-    """Refuse what no gains can be found for, in the words of the plant's file.
+    """Refuse a plant for which there can be no gains, in the words of its file.
 
     Raises
     ------
@@ -115,12 +115,12 @@ def require_sensible(plant: Plant, model: TSModel, asked: PlantSettings) -> None
 
 
 def stuck_blend(model: TSModel) -> str:
-    """Return at which values of the premises no input moves a mode that grows; empty if none found.
+    """Return values of the premises at which an unstable mode is not controllable; empty if none.
 
-    Blends of two rules that differ in one premise are tried, in floating point: the one in which
-    the inputs act least, and the middle.  They are blends that the memberships, products of
-    weights, can have.  The mode of an eigenvalue s that does not decay is out of reach where
-    (A - s I, B) has not full rank.
+    Tested in floating point are blends of two rules that differ in one premise: the blend with the
+    least effect of the inputs, and the middle.  The memberships, products of weights, can take
+    these values.  The mode of an unstable eigenvalue s is not controllable if [A - s I, B] does not
+    have full rank.
     """
     A, B = (np.asarray(part, dtype=np.float64) for part in (model.A, model.B))
     r = len(A)
@@ -168,7 +168,7 @@ def _row(number: int, written: str, plant: Plant) -> str:
 
 
 def _singular(words: str, plant: Plant) -> str:
-    """Return where an equation has no value, and whose range to change."""
+    """Return where an equation has no value, and which variable's range to change."""
     for variable in (*plant.states, *plant.inputs):
         for end in _ends(variable):
             found = _first_without_value(plant, variable, end)
@@ -193,7 +193,7 @@ def _singular(words: str, plant: Plant) -> str:
 
 
 def _first_without_value(plant: Plant, variable: Variable, end: float) -> tuple[str, float] | None:
-    """Return (state, value): whose equation has no value there, on the way from rest to an end."""
+    """Return a state and the first value, from rest to an end, without a value of its equation."""
     import sympy as sp
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
@@ -219,7 +219,7 @@ def _first_without_value(plant: Plant, variable: Variable, end: float) -> tuple[
             for _ in range(HALVINGS):
                 middle = (good + bad) / 2
                 good, bad = (middle, bad) if _has_value(function, middle) else (good, middle)
-            # Halving ends next to the border, which is most often a plain 0.
+            # Bisection ends close to the border, which is mostly 0.
             wide = max(abs(one) for one in _ends(variable)) or 1.0
             return state.name, 0.0 if abs(bad) < 1e-9 * wide else bad
     return None
@@ -235,7 +235,7 @@ def _has_value(function: sp.Lambda, value: float) -> bool:
 
 
 def _deviations(words: str, plant: Plant) -> Iterator[str]:
-    """Yield what names such as ``delta_h`` in a message mean."""
+    """Yield the meaning of names such as ``delta_h`` in a message."""
     known = []
     for variable in plant.variables:
         name = f"delta_{variable.name}"

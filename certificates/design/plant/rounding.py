@@ -1,4 +1,4 @@
-"""Gains as short decimals: few significant digits of the largest of each entry over the rules."""
+"""Gains as short decimals: each entry is rounded relative to its largest value over the rules."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from takagi.models.arrays import Floats
 
 
 def rounded_gains(gains: Floats, digits: int) -> Floats:
-    """Return gains to so many significant digits of the largest of each entry over the rules."""
+    """Return the gains; each entry keeps ``digits`` digits of its largest value over the rules."""
     largest = np.abs(gains).max(axis=0)
     # An entry that is noise compared with its row has no effect on the command.
     floor = np.where(largest > 0, largest, 1.0)

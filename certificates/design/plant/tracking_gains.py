@@ -1,12 +1,12 @@
-"""Gains with integral action: guaranteed cost at every vertex, as fast as limits allow.
+"""Gains with integral action: guaranteed cost at every vertex, as fast as the limits allow.
 
 One gain K of u = u* - K (X - X*) for all vertices of the secant model, with the cost
 
     int |x / half-widths|^2 + |u / limits|^2 + |xi / (T r_half)|^2 dt
 
-where T is the time in which the law may integrate the whole range of the reference before it asks
-for all of an input.  T is halved from slow to fast.  The last is taken from which jumps of the
-references are proved to stay within all ranges that are nearly as large as the largest.
+where T is the time in which an error of the whole range of the reference, integrated, uses all of
+an input.  T is reduced from slow to fast.  The fastest T is taken for which the proved jumps of the
+references are nearly the largest.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 # T over the plant's time scale, slowest first.
 TIMES = (32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
-# Share of the largest jump that a faster integral has to keep.
+# Share of the largest jump that a faster integral must still allow.
 KEPT = {"small": 0.97, "moderate": 0.9, "large": 0.75}
 WISHES = ("initial", "gain_bound", "damping", "fastest", "relaxation", "sample_time")
 
@@ -38,8 +38,7 @@ def tracking_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundG
 
     Raises
     ------
-    ModelError : a wish that such a design does not know; a state or input without a range where it
-        needs one.
+    ModelError : an option that this design does not have; a state or input without a range.
     """
     from takagi.certificates.requests.loop.loop import ClaimedLoop
     from takagi.certificates.requests.tracking import Tracking, jump_shares

@@ -137,9 +137,24 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
         terms.append(Term(unknown=P, left=one, right=system.D, at=(0, 1), latex=("", "D_{i}")))
         for j in range(m):
             terms.append(
-                Term(unknown=b, left=-units[j], at=(1, 1), members=members[j], latex=("-", "e e'"))
+                Term(
+                    unknown=b,
+                    left=-units[j],
+                    at=(1, 1),
+                    members=members[j],
+                    latex=("-", _place(j, m)),
+                    symbol=_symbol(j, m),
+                )
             )
-            spent.append(Term(unknown=b, left=-np.ones((1, 1, 1)), members=members[j]))
+            spent.append(
+                Term(
+                    unknown=b,
+                    left=-np.ones((1, 1, 1)),
+                    members=members[j],
+                    latex=("-", ""),
+                    symbol=_symbol(j, m),
+                )
+            )
     return Condition(
         name="exit of noise from a set",
         unknowns=tuple(unknowns),
@@ -152,21 +167,43 @@ def exit_condition(system: NoisyVertices, *, rate: float, price: float) -> Condi
                 count=N,
                 index=rf"i = 1, \dots, {N}",
             ),
-            LMI(name="level", blocks=(1,), terms=tuple(spent), count=N, strict=False),
+            LMI(
+                name="level",
+                blocks=(1,),
+                terms=tuple(spent),
+                count=N,
+                strict=False,
+                index=rf"i = 1, \dots, {N}",
+            ),
             LMI(
                 name="box",
                 blocks=(n,),
                 terms=(Term(unknown=P, left=one, right=one),),
                 constants=(
-                    Constant(value=-system.rows[:, :, None] * system.rows[:, None], latex="-h h'"),
+                    Constant(
+                        value=-system.rows[:, :, None] * system.rows[:, None],
+                        latex=r"-h_{j} h_{j}^\top",
+                    ),
                 ),
                 count=len(system.rows),
                 strict=False,
+                index=rf"j = 1, \dots, {len(system.rows)}",
             ),
         ),
         objective={"c": np.full((1, 1, 1), 1 / rate), "kappa": np.full((1, 1, 1), 2 * price)},
         source="docs/exit-probability.md",
     )
+
+
+def _symbol(j: int, m: int) -> str:
+    """Return b_j in LaTeX; empty, for b, where it is the only one."""
+    return f"b_{{{j + 1}}}" if m > 1 else ""
+
+
+def _place(j: int, m: int) -> str:
+    """Return LaTeX of the matrix with a one at (j, j) alone."""
+    e = f"e_{{{j + 1}}}"
+    return rf"{e} {e}^\top" if m > 1 else ""
 
 
 def exit_function(

@@ -1,8 +1,8 @@
-"""Given gains: the decay of the loop u = -sum_j h_j K_j x that each relaxation shows.
+"""Given gains: the decay rate of the loop u = -sum_j h_j K_j x by each relaxation.
 
 condition        the double sum of a loop with given gains, and one P for all blends
 largest_decay    the decay rate that a relaxation shows
-ladder           all relaxations beside one another, for the same gains
+ladder           comparison of all relaxations for the same gains
 """
 
 from __future__ import annotations

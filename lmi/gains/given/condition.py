@@ -6,8 +6,9 @@ With G_ij = A_i - B_i K_j and V = x' P x,
     discrete     Theta_ij = [ -rho^2 P   *  ]
                             [ P G_ij     -P ],     rho = e^(-alpha T)
 
-sum_ij h_i h_j Theta_ij < 0 for all memberships gives V' <= -2 alpha V, or V(x+) <= rho^2 V(x).  A
-relaxation makes LMIs of it; all are sufficient, and the richer ones are nearer to necessary.
+If sum_ij h_i h_j Theta_ij < 0 for all memberships, then V' <= -2 alpha V, or V(x+) <= rho^2 V(x).
+A relaxation replaces the sum by LMIs.  Each relaxation is sufficient; the richer, the less
+conservative.
 
 Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorems 1 and 2; Tanaka and
 Wang (2001), sections 2.3 and 3.2.
@@ -45,16 +46,16 @@ from takagi.models.arrays import Floats
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class GivenLoop:
-    """G_ij = A_i - B_i K_j, with what is known of the memberships.
+    """G_ij = A_i - B_i K_j, with the known bounds of the memberships.
 
     Attributes
     ----------
-    G : (r, r, n, n), in the units of ``s``: x = s xhat.
+    G : (r, r, n, n), in the states xhat of x = s xhat.
     gains : (r, m, n), in the model's units.
     sample_time : T in s; None for continuous time.
     corners : as in ``DoubleSum``.
     known : bounds on products of memberships, number of active rules.
-    s : (n,).
+    s : (n,), scales of the states.
     """
 
     G: Array
@@ -66,7 +67,7 @@ class GivenLoop:
 
     @property
     def scheduled(self) -> bool:
-        """Return whether the rules have gains of their own."""
+        """Return whether the gains differ between the rules."""
         return bool((self.gains != self.gains[:1]).any())
 
     def scaled(self, scales: ArrayLike | None) -> GivenLoop:
@@ -152,7 +153,7 @@ def given_loop(
     Raises
     ------
     ModelError : shapes, numbers, inputs that are dependent or do nothing, a sample time that is not
-        positive or not the model's, memberships that nothing satisfies.
+        positive or not the model's, bounds that no memberships satisfy.
     """
     A = vertex_stack(model)
     B = input_stack(model, A)
@@ -187,7 +188,7 @@ def closed_loop_condition(
     ----------
     model, gains, overlap, active_rules, sample_time : as for ``closed_loop_decay``.
     decay_rate : alpha in 1/s.
-    relaxation : how the double sum is made LMIs; see ``relaxations``.  Or what poses it.
+    relaxation : name of a relaxation, see ``relaxations``; or a function that poses the sum.
 
     Returns
     -------

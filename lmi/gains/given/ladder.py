@@ -1,4 +1,4 @@
-"""All relaxations for the same gains: how much decay each shows, and what it costs."""
+"""All relaxations for the same gains: the decay rate that each shows, and its cost."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, work_of
 from takagi.lmi.sums.relaxation_sizes import RelaxationSize, size_of
 
 ANY = "any relaxation"
-# Blends at which the condition that every relaxation implies is posed: about so many.
+# Every relaxation implies the condition at single blends, which is posed at about so many blends.
 FEW_BLENDS = 60
-# Rates as near as this are the same, relative.
+# Rates with a relative difference below this count as equal.
 SAME = 1e-3
 
 
@@ -134,7 +134,7 @@ def _gained(best: Design | None, rate: float, goal: Goal) -> str:
 
 
 def _outside(loop: GivenLoop, goal: Goal) -> RelaxationResult:
-    """Return what no relaxation exceeds: the condition at single blends."""
+    """Return the bound of all relaxations: the condition at single blends."""
     r = len(loop.G)
     fine = [p for p in (12, 8, 6, 4, 3) if number_of_points(r, loop.corners, p) <= FEW_BLENDS]
     pose = at_points(fine[0] if fine else 2)

@@ -19,9 +19,10 @@ from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
 
-# How far below the rate at which P = I satisfies every Theta_ij the search begins, relative.
+# The search begins at the rate at which P = I satisfies every Theta_ij, less this share.
 BELOW = 0.1
-# V(x+) below this share of V is a state at rest after one step, whatever the rate is called.
+# If V(x+) is below this share of V, the state is practically at rest after one step, and a larger
+# rate has no meaning.
 LEAST_CONTRACTION = 1e-8
 # As ``max_decay_rate``: relative tolerance of the largest rate.
 TOLERANCE = 1e-6
@@ -50,17 +51,18 @@ def closed_loop_decay(
     model : A (r, n, n) and B (r, n, m).
     gains : K (r, m, n), or (m, n) for one gain in every rule; u = -K x.
     decay_rate : "max", or alpha in 1/s, which is then decided.
-    relaxation : by name, as for ``pdc``, but for "auto": ``closed_loop_ladder`` tries all of them.
-        "common-gain" with gains that differ is all pairs.
-    overlap, active_rules : what is known of the memberships, as for ``pdc``.
+    relaxation : by name, as for ``pdc``, except "auto": ``closed_loop_ladder`` tries all of them.
+        "common-gain" with gains that differ poses all pairs.
+    overlap, active_rules : known bounds of the memberships, as for ``pdc``.
     scales : (n,) engineering range of each state; None balances the loops.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
     time_limit : seconds for all solver calls together.
 
     Returns
     -------
-    An ``Answer``: ``decay_rate`` is what the unknowns show, negative where V may grow, at that rate
-    at most; ``bound`` is above every rate that this relaxation shows, to solver accuracy, or inf.
+    An ``Answer``.  ``decay_rate`` is the rate that the unknowns show; if it is negative, V may
+    grow, but no faster than at this rate.  ``bound`` is above every rate that this relaxation can
+    show, to solver accuracy, or inf.
     Nothing is proved here: ``takagi.certificates.certify`` proves a loop.
 
     Raises
@@ -103,7 +105,7 @@ def largest_decay(loop: GivenLoop, relaxation: str | Relaxation) -> Answer:
 
 
 def _begun(loop: GivenLoop, relaxation: str | Relaxation) -> Condition:
-    """Return the condition at rate 0 if that is shown, else at one that P = I shows."""
+    """Return the condition at rate 0 if it holds; else at a lower rate, which P = I shows."""
     at_rest = loop.posed(0.0, relaxation)
     if decide(at_rest).status == "candidate":
         return at_rest
@@ -119,7 +121,7 @@ def _begun(loop: GivenLoop, relaxation: str | Relaxation) -> Condition:
 
 
 def _rate(loop: GivenLoop, value: float) -> float:
-    """Return the decay rate in 1/s that a value of the parameter stands for."""
+    """Return the decay rate in 1/s for a value of the parameter."""
     if loop.sample_time is None:
         return value
     return float(-np.log(value) / (2 * loop.sample_time)) if value > 0 else np.inf

@@ -1,9 +1,17 @@
-"""Dynamic output feedback: a controller with states of its own, by linear matrix inequalities.
+"""Dynamic output feedback: controllers with states of their own, by linear matrix inequalities.
 
-generalised_plant   plant and weights as one system, from w and u to z and y
-condition           the LMIs of the energy gain, linear after a change of variables
-controller          the controller of their unknowns, and the gain that its loop has
-weighted_loop       S, K S and T with weights
+change_of_variables    what makes the LMIs linear, and the controller from their unknowns
+
+One linear plant, least energy gain:
+
+generalised_plant      plant and weights as one system, from w and u to z and y
+condition              the LMIs of the energy gain
+controller             the controller of their unknowns, and the gain of its loop
+weighted_loop          mixed sensitivity: S, K S and T with weights
+
+A Takagi-Sugeno model with measured premises, decay rate:
+
+scheduled_controller   one set of controller matrices for each rule
 """
 
 from __future__ import annotations
@@ -13,6 +21,13 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.lmi.gains.output_feedback.change_of_variables import (
+        controller_matrices as controller_matrices,
+    )
+    from takagi.lmi.gains.output_feedback.change_of_variables import factors as factors
+    from takagi.lmi.gains.output_feedback.change_of_variables import (
+        lyapunov_matrix as lyapunov_matrix,
+    )
     from takagi.lmi.gains.output_feedback.condition import (
         hinf_output_feedback_condition as hinf_output_feedback_condition,
     )
@@ -22,6 +37,18 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.gains.output_feedback.generalised_plant import (
         GeneralisedPlant as GeneralisedPlant,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        DynamicController as DynamicController,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        DynamicOutputDesign as DynamicOutputDesign,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        dynamic_output_condition as dynamic_output_condition,
+    )
+    from takagi.lmi.gains.output_feedback.scheduled_controller import (
+        dynamic_output_feedback as dynamic_output_feedback,
     )
     from takagi.lmi.gains.output_feedback.weighted_loop import (
         mixed_sensitivity as mixed_sensitivity,

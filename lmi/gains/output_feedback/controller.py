@@ -12,6 +12,7 @@ from takagi.lmi.analysis.disturbance.bounded_real import norm_seen
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
+from takagi.lmi.gains.output_feedback.change_of_variables import controller_matrices
 from takagi.lmi.gains.output_feedback.condition import hinf_output_feedback_condition
 from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant, StateSpace
 from takagi.lmi.solver.solve import quick
@@ -223,16 +224,7 @@ def _balanced(X: Floats, Y: Floats) -> Floats | None:
 
 
 def controller_of(plant: GeneralisedPlant, values: Mapping[str, Floats]) -> StateSpace:
-    """Return the controller of the LMIs' unknowns, with M N' = I - X Y split by singular values.
-
-    Source: Scherer, Gahinet, Chilali (1997), section IV.
-    """
+    """Return the controller of the LMIs' unknowns, by ``change_of_variables``."""
     X, Y, Ah, Bh, Ch, Dh = (values[name][0] for name in ("X", "Y", "Ah", "Bh", "Ch", "Dh"))
-    U, sizes, V = np.linalg.svd(np.eye(len(X)) - X @ Y)
-    M, N = U * np.sqrt(sizes), V.T * np.sqrt(sizes)
-    B2, C2 = plant.B2, plant.C2
-    C = np.linalg.solve(M, (Ch - Dh @ C2 @ X).T).T
-    B = np.linalg.solve(N, Bh - Y @ B2 @ Dh)
-    rest = Ah - N @ B @ C2 @ X - Y @ B2 @ C @ M.T - Y @ (plant.A + B2 @ Dh @ C2) @ X
-    A = np.linalg.solve(M, np.linalg.solve(N, rest).T).T
-    return StateSpace(A, B, C, Dh)
+    matrices = controller_matrices((plant.A, plant.B2, plant.C2), X, Y, (Ah, Bh, Ch, Dh))
+    return StateSpace(*matrices)

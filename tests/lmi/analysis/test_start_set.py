@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.lmi.analysis.start_set import start_set, start_set_condition
+from takagi.lmi import start_set, start_set_condition
 from takagi.models import ModelError
 
 # x' = -2 x + 3 e, e' = -3 e with |x| <= 1, as of x' = x + u, u = -3 xhat, L = 4.

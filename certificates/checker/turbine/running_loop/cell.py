@@ -1,4 +1,4 @@
-r"""One cell of constant winds: the law's tables, the torque surface and the rest over its box.
+r"""One cell of constant winds: the law's tables, torque surface and equilibrium over its box.
 
 The rest at a wind v is near the tables' trim: its effort U_rest is the zero of
 
@@ -35,7 +35,7 @@ from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sid
 
 DECIMALS = 10**7
 NIL, FULL = Fraction(0), Fraction(1)
-# The effort's range is cut where the share of pitch moves by about this much.
+# The effort's range is divided into parts over which the share of pitch changes by about this much.
 SHARE_STEP = Fraction(1, 10)
 
 
@@ -44,8 +44,8 @@ class Cell:
 
     Raises
     ------
-    Refused : winds that are not, an estimate that may reach its limit, a range that leaves the
-        coefficient table, or no rest that is known to lie near the trim.
+    Refused : winds that are not inside one interval, an estimate that may reach its limit, a range
+        that leaves the coefficient table, or no equilibrium that is shown to lie near the trim.
     """
 
     def __init__(self, plant: Plant, law: Law, machine: Machine, winds: Span, sides: Sides) -> None:
@@ -61,7 +61,7 @@ class Cell:
             raise Refused("the wind estimate may reach its limit")
         if not 0 < low - sides.schedule:
             raise Refused("the schedule wind may reach zero")
-        # The schedule winds on the set; the law holds the estimate that it follows to its tables.
+        # The schedule winds on the set; the law limits the estimate to the winds of its tables.
         self.reach = (max(low - sides.schedule, nodes[0]), min(high + sides.schedule, nodes[-1]))
         self.estimate_is_free = nodes[0] <= lowest and highest <= nodes[-1]
         self.near = [
@@ -74,7 +74,7 @@ class Cell:
         self.b, self.b_reach = (
             self.over(law.effectiveness, within) for within in (winds, self.reach)
         )
-        # The unit of the pitch states; any number would do.
+        # The unit of the pitch states; any positive number is possible.
         self.b0 = Fraction(round((self.b[0] + self.b[1]) * 500), 1000)
         if self.b0 <= 0:
             raise Refused("an assumed pitch effectiveness below 0.0005")
@@ -211,12 +211,12 @@ class Cell:
 
     @cached_property
     def schedule_rate(self) -> Fraction:
-        """A bound of |v_s'| [m/s^2]; holding the estimate to the tables makes it no larger."""
+        """A bound of |v_s'| [m/s^2]; the limit of the estimate does not increase it."""
         return (self.sides.estimate + self.sides.schedule) / self.machine.wind_filter
 
     @cached_property
     def lead(self) -> Span:
-        """The range of b0 times the pitch led per v_s', and 0: the lower pitch limit may cut it.
+        """The range of b0 times the pitch lead per v_s', with 0: the lower pitch limit may cut it.
 
         b0 lead (F (q*' + gamma' (omega_m - omega* - x)) - psi(U) b' / b) / b
         """

@@ -47,7 +47,7 @@ FACTORS = frozenset({
 
 
 def states(machine: Machine) -> int:
-    """Return the number of states: ten with a band-stop, else eight."""
+    """Return the number of states: ten with a band-stop, eight without."""
     return 10 if machine.stop else 8
 
 
@@ -99,7 +99,7 @@ def equations(cell: Cell, span: Factors, held: Span) -> tuple[Signals, list[Sign
 
 
 def measured_rate(machine: Machine) -> Signal:
-    """Return m', which no uncertain factor enters."""
+    """Return m', which has no uncertain factor."""
     c = machine.corner
     found = {E: c, M: -c}
     if machine.stop:
@@ -111,8 +111,8 @@ def measured_rate(machine: Machine) -> Signal:
 def rows(cell: Cell, span: Factors) -> dict[str, tuple[list[Fraction], Fraction]]:
     """Return, by side of the box, the row h and the bound of |h xi| that must hold on the set.
 
-    Signal and effort have uncertain factors, each taken as its middle; the bound is the side less
-    what the rest of the factor's range adds.
+    Signal and effort have uncertain factors.  Each is replaced by the middle of its range, and the
+    bound is the side less the largest effect of the deviation from the middle.
     """
     sides, machine = cell.sides, cell.machine
     (w, dw), (gamma, dgamma), (q, dq) = (

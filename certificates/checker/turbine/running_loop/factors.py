@@ -1,7 +1,7 @@
 """The ranges of the running loop's factors over the box of one cell.
 
 Every factor is a secant between a state of the set and the rest, so it lies in the range of the
-derivative over the box; where a limit cuts a term, also between that range and 0.
+derivative over the box; if a limit may cut a term, the range is extended to 0.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from takagi.certificates.checker.turbine.running_loop.inputs import Span
 
 
 def factors(cell: Cell) -> dict[str, Span]:
-    """Return each factor's range, but for the share of pitch, by the names of ``equations``."""
+    """Return each factor's range by the names of ``equations``, without the share of pitch."""
     law, machine, sides = cell.law, cell.machine, cell.sides
     near, b0 = cell.near, point(cell.b0)
     # gamma(v_s) (signal - x_rest) + gamma(v) x_rest: the second part depends on v_s - v.
@@ -62,8 +62,8 @@ def factors(cell: Cell) -> dict[str, Span]:
 def drive_secant(cell: Cell) -> Fraction:
     """Return the least secant of the drive's rate limit: h tau |y| <= limit, |y| as below.
 
-    tau |y| = |beta_ref - beta| is at most what the law's pitch moves from the rest, with the lead,
-    and what the pitch is away from it.
+    tau |y| = |beta_ref - beta| is at most the deviation of the law's pitch, with its lead, from the
+    rest, plus the deviation of the pitch from the rest.
     """
     law, sides, plant = cell.law, cell.sides, cell.plant
     shed = max(psi(U, law.overlap) for U in cell.efforts_at_rest)
@@ -75,7 +75,7 @@ def drive_secant(cell: Cell) -> Fraction:
 
 
 def cut(ends: Span, parts: int) -> list[Span]:
-    """Return the interval in equal parts."""
+    """Divide the interval into equal parts."""
     width = (ends[1] - ends[0]) / parts
     return [(ends[0] + width * i, ends[0] + width * (i + 1)) for i in range(parts)]
 

@@ -1,7 +1,7 @@
-"""What a claim about the running loop states of the machine and of each cell.
+"""The data that a claim about the running loop states of the machine and of each cell.
 
-Observer, filters and limits of rates are those of the gain file: the claim states observer and
-filters again, so that it can be read alone, and the checker compares them.
+Observer, filters and rate limits are those of the gain file.  The claim repeats observer and
+filters, so that it can be read without the file; the checker compares them.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Machine:
     stop : frequency [rad/s] and share passed [-] of the band-stop before it, or None.
     wind_filter : tau_f [s].
     torque_rate : the gain file's limit of the torque's rate [N m/s].
-    observer_inertia : nominal inertia over the one that the gain file's observer computes with.
+    observer_inertia : nominal inertia over the inertia in the gain file's observer.
     inertia : true over nominal, from the least to the greatest.
     wake_length : wind over the wake's rate [m], from the least to the greatest.
     """
@@ -121,7 +121,7 @@ def other_than_the_controller(claim: Any, data: Any, where: str) -> str:
     """Return where the claim's observer or filters differ from the certificate's ``controller``.
 
     That member is the gain file's content, with which ``takagi check --gains`` compares the file.
-    A certificate without it says nothing of an observer; then the claim is about its own.
+    A certificate without this member has no other observer; then that of the claim is taken.
     """
     controller = data.get("controller") if isinstance(data, dict) else None
     if controller is None:

@@ -1,4 +1,4 @@
-r"""Limits that the running loop's equations leave out are not reached on the set.
+r"""Proof that the limits missing in the running loop's equations are not reached on the set.
 
 Torque's lower limit, pitch's upper one, the integral's, and the gain file's limits of the rates of
 torque and pitch.  With rho = (estimate + schedule) / tau_f >= |v_s'|, on the set
@@ -12,9 +12,9 @@ and for every fixed factor of the feed-forward, and of the lead,
     |T'| <= E (F(-U) |U'| + |feed-forward| |v_s''|)
     |beta_ref'| <= (F(U) |U'| + psi(U) |b'| rho / b) / b + |lead| |v_s''| .
 
-Where both are within the gain file's limits, torque and pitch as sent stay between the commands for
-the least and for the greatest factor, also after a node of the tables at which the factor jumps:
-they lie in what the equations hold already.
+If both are within the gain file's limits, the limited torque and pitch stay between the commands
+for the least and for the greatest factor, also after a node of the tables at which the factor
+jumps.  The equations already cover all commands between these two.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How far an ellipsoid reaches along some rows: exact, with one elimination for all of them.
+"""The extent of an ellipsoid along several rows: exact, by one elimination for all rows.
 
 Source: Bareiss (1968), Math. Comp. 22, fraction-free elimination: every number is a minor of the
 matrix [P, h'; h, 0], and h P^-1 h' is less the ratio of the last two.

@@ -2,7 +2,7 @@ r"""Definiteness of an integer matrix with long entries, from a rounded one with
 
 With D = diag(2^-e_i), entries of D M D are rounded down to integers: D M D = R + E, E symmetric
 with entries from 0 to 1, so its eigenvalues are at most n in size.  If R - n I > 0 then M > 0.  The
-e_i make the diagonal of D M D about 2^BITS, so that n is next to nothing.
+e_i make the diagonal of D M D about 2^BITS, so that n is negligible.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ BITS = 64
 def is_surely_definite(matrix: Sequence[Sequence[int]]) -> bool:
     """Return whether a symmetric integer matrix is shown to be positive definite.
 
-    False also where it is so by less than about n 2^-64 of its diagonal.
+    False also if it is definite by less than about n 2^-64 of its diagonal.
     """
     n = len(matrix)
     if any(matrix[i][i] <= 0 for i in range(n)):

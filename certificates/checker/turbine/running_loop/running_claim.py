@@ -8,15 +8,17 @@ exactly, for every piece of the share of pitch
     -(2 xi'P xi' + 2 alpha xi'P xi + sum tau_i (z_i^2 - w_i^2)) > 0  for all (xi, w) but zero,
     side^2 P > h'h                                                   for every side of the box.
 
-Then at every constant wind of the cell V = xi'P xi <= 1 is not left, and V falls at least as
-exp(-2 alpha t).  Stated are cells, sides, P, tau and alpha; everything else is computed here.
+Then at every constant wind of the cell no motion leaves V = xi'P xi <= 1, and V falls at least as
+exp(-2 alpha t).  The claim states cells, sides, P, tau and alpha; all else is computed here.
 
 Evidence: ``winds`` (ranges that the cells cover exactly), ``decay_rate``, ``uncertainty``
 (``inertia``, ``wake_length``), ``observer``, ``measurement``, ``cells`` of ``wind``, ``sides``,
 ``P`` and ``multipliers``, for each piece by the factor's name.
 
-Not promised: winds that move; anything outside the sets; a sampled law; noise; a second-order
-drive, a torque that lags, shaft, tower and blades that bend.  Derived in docs/running-loop.md.
+Not promised: varying winds; motions that start outside the sets; a sampled law; noise; a
+second-order pitch drive; a torque lag; flexible shaft, tower or blades.
+
+Derived in docs/running-loop.md.
 """
 
 from __future__ import annotations
@@ -119,7 +121,7 @@ def check_running_loop(claim: Any, data: Any, where: str) -> Found:
 
 
 def stated_winds(claim: Any, cells: list[StatedCell], where: str) -> list[Span]:
-    """Return the ranges of winds of the claim; refuses cells that do not cover just these.
+    """Return the claim's ranges of winds; refuses cells that do not cover exactly these.
 
     The cells come in the order of their winds and do not overlap.
     """

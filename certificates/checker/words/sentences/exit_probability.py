@@ -1,4 +1,4 @@
-"""What a proved claim of kind ``exit-probability`` says."""
+"""The sentence of a proved claim of kind ``exit-probability``."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def said(
 
 
 def _inside(family: PolytopicLoop) -> str:
-    """Return that the set lies in the model's box, where there is one."""
+    """Return that the set lies in the model's box, if the model has one."""
     return ", inside the model's box" if while_valid(family) else ""
 
 
 def _parts(moved: NoisyMotion, family: PolytopicLoop) -> str:
-    """Return which w_k are white noise, with the roots of their intensities, and which bounded."""
+    """Return which w_k are white noise, with their intensities, and which are bounded."""
     own = family.disturbances if moved.way == "disturbances" else family.inputs
     names = own or tuple(f"w_{k + 1}" for k in range(len(moved.noise)))
     sizes = list(zip(names, moved.noise, moved.bounds, strict=True))

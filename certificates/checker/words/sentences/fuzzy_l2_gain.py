@@ -1,4 +1,4 @@
-"""What a proved claim of kind ``fuzzy-l2-gain`` says."""
+"""The sentence of a proved claim of kind ``fuzzy-l2-gain``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from takagi.certificates.checker.words.validity import while_valid
 def said(
     name: str, claim: Any, family: PolytopicLoop, gain: Fraction, rates: Rates | None
 ) -> tuple[str, str]:
-    """Return name and sentence; ``rates`` of weights that are taken for granted, None for none."""
+    """Return name and sentence; ``rates``, or None, are assumed bounds of the weights' rates."""
     moving = "however the weights move"
     if rates is not None:
         moving = "while the weights keep to their rates: " + rounded_rates(rates)

@@ -1,4 +1,4 @@
-"""What a proved claim of kind ``observed-loop`` says."""
+"""The sentence of a proved claim of kind ``observed-loop``."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def said(
     Parameters
     ----------
     P : of V = z'Pz, twice the order of the plant.
-    limits : that the claim puts on the |u_k|; empty for none.
+    limits : the claim's bounds on |u_k|; empty if there are none.
     """
     law = family.observer
     assert law is not None  # the kind asks for it

@@ -1,4 +1,4 @@
-"""What a claim of kind ``running-loop`` says, proved or not."""
+"""The sentence of a claim of kind ``running-loop``, proved or not."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 MOST_REASONS = 12
 FINE = 10**24
-# Places of the states whose widths are told.
+# Indices of the states whose half widths are stated.
 SPEED, ESTIMATE = 0, 6
 
 
@@ -33,7 +33,7 @@ def said(
     Parameters
     ----------
     winds : the ranges that the cells cover.
-    failures : what is not proved, with the cell's winds.
+    failures : the winds of each cell that is not proved, with the reason.
     machine, decay, cells : given where the claim is proved.
     """
     low, high = law.wind[0], law.wind[-1]
@@ -93,10 +93,10 @@ def _widths(cells: Sequence[Any]) -> tuple[str, str]:
 
 
 def _listed(ranges: Sequence[Span]) -> str:
-    """Return what is left out, no narrower than it is."""
+    """Return the ranges that are left out, rounded outward."""
     return ", ".join(f"{at_least(low, 6)} to {at_most(high, 6)} m/s" for low, high in ranges)
 
 
 def _within(low: Fraction, high: Fraction) -> str:
-    """Return an interval no wider than it is."""
+    """Return an interval, rounded inward."""
     return f"{at_most(low, 6)} to {at_least(high, 6)}"

@@ -1,4 +1,4 @@
-"""What a proved claim of kind ``slope-embedding`` says."""
+"""The sentence of a proved claim of kind ``slope-embedding``."""
 
 from __future__ import annotations
 

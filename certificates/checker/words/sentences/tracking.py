@@ -1,4 +1,4 @@
-"""What a proved claim of kind ``tracking`` says."""
+"""The sentence of a proved claim of kind ``tracking``."""
 
 from __future__ import annotations
 

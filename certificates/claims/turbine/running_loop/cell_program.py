@@ -6,9 +6,9 @@ In the loop xi' = A xi + B w, z = C xi + D w, w_i^2 <= z_i^2, with Q = P^-1 and 
     [ (the same)'                        D S D' - S    ] < 0           for each piece
     h'Q h <= side^2                                                    for each side of the box
 
-are the claim's inequalities after a congruence; they are affine in Q and S.  Sought is the largest
-trace of Q in units of the box, with its least eigenvalue counted too so that no width is lost.
-Nothing is proved here.
+are the claim's inequalities after a congruence; they are affine in Q and S.  The objective is the
+trace of Q in units of the box, plus a multiple of its least eigenvalue, so that no half width
+becomes very small.  Nothing is proved here.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 
-# How strictly the inequalities are posed, so that they hold after rounding: a rate that is greater
-# by a twentieth, multipliers and boxes that are smaller.  How much the least eigenvalue counts.
+# Margins with which the inequalities are posed, so that they hold after rounding: a rate that is
+# larger by a twentieth, smaller multipliers and boxes.  Then the factor of the least eigenvalue.
 FASTER, MARGIN, LEAST_WEIGHT = 1.05, 1e-3, 2.0
 Loop = tuple[Floats, Floats]
 
@@ -86,7 +86,7 @@ def largest_set(
 
 
 def _by_Q(rates: Floats, outer: Floats, basis: list[Floats], decay: float) -> Iterator[Floats]:
-    """Yield what each entry of Q adds to the inequality of one piece."""
+    """Yield the contribution of each entry of Q to the inequality of one piece."""
     n = len(rates)
     A, C = rates[:, :n], outer[:, :n]
     for E in basis:
@@ -95,7 +95,7 @@ def _by_Q(rates: Floats, outer: Floats, basis: list[Floats], decay: float) -> It
 
 
 def _by_multipliers(rates: Floats, outer: Floats) -> Iterator[Floats]:
-    """Yield what each 1/tau adds."""
+    """Yield the contribution of each 1/tau to the same inequality."""
     n, k = len(rates), len(outer)
     along = np.vstack([rates[:, n:], outer[:, n:]])
     for i in range(k):

@@ -1,8 +1,9 @@
 """The candidate of a claim of kind ``running-loop``: cells over all winds of the law's tables.
 
 Each interval of the tables is one cell, with the largest box for which a function is found.  Where
-none is found, or where the box is small and halves have larger ones, the interval is halved, down
-to a least width; what is then left is a gap, which the claim does not cover and its sentence names.
+none is found, or where the box is small and the halves have larger boxes, the interval is halved,
+down to a least width.  A part without a function is a gap: the claim does not cover it, and its
+sentence names it.
 Nothing is proved here.
 """
 
@@ -27,11 +28,11 @@ from takagi.certificates.claims.turbine.running_loop.candidate import (
     size_of_box,
 )
 
-# The rate at which the loop shall settle [1/s], and the wake's length over the rotor's radius: 40
-# to 80 m for 63 m.
+# The required decay rate [1/s], and the wake's length over the rotor's radius: 40 to 80 m for a
+# radius of 63 m.
 DECAY, WAKE = 0.004, (0.635, 1.27)
-# Narrower cells are not tried, where there is none and where the box is small [m/s]; a box is small
-# below this share of the largest.
+# The least width of a cell if no function is found, and if the box is small [m/s]; a box is small
+# below this share of the largest one.
 LEAST_WIDTH, FINEST, SMALL = Fraction(1, 250), Fraction(1, 80), Fraction(1, 10)
 PLACES = 10_000
 
@@ -47,7 +48,7 @@ def running_loop_claim(
     Parameters
     ----------
     model, gains : as the certificate states them.
-    controller : the gain file's members ``observer`` and ``measurement``, with others or without.
+    controller : the gain file's members ``observer`` and ``measurement``; others are not used.
     inertia : true over nominal, from the least to the greatest.
 
     Raises
@@ -156,7 +157,7 @@ def joined(cells: list[StatedCell]) -> list[Span]:
 
 
 def _data(cell: StatedCell) -> dict[str, Any]:
-    """Return a cell as plain data; every number is a short decimal, so that its float prints it."""
+    """Return a cell as plain data, with floats that print as the short decimals of the cell."""
     return {
         "wind": _row(cell.winds),
         "sides": {one.name: float(getattr(cell.sides, one.name)) for one in fields(Sides)},

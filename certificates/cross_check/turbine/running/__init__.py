@@ -1,10 +1,10 @@
 """The second checker's claim about the turbine's loop with its observer (``running-loop``).
 
-running_loop   what a claim obliges to, cell by cell
-machine        observer, filters and box, as the claim states them
+running_loop   the conditions of a claim, cell by cell
+machine        observer, filters and box as the claim states them
 cell           ranges of the loop's factors over the box of one cell
 rates          the loop as a matrix over states and uncertain products
-shortened      that matrix with short entries, which says no more
+shortened      a matrix with short entries whose definiteness implies that of the matrix
 
 Written from docs/running-loop.md.
 """

@@ -25,8 +25,8 @@ from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 
 ZERO, FULL = fmpq(0), fmpq(1)
 # A part of the ramp for G has at most this much of the share; ranges are rounded to these decimals.
-# A multiplier belongs to a range: for one whose middle is another the inequality may fail.  Ranges
-# that are as exact as the tables are not rounded.
+# A multiplier belongs to one range: with another middle the inequality may fail, so the rounding is
+# a part of the claim.  Ranges that are as exact as the tables are not rounded.
 EXACT = ("speed slope", "held estimate", "feed-forward", "integral rate")
 SHARE_STEP, DECIMALS = fmpq(1, 10), 10**7
 Sides = dict[str, fmpq]
@@ -189,7 +189,7 @@ class RunningCell:
         return _outward((N / self.b_s).times(rotor.lead * self.b0).hull(_number(ZERO)))
 
     def factors(self) -> dict[str, NumberRange]:
-        """Return every factor but the share of pitch, rounded outward."""
+        """Return the range of every factor except the share of pitch, rounded outward."""
         rotor, machine, box, x = self.rotor, self.machine, self.box, self.x_rest
         one, b0 = _number(FULL), _number(self.b0)
         turned = self.slope("proportional").size * x
@@ -234,7 +234,7 @@ class RunningCell:
     # Limits.
 
     def limits(self) -> list[tuple[str, bool]]:
-        """Return what must hold for the limits that the equations leave out."""
+        """Return the conditions under which limits missing in the equations are not reached."""
         rotor, machine, box, rho = self.rotor, self.machine, self.box, self.rho
         away = box["estimate"]
         observed = machine.least_wind < self.v.low - away, self.v.high + away < machine.most_wind
@@ -302,5 +302,5 @@ def _outward(span: NumberRange) -> NumberRange:
 
 
 def _rounded_up(value: fmpq) -> fmpq:
-    """Return the least number of seven decimals that is not below."""
+    """Return the number, rounded up to seven decimals."""
     return fmpq(-((-int(value.p) * DECIMALS) // int(value.q)), DECIMALS)

@@ -30,7 +30,7 @@ SIDES = (
 
 
 class Machine:
-    """Numbers that the law does not have; ``stop`` is (frequency, share passed), or None."""
+    """Numbers that are not in the law; ``stop`` is (frequency, share passed), or None."""
 
     def __init__(self, claim: Any, model: Any, gains: Any) -> None:
         seen, filters = entry(claim, "observer"), entry(claim, "measurement")
@@ -70,7 +70,7 @@ def box(cell: Any) -> dict[str, fmpq]:
 
 
 def same_controller(claim: Any, document: Any) -> bool:
-    """Return whether observer and filters are those of the file's controller, if it has one."""
+    """Return whether observer and filters are those of the file's controller, if there is one."""
     if not isinstance(document, dict) or document.get("controller") is None:
         return True
     own = document["controller"]

@@ -103,7 +103,7 @@ class RunningRates:
         return _by(machine.corner, _less(into, self._state(4)))
 
     def falling(self, P: fmpq_mat, tau: dict[str, fmpq], alpha: fmpq) -> fmpq_mat:
-        """Return the matrix of the module's text; a factor that is one number needs no tau."""
+        """Return the matrix of the module; a factor that is a single number needs no tau."""
         used = [name for name in NAMES if any(self.outer[name])]
         kept = [*range(self.n), *(self.n + NAMES.index(name) for name in used)]
         F = fmpq_mat([[row[j] for j in kept] for row in self.rates])
@@ -120,7 +120,7 @@ class RunningRates:
         return fmpq_mat(diag) - both - transposed(both) - transposed(Z) * T * Z
 
     def sides(self) -> list[tuple[str, Row, fmpq]]:
-        """Return (side, row over the states, bound): |row xi| below the bound keeps to the box."""
+        """Return (side, row over the states, bound): the box needs |row xi| below the bound."""
         box = self.cell.box
         e, p, x, s, m, o, z, _ = (self._state(i)[: self.n] for i in range(8))
         middle, half = {}, {}

@@ -48,11 +48,11 @@ def running_loop(claim: Any, document: Any) -> Obligations:
 
 
 def _same_winds(claim: Any, cells: list[list[fmpq]]) -> None:
-    """Refuse cells that overlap, that are not in order, or cover other winds than are stated."""
+    """Refuse cells that overlap, are not in order, or cover other winds than the claim states."""
     ends = [end for pair in cells for end in pair]
     if any(a >= b for a, b in cells) or sorted(ends) != ends:
         raise Refusal("cells: winds that rise from cell to cell are needed")
-    # What remains when ends that two cells share are taken out.
+    # The ends that remain when those common to two cells are removed.
     left = [end for end in ends if ends.count(end) == 1]
     listed = entry(claim, "winds")
     if not isinstance(listed, list):
@@ -94,7 +94,7 @@ def _cell(rotor: Rotor, machine: Machine, stated: Any, alpha: fmpq, label: str) 
 
 
 def _multipliers(piece: Any, loop: RunningRates, label: str) -> dict[str, fmpq]:
-    """Return the multiplier of each factor that is not one number."""
+    """Return the multiplier of each factor that is not a single number."""
     if not isinstance(piece, dict) or not set(piece) <= set(NAMES):
         raise Refusal(f"{label}: multipliers by the names of factors are needed")
     found = {name: rational(piece, name) for name in piece}

@@ -1,8 +1,8 @@
-r"""A matrix of long fractions made short, such that the short one says no more.
+r"""Shortening of a matrix of long fractions; if the short one is definite, so is the matrix.
 
 With D diagonal, its entries powers of 2 such that the diagonal of D M D is about 2^BITS, let
 S_ij be the greatest integer at or below (D M D)_ij.  Then D M D = S + E, E symmetric with entries
-from 0 to 1, and |x'Ex| <= n x'x.  So where S - n I is positive definite M is so.
+from 0 to 1, and |x'Ex| <= n x'x.  So if S - n I is positive definite, M is positive definite.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import pytest
 from takagi.certificates import certify
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.requests import Decay
-from takagi.lmi.gains import (
+from takagi.lmi import (
     DynamicController,
     dynamic_output_condition,
     dynamic_output_feedback,
