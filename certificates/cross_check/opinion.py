@@ -174,11 +174,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
     about_plant = isinstance(model, dict) and model.get("kind") == "plant"
     if about_plant and not CONTAINING & {*map(str, kinds)}:
         raise Refusal("claims about a plant, and none that it is its model")
-    of_states = {*map(str, kinds)} & set(LOOPS) - {"observed-loop"}
-    if isinstance(gains, dict) and "observer" in gains and of_states:
-        raise Refusal(
-            f"the law has outputs, and {', '.join(sorted(of_states))} is of one of states"
-        )
+    _fits_the_law(gains, {*map(str, kinds)})
     loop, unread = None, ""
     try:
         loop = read_loop(model, gains) if any(kind in LOOPS for kind in kinds) else None
@@ -195,6 +191,23 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
             yield str(kind), _resting(claim, str(kind), document)
         else:
             yield str(kind), obligations(claim, str(kind), loop, model, gains)
+
+
+def _fits_the_law(gains: Any, kinds: set[str]) -> None:
+    """Refuse claims about u = -K x of a law that is run otherwise."""
+    if not isinstance(gains, dict):
+        return
+    loops = kinds & {*LOOPS, "tracking"}
+    if "blending" in gains and loops and "effort-blend" not in kinds:
+        raise Refusal("the law has two actuators, and no claim says what they are to the model")
+    if "observer" in gains:
+        of_states = (loops | kinds & {"effort-blend"}) - {"observed-loop"}
+        if of_states:
+            raise Refusal(
+                f"the law has outputs, and {', '.join(sorted(of_states))} is of one of states"
+            )
+        if {"blending", "references"} & set(gains):
+            raise Refusal("a law with outputs has neither a blend nor references")
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:

@@ -147,11 +147,16 @@ def _law(family: PolytopicLoop, where: str) -> ObserverLaw:
 
 
 def _unknown_premise(family: PolytopicLoop, law: ObserverLaw) -> str:
-    """Return why the observer cannot compute its weights; empty if it can."""
+    """Return why the observer cannot compute its weights; empty if it can.
+
+    It evaluates its premises before it commands, so that it does not know an input.
+    """
+    commanded = [name for name in family.scheduled_by or () if name in family.inputs]
+    if commanded:
+        return f"premises depend on {commanded[0]}, which the law knows after it has commanded"
     if not law.at_estimate:
         hidden = hidden_premises(family)
         return f"premises depend on {hidden}, which is not measured" if hidden else ""
     # With weights at the estimate the observer knows estimated states, but no outside signals.
-    known = {*family.states, *family.inputs}
-    outside = [name for name in family.scheduled_by or () if name not in known]
+    outside = [name for name in family.scheduled_by or () if name not in family.states]
     return f"premises depend on {outside[0]}, which the observer does not know" if outside else ""

@@ -9,10 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import member, text
-from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.reader import canonical, member, text
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.blend import names_of
 from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
 
@@ -61,3 +62,39 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
     if len({f.column for f in found}) < len(found) or len({f.row for f in found}) < len(found):
         raise CertificateError(f"{where}.references: each has a signal and an integral of its own")
     return found
+
+
+def check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra) -> None:
+    """Prove xi' = h(x) - r with the h that is written, in states that are no integrals."""
+    g = plant.graph
+    integrals = {one.row for one in follow}
+    measured = {v.symbol for i, v in enumerate(plant.states) if i not in integrals}
+    for one in follow:
+        if not g.variables(one.follow) <= measured:
+            raise Refused(f"what follows {one.signal.name} depends on more than the plant's states")
+        reference = g.add(one.signal.rest, g.variable(one.signal.symbol))
+        if not algebra.equal(plant.f[one.row], g.subtract(one.follow, reference)):
+            raise Refused(f"the integral of {one.signal.name} is not that of h - r")
+        for i, row in enumerate(plant.entries["E"]):
+            if g.value(row[one.column]) != (-1 if i == one.row else 0):
+                raise Refused(f"{one.signal.name} is in other equations than that of its integral")
+    inner = {plant.states[k].symbol for k in integrals}
+    for i, node in enumerate(plant.f):
+        if i not in integrals and inner & g.variables(node):
+            raise Refused("the plant depends on an integral")
+
+
+def check_followed(model: Any, plant: PlantNodes, gains: Any, algebra: Algebra) -> None:
+    """Refuse a law whose integrals are not states of the model.
+
+    A law with references computes its integral states.  Every claim about the loop needs them to be
+    those of the model, also where nothing is claimed of the references.
+
+    Raises
+    ------
+    CertificateError : the model has other references, or none.
+    Refused : an integral of the model is another.
+    """
+    if canonical(model.get("references")) != canonical(gains["references"]):
+        raise CertificateError("gains.references are not the model's: the law follows others")
+    check_following(plant, read_references(model, plant, "model"), algebra)

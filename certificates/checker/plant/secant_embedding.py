@@ -67,6 +67,11 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
         if gains is not None and any(v.unknown for v in plant.disturbances):
             _check_one_gain(gains)
         ranges = prove_secants(plant, entries)
+        if isinstance(gains, dict) and "references" in gains:
+            # Imported here: most laws follow no reference.
+            from takagi.certificates.checker.plant.references import check_followed
+
+            check_followed(model, plant, gains, Algebra(plant.graph, plant.tables))
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "plant": plant, "off": off}

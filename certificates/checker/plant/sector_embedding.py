@@ -91,6 +91,8 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
         corners=numbers,
         weights=_weights(plant, model, numbers),
         scheduled_by=_scheduling(plant),
+        # Counted here: a claim may put aside the only matrices that differ between the rules.
+        stated_rules=max(map(len, stacks.values())),
         resting_elsewhere=_resting_elsewhere(plant),
     )
 
@@ -143,6 +145,11 @@ def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
     try:
         check_unknown(plant, model, gains)
+        if isinstance(gains, dict) and "references" in gains:
+            # Imported here: most laws follow no reference.
+            from takagi.certificates.checker.plant.references import check_followed
+
+            check_followed(model, plant, gains, Algebra(plant.graph, plant.tables))
         ranges = _proved(plant, entries)
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")

@@ -53,7 +53,11 @@ from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
-from takagi.certificates.checker.plant.references import Following, read_references
+from takagi.certificates.checker.plant.references import (
+    Following,
+    check_following,
+    read_references,
+)
 from takagi.certificates.checker.plant.secant_embedding import prove_secants
 from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
 from takagi.certificates.checker.plant.trim import compared_trim
@@ -107,7 +111,8 @@ def check_tracking(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     follow = read_references(model, plant, "model")
     if canonical(member(gains, "references", "gains")) != canonical(model["references"]):
         raise CertificateError("gains.references are not the model's: the law follows others")
-    compared_trim(plant, gains, "gains")
+    if compared_trim(plant, gains, "gains"):
+        raise CertificateError(f"{where}: the law's trim has to be the plant's rest exactly")
     K = read_stack(gains, "K", "gains")
     loop = closed_by(plant_loop(model), gains, "gains")
     sizes = (len(plant.states), len(ranged(plant)), len(follow))
@@ -140,7 +145,7 @@ def _prove(
     """Run the seven steps; Refused names the one that could not be proved."""
     prove_secants(plant, multi_affine_entries(plant))
     algebra = Algebra(plant.graph, plant.tables)
-    _check_following(plant, follow, algebra)
+    check_following(plant, follow, algebra)
     if not found.P.is_positive_definite:
         raise Refused("P is not symmetric positive definite")
     blends = loop.blends()
@@ -161,26 +166,6 @@ def _prove(
             C = Matrix([A.rows[one.row]], A.below)
             if not Matrix.blocks([[found.P, C.T], [C, c]]).is_positive_semidefinite:
                 raise Refused(f"the error of {one.signal.name} is larger at rule {k}")
-
-
-def _check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra) -> None:
-    """Prove xi' = h(x) - r with the stated h, a function of states that are not integrals."""
-    g = plant.graph
-    integrals = {one.row for one in follow}
-    measured = {v.symbol for i, v in enumerate(plant.states) if i not in integrals}
-    for one in follow:
-        if not g.variables(one.follow) <= measured:
-            raise Refused(f"what follows {one.signal.name} depends on more than the plant's states")
-        reference = g.add(one.signal.rest, g.variable(one.signal.symbol))
-        if not algebra.equal(plant.f[one.row], g.subtract(one.follow, reference)):
-            raise Refused(f"the integral of {one.signal.name} is not that of h - r")
-        for i, row in enumerate(plant.entries["E"]):
-            if g.value(row[one.column]) != (-1 if i == one.row else 0):
-                raise Refused(f"{one.signal.name} is in other equations than that of its integral")
-    inner = {plant.states[k].symbol for k in integrals}
-    for i, node in enumerate(plant.f):
-        if i not in integrals and inner & g.variables(node):
-            raise Refused("the plant depends on an integral")
 
 
 def _check_norms(found: Evidence) -> None:

@@ -6,16 +6,13 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.reader import integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, replay
-
-if TYPE_CHECKING:
-    from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
@@ -92,7 +89,7 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
         from takagi.certificates.checker.replay.model_loop import read_model_loop
 
         family = read_model_loop(model, gains)
-        _require_whole_law(family, kinds)
+    _require_whole_law(gains, kinds)
     found: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")
@@ -105,16 +102,29 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     return concluded(found, messages, kinds)
 
 
-def _require_whole_law(family: PolytopicLoop, kinds: Sequence[str]) -> None:
-    """Refuse claims about u = -K x where the law has an observer, and runs as u = -K xhat."""
-    if family.observer is None:
+def _require_whole_law(gains: Any, kinds: Sequence[str]) -> None:
+    """Refuse claims about u = -K x where the law has more than gains, and runs otherwise.
+
+    With an observer it runs as u = -K xhat.  With a blend it commands two actuators, and only the
+    claim ``effort-blend`` says that these are the model's input.
+    """
+    if not isinstance(gains, dict):
         return
-    others = sorted({kind for kind in kinds if kind in KINDS} - {"observed-loop"})
-    if others:
+    about_loops = {kind for kind in kinds if kind in KINDS or kind == "tracking"}
+    if "blending" in gains and about_loops and "effort-blend" not in kinds:
+        raise CertificateError(
+            "gains.blending: the law commands two actuators, and no claim effort-blend says that "
+            "they are the model's input; make it again with 'takagi certify'"
+        )
+    if "observer" not in gains:
+        return
+    if others := sorted((about_loops | ({"effort-blend"} & {*kinds})) - {"observed-loop"}):
         raise CertificateError(
             f"gains.observer: the law has no states but outputs, and {', '.join(others)} would be "
             "about another law; claim observed-loop"
         )
+    if more := [key for key in ("blending", "references") if key in gains]:
+        raise CertificateError(f"gains.{more[0]}: a law with an observer has none")
 
 
 def concluded(found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] = ()) -> Checked:

@@ -128,8 +128,10 @@ def observed_loop(claim: Any, loop: VertexLoop) -> Obligations:
     if law.slopes is None:
         known = all(is_seen(loop, name) for name in loop.seen_by)
     else:
-        known = set(loop.seen_by) <= {*loop.states, *loop.inputs}
-    yield Fact("the observer knows its weights", known)
+        known = set(loop.seen_by) <= {*loop.states}
+    # An input is known after the premises have been evaluated, not before.
+    commanded = set(loop.seen_by) & {*loop.inputs}
+    yield Fact("the observer knows its weights", known and not commanded)
     yield Definite("P", P)
     rate = rate_of(loop, a)
     for k, G in enumerate(_systems(claim, loop, law)):

@@ -61,6 +61,10 @@ def embedded(model: Any, gains: Any) -> Obligations:
         raise Refusal(f"embedding.form is {plant.form!a}, not 'sector'")
     if gains is not None:
         yield from trim_fits(plant, gains)
+        if "references" in gains:
+            from takagi.certificates.cross_check.plant.tracking import followed
+
+            yield from followed(model, plant, gains)
     yield from _unknown_to_the_law(model, plant, gains)
     differences = _differences(plant)
     at_zero = {v.symbol: number(0) for v in plant.variables}

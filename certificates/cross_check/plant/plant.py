@@ -312,6 +312,8 @@ def plant_loop(model: Any) -> VertexLoop:
         corners=tuple(picks),
         premises=same_weights(model["embedding"]["premises"], tuple(picks)),
         seen_by=tuple(v.label for v in plant.variables if v.symbol in used),
+        # Counted here: a claim may put aside the only matrices that differ between the rules.
+        stated=max(map(len, stacks.values())),
         averages=plant.form == "secant",
     )
 

@@ -60,6 +60,10 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
         K = stack(gains, "K")
         known = not any(v.unknown for v in plant.pushes)
         yield Fact("no gain goes with an unknown signal", known or all(one == K[0] for one in K))
+        if "references" in gains:
+            from takagi.certificates.cross_check.plant.tracking import followed
+
+            yield from followed(model, plant, gains)
     whole = [*plant.f, *plant.outputs]
     yield Fact("there is no absolute value", not any(map(has_kink, whole)))
     still = [v for v in plant.pushes if v.unknown and _is_zero(plant, v)]

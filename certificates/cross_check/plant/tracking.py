@@ -85,6 +85,7 @@ def tracking(claim: Any, model: Any, gains: Any) -> Obligations:
     if entry(gains, "references") != entry(model, "references"):
         raise Refusal("the law has other references than the model")
     yield from lies_in_secants(model, gains)
+    yield Fact("the law's trim is the rest exactly", _exact_trim(plant, gains))
     found = stack(gains, "K")
     yield Fact("there is one gain", all(one == found[0] for one in found))
     K, loop = found[0], close(plant_loop(model), gains)
@@ -118,6 +119,22 @@ def tracking(claim: Any, model: Any, gains: Any) -> Obligations:
             corner = fmpq_mat([[most * most]])
             whole = blocks([[P, transposed(C)], [C, corner]])
             yield Definite(f"error at vertex {k + 1}", whole, strict=False)
+
+
+def followed(model: Any, plant: TreePlant, gains: Any) -> Obligations:
+    """Yield that the integrals which a law computes are states of the model."""
+    if entry(gains, "references") != model.get("references"):
+        raise Refusal("the law has other references than the model")
+    yield from _integrals(plant, _references(model, plant))
+
+
+def _exact_trim(plant: TreePlant, gains: Any) -> bool:
+    trim = entry(gains, "trim")
+    return all(
+        [value_of(v.rest) for v in variables] == rationals(trim, key, len(variables))
+        for key, variables in (("state", plant.states), ("input", plant.inputs))
+        if variables
+    )
 
 
 def _references(model: Any, plant: TreePlant) -> list[tuple[Variable, int, Tree]]:

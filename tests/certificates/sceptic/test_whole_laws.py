@@ -1,0 +1,120 @@
+"""A law that is more than gains: claims about u = -K x are about another law then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from takagi.certificates.checker import check_document
+from takagi.certificates.cross_check import judge_document
+from takagi.certificates.design.plant.secant_model import secant_model
+from takagi.certificates.document import (
+    certificate_document,
+    law_members,
+    observer_member,
+    pdc_law_data,
+    plant_data,
+    slopes_data,
+)
+from takagi.models import Interval, Output, Plant, Variable, sector_model
+from tests.certificates.kinds.test_damage import resealed
+from tests.certificates.kinds.test_tracking import arm, second, verdicts
+
+Data = dict[str, Any]
+
+
+def arm_with(change: Callable[[Data], None], *kinds: str) -> Data:
+    """The arm that follows a reference, with these claims alone, changed and sealed again."""
+    found = deepcopy(dict(arm().document))
+    found["claims"] = [
+        claim for claim in found["claims"] if claim["kind"] in ("secant-embedding", *kinds)
+    ]
+    # Model and law hold one list, also after a copy.
+    found["gains"]["references"] = deepcopy(found["gains"]["references"])
+    change(found)
+    return resealed(found)
+
+
+def observer(document: Data) -> None:
+    """The law would run as u = -K xhat, with an observer that corrects nothing."""
+    own = {"weights": "measured", "measured": ["twice"], "L": [[[0], [0], [0]]]}
+    document["gains"]["observer"] = own
+
+
+def blend(document: Data) -> None:
+    """The law would command two actuators."""
+    document["gains"]["blending"] = {"effort": "q"}
+
+
+def other_law(document: Data) -> None:
+    """The law would integrate 5 q less the reference, the model has q."""
+    document["gains"]["references"][0]["follow"] = "5*q"
+
+
+def other_model(document: Data) -> None:
+    """Both name 5 q, and the model has q."""
+    for owner in ("model", "gains"):
+        document[owner]["references"][0]["follow"] = "5*q"
+
+
+def no_reference(document: Data) -> None:
+    """The law integrates; the model has a state of that name, and says of no reference."""
+    del document["model"]["references"]
+
+
+def leaking(document: Data) -> None:
+    """The integral of the model leaks, that of the law does not."""
+    document["model"]["equations"][2] = "q - target - target_integral"
+    document["model"]["embedding"]["A"][2][2] = "-1"
+
+
+@pytest.mark.parametrize("kinds", [("tracking",), ("decay", "invariant-ellipsoid")])
+@pytest.mark.parametrize("change", [observer, blend, other_law, other_model, no_reference, leaking])
+def test_law_that_runs_otherwise_is_not_proved(
+    change: Callable[[Data], None], kinds: tuple[str, ...]
+) -> None:
+    whole, changed = arm_with(lambda _: None, *kinds), arm_with(change, *kinds)
+
+    assert {*verdicts(whole)} == {*second(whole)} == {"PROVED"}
+    assert "PROVED" not in {*verdicts(changed), *second(changed)}
+
+
+x, u = sp.symbols("x u", real=True)
+
+
+@pytest.mark.parametrize("at_estimate", [False, True])
+@pytest.mark.parametrize(("rate", "verdict"), [
+    (-x - x**3 / 2 + u, "PROVED"),
+    # The observer evaluates its premise u x before it commands u.
+    (-x - x * u**2 / 2 + u, "UNDECIDED"),
+])  # fmt: skip
+def test_observer_does_not_know_a_premise_of_the_command(
+    at_estimate: bool, rate: sp.Expr, verdict: str
+) -> None:
+    plant = Plant(
+        equations=(rate,),
+        states=(Variable(x, "-", Interval.of(-1, 1)),),
+        inputs=(Variable(u, "-", Interval.of(-2, 2)),),
+        outputs=(Output("y", x, "-"),),
+        measured=("y",),
+        name="line",
+    )
+    model = sector_model(plant)
+    data = plant_data(model) | {"slopes": slopes_data(secant_model(plant))}
+    gains = pdc_law_data(model, np.ones((2, 1, 1))) | law_members(data)
+    gains["observer"] = observer_member(np.array([[[4.0]]]), ["y"], at_estimate=at_estimate)
+    claim = {"name": "l", "kind": "observed-loop", "level": 0.2, "decay_rate": 0}
+    claims: list[Data] = [
+        {"name": "e", "kind": "sector-embedding"},
+        {"name": "s", "kind": "slope-embedding"},
+        claim | {"P": [[1, 0], [0, 20]]},
+    ]
+    document = certificate_document(model=data, gains=gains, claims=claims, provenance={})
+
+    assert check_document(document).claims[-1].verdict.name == verdict
+    assert judge_document(document)[-1].verdict == verdict
