@@ -1,0 +1,32 @@
+"""Laws that are more than gains: which claims may be made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.replay.claim_kinds import KINDS
+
+
+def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
+    """Refuse claims about u = -K x where the law has more than gains, and runs otherwise.
+
+    With an observer it runs as u = -K xhat.  With a blend it commands two actuators, and only the
+    claim ``effort-blend`` says that these are the model's input.
+    """
+    about_loops = {kind for kind in kinds if kind in KINDS or kind == "tracking"}
+    if "blending" in gains and about_loops and "effort-blend" not in kinds:
+        raise CertificateError(
+            "gains.blending: the law commands two actuators, and no claim effort-blend says that "
+            "they are the model's input; make it again with 'takagi certify'"
+        )
+    if "observer" not in gains:
+        return
+    if others := sorted((about_loops | ({"effort-blend"} & {*kinds})) - {"observed-loop"}):
+        raise CertificateError(
+            f"gains.observer: the law has no states but outputs, and {', '.join(others)} would be "
+            "about another law; claim observed-loop"
+        )
+    if more := [key for key in ("blending", "references") if key in gains]:
+        raise CertificateError(f"gains.{more[0]}: a law with an observer has none")
