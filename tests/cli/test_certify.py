@@ -14,6 +14,7 @@ from takagi.certificates.checker import Verdict, check
 from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
 from takagi.certificates.document import dumps, effort_sharing_law_data
 from takagi.cli.main import main
+from takagi.reports.gains_file import dump_gains, gain_file
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -53,8 +54,25 @@ def test_given_gains_are_proved_as_they_stand(
     assert main(["certify", "nrel5mw", "--gains", str(gains), "--out", str(out)]) == 0
 
     assert check(out, gains=gains).verdict is Verdict.PROVED
-    assert json.loads(out.read_text())["claims"] == finished.document["claims"]
+    # A file with the law alone says nothing of the observer, so that its loop is not claimed.
+    known = [c for c in finished.document["claims"] if c["kind"] != "running-loop"]
+    assert len(known) == len(finished.document["claims"]) - 1
+    assert json.loads(out.read_text())["claims"] == known
     assert f"takagi check {out} --gains {gains}" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_whole_gain_file_has_the_loop_with_its_observer_proved_again(
+    finished: TurbineDesign, tmp_path: Path
+) -> None:
+    """It states observer and filters: all claims are those of the design, to the last digit."""
+    gains, out = tmp_path / "gains.json", tmp_path / "certificate.json"
+    gains.write_text(dump_gains(gain_file(finished)), encoding="utf-8")
+
+    assert main(["certify", "nrel5mw", "--gains", str(gains), "--out", str(out)]) == 0
+
+    assert check(out, gains=gains).verdict is Verdict.PROVED
+    assert json.loads(out.read_text())["claims"] == finished.document["claims"]
 
 
 def test_the_inequalities_hold_without_takagi(finished: TurbineDesign, tmp_path: Path) -> None:
