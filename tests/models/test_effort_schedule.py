@@ -35,7 +35,8 @@ def test_what_one_actuator_leaves_the_other_delivers(s: float, eps: float) -> No
     assert effort_ramp(s, eps) - effort_ramp(-s, eps) == pytest.approx(s, abs=1e-12)
     assert effort_ramp_slope(s, eps) + effort_ramp_slope(-s, eps) == pytest.approx(1, abs=1e-12)
     assert 0 <= effort_ramp_slope(s, eps) <= 1
-    assert effort_ramp(s, eps) >= max(s, 0)
+    # In floating point psi(eps) may lie a last bit below eps.
+    assert effort_ramp(s, eps) >= max(s, 0) - 1e-12
 
 
 @given(EFFORTS, EFFORTS, OVERLAPS)

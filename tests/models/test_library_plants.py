@@ -211,7 +211,13 @@ def test_number_of_rules(name: str) -> None:
     assert model_of(name).derivation.exactness == "checked symbolically"  # type: ignore[union-attr]
 
 
-@pytest.mark.parametrize("name", FIELDS)
+# The grid of its four states takes a quarter of a minute.
+LARGE = {"flexible_link"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in LARGE else ()) for n in FIELDS]
+)
 def test_bounds_hold_all_samples_and_little_more(name: str) -> None:
     """Extrema on a grid are inside, and at most 1 % of the range is beyond them.
 

@@ -32,6 +32,7 @@ from takagi.certificates.cross_check.plant.expression import (
     times,
     value_of,
 )
+from takagi.certificates.cross_check.plant.identity import identical
 from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
 from takagi.certificates.cross_check.plant.known import goes_with_known
 from takagi.certificates.cross_check.plant.plant import (
@@ -42,9 +43,6 @@ from takagi.certificates.cross_check.plant.plant import (
     require_decimals,
 )
 
-# Places of the points at which a supposed identity is tried out, as shares of each side of the box:
-# three inside, where it is unlikely that terms cancel by chance, and two corners.
-SHARES = (fmpq(2, 7), fmpq(5, 11), fmpq(11, 13), fmpq(1), fmpq(0))
 MOST_BOXES, MOST_ROWS = 6_000, 6
 # A law's trim is written in decimals, and may differ from an irrational rest by their rounding.
 TRIM = fmpq(1, 10**12)
@@ -62,7 +60,8 @@ def embedded(model: Any, gains: Any) -> Obligations:
     if gains is not None:
         yield from trim_fits(plant, gains)
         if "references" in gains:
-            from takagi.certificates.cross_check.plant.tracking import followed
+            # Imported here: most laws follow no reference.
+            from takagi.certificates.cross_check.plant.references import followed
 
             yield from followed(model, plant, gains)
     yield from _unknown_to_the_law(model, plant, gains)
@@ -79,7 +78,7 @@ def embedded(model: Any, gains: Any) -> Obligations:
     if plant.mass is not None:
         if len(plant.mass) > MOST_ROWS:
             raise NotReplayed("a mass matrix of many rows")
-        away = search.holds(_determinant(plant.mass), _not_zero)
+        away = search.holds(_determinant(plant.mass), not_zero)
         yield Fact("the mass matrix is regular", away)
     for label, tree in differences:
         yield Fact(label, identical(algebra, tree, box, label))
@@ -108,40 +107,6 @@ def within(plant: TreePlant, search: Search) -> Obligations:
     for k, p in enumerate(plant.premises):
         kept = search.holds(p.tree, _between(p.lower, p.upper))
         yield Fact(f"premise {k + 1} keeps its bounds", kept)
-
-
-def identical(algebra: Algebra, tree: Tree, box: Box, label: str) -> bool:
-    """Return True if algebra shows that a tree is 0, False if it is not 0 at a point of the box.
-
-    Raises
-    ------
-    NotReplayed : neither is found.
-    """
-    if algebra.vanishes(tree):
-        return True
-    if any(_is_not_zero(tree, box, share) for share in SHARES):
-        return False
-    raise NotReplayed(f"{label}: not shown to be an identity")
-
-
-def _is_not_zero(tree: Tree, box: Box, share: fmpq) -> bool:
-    """Return whether a tree differs from 0 at one point of the box.
-
-    The point lies at another share of each side (the fractional part of a multiple of ``share``):
-    with equal shares a difference of two variables could vanish.
-    """
-    place: dict[str, Interval] = {}
-    for k, name in enumerate(sorted(set(names_in(tree)) & set(box))):
-        low, high = box[name] or (fmpq(-1), fmpq(1))
-        turned = share * (k + 1)
-        part = share if share.q == 1 else turned - turned.p // turned.q
-        value = low + part * (high - low)
-        place[name] = (value, value)
-    try:
-        found = range_of(tree, place, lambda *_: False)
-    except (Undefined, NotReplayed):
-        return False
-    return _not_zero(found)
 
 
 def trim_fits(plant: TreePlant, gains: Any) -> Obligations:
@@ -231,10 +196,6 @@ def _determinant(rows: list[list[Tree]]) -> Tree:
 
 def _between(lower: fmpq, upper: fmpq) -> Callable[[Interval], bool]:
     return lambda a: a is not None and lower <= a[0] and a[1] <= upper
-
-
-def _not_zero(a: Interval) -> bool:
-    return a is not None and not a[0] <= 0 <= a[1]
 
 
 class Search:

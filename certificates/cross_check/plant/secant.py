@@ -25,7 +25,7 @@ from typing import Any
 from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import Refusal, entry, stack
 from takagi.certificates.cross_check.plant.algebra import Algebra
-from takagi.certificates.cross_check.plant.embedding import Search, identical, trim_fits, within
+from takagi.certificates.cross_check.plant.embedding import Search, trim_fits, within
 from takagi.certificates.cross_check.plant.expression import (
     Tree,
     minus,
@@ -34,6 +34,7 @@ from takagi.certificates.cross_check.plant.expression import (
     put,
     value_of,
 )
+from takagi.certificates.cross_check.plant.identity import identical
 from takagi.certificates.cross_check.plant.plant import (
     TreePlant,
     Variable,
@@ -61,7 +62,8 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
         known = not any(v.unknown for v in plant.pushes)
         yield Fact("no gain goes with an unknown signal", known or all(one == K[0] for one in K))
         if "references" in gains:
-            from takagi.certificates.cross_check.plant.tracking import followed
+            # Imported here: most laws follow no reference.
+            from takagi.certificates.cross_check.plant.references import followed
 
             yield from followed(model, plant, gains)
     whole = [*plant.f, *plant.outputs]

@@ -42,21 +42,16 @@ from takagi.certificates.cross_check.kernel.reading import (
     NotReplayed,
     Refusal,
     entry,
-    line,
     rational,
     rationals,
     stack,
     table,
 )
 from takagi.certificates.cross_check.loop.loop import Side, VertexLoop, close
-from takagi.certificates.cross_check.plant.algebra import Algebra
-from takagi.certificates.cross_check.plant.embedding import MOST_BOXES, identical
+from takagi.certificates.cross_check.plant.embedding import MOST_BOXES
 from takagi.certificates.cross_check.plant.expression import (
     Tree,
-    minus,
-    names_in,
     number,
-    parsed,
     plus,
     put,
     times,
@@ -70,6 +65,7 @@ from takagi.certificates.cross_check.plant.plant import (
     read_plant,
     require_decimals,
 )
+from takagi.certificates.cross_check.plant.references import integrals, references_of
 from takagi.certificates.cross_check.plant.secant import lies_in_secants
 from takagi.certificates.cross_check.plant.slope import slope_of
 
@@ -89,8 +85,8 @@ def tracking(claim: Any, model: Any, gains: Any) -> Obligations:
     found = stack(gains, "K")
     yield Fact("there is one gain", all(one == found[0] for one in found))
     K, loop = found[0], close(plant_loop(model), gains)
-    follow = _references(model, plant)
-    yield from _integrals(plant, follow)
+    follow = references_of(model, plant)
+    yield from integrals(plant, follow)
     n = len(plant.states)
     signals = [v for v in plant.pushes if v.side is not None]
     P, D = table(claim, "P"), table(claim, "slope")
@@ -121,13 +117,6 @@ def tracking(claim: Any, model: Any, gains: Any) -> Obligations:
             yield Definite(f"error at vertex {k + 1}", whole, strict=False)
 
 
-def followed(model: Any, plant: TreePlant, gains: Any) -> Obligations:
-    """Yield that the integrals which a law computes are states of the model."""
-    if entry(gains, "references") != model.get("references"):
-        raise Refusal("the law has other references than the model")
-    yield from _integrals(plant, _references(model, plant))
-
-
 def _exact_trim(plant: TreePlant, gains: Any) -> bool:
     trim = entry(gains, "trim")
     return all(
@@ -135,55 +124,6 @@ def _exact_trim(plant: TreePlant, gains: Any) -> bool:
         for key, variables in (("state", plant.states), ("input", plant.inputs))
         if variables
     )
-
-
-def _references(model: Any, plant: TreePlant) -> list[tuple[Variable, int, Tree]]:
-    """Return signal, index of the integral state, and following expression of each reference."""
-    named = entry(model, "references")
-    if not named or not isinstance(named, list):
-        raise Refusal("references: a list is needed")
-    by_name = {v.name: v for v in plant.pushes}
-    places = {v.name: k for k, v in enumerate(plant.states)}
-    meaning: dict[str, Tree] = {v.name: plus(v.rest, ("name", v.symbol)) for v in plant.variables}
-    for name, value in model.get("parameters", {}).items():
-        meaning[name] = parsed(value)
-    found = []
-    for one in named:
-        name, integral = line(one, "reference"), line(one, "integral")
-        if name not in by_name or integral not in places:
-            raise Refusal("references: a signal and a state are needed")
-        if by_name[name].side is None or by_name[name].unknown:
-            raise Refusal("references: a known signal with a range is needed")
-        tree = parsed(entry(one, "follow"))
-        if set(names_in(tree)) - set(meaning) - {"pi"}:
-            raise Refusal("references: a name that is not known")
-        found.append((by_name[name], places[integral], put(tree, meaning)))
-    if len({v.name for v, _, _ in found}) < len(found) or len({k for _, k, _ in found}) < len(
-        found
-    ):
-        raise Refusal("references: each has its own signal and integral")
-    return found
-
-
-def _integrals(plant: TreePlant, follow: list[tuple[Variable, int, Tree]]) -> Obligations:
-    """Yield that each xi' is h - r, and that no other equation has xi or r."""
-    box = {v.symbol: v.side for v in plant.variables}
-    rows = {row for _, row, _ in follow}
-    inner = {plant.states[row].symbol for row in rows}
-    allowed = {v.symbol for v in plant.states} - inner
-    differences = [
-        plus(plant.f[row], plus(minus(h), plus(v.rest, ("name", v.symbol)))) for v, row, h in follow
-    ]
-    algebra = Algebra(differences)
-    for (v, row, h), tree in zip(follow, differences, strict=True):
-        yield Fact("what follows is known to the law", set(names_in(h)) <= allowed)
-        yield Fact("an integral of h - r", identical(algebra, tree, box, "an integral"))
-        column = plant.pushes.index(v)
-        pushed = [value_of(line_[column]) for line_ in plant.entries["E"]]
-        wanted = [fmpq(-1 if k == row else 0) for k in range(len(pushed))]
-        yield Fact("a reference is in one equation", pushed == wanted)
-    alone = all(not inner & set(names_in(f)) for k, f in enumerate(plant.f) if k not in rows)
-    yield Fact("integrals are in no equation of the plant", alone)
 
 
 def _falls(loop: VertexLoop, K: fmpq_mat, P: fmpq_mat, alpha: fmpq) -> Obligations:
