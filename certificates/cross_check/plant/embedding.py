@@ -32,7 +32,7 @@ from takagi.certificates.cross_check.plant.expression import (
     times,
     value_of,
 )
-from takagi.certificates.cross_check.plant.identity import identical
+from takagi.certificates.cross_check.plant.identity import identical, not_zero
 from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
 from takagi.certificates.cross_check.plant.known import goes_with_known
 from takagi.certificates.cross_check.plant.plant import (
