@@ -49,12 +49,6 @@ class Rotor(GaussianTransitionModel):
         """Return the noise of one step."""
         return np.diag([0.0, self.noise * self.step])
 
-    def rvs(self, *_: Any, **__: Any) -> Any:
-        """Return nothing: no random state is drawn here."""
-        raise NotImplementedError
-
-    pdf = rvs
-
 
 def main() -> None:
     """Print rms, bias and lag of both, and the rms of their difference."""

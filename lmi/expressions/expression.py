@@ -13,6 +13,7 @@ An unknown with several members, or known matrices (N, p, q), mean one statement
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -37,16 +38,16 @@ from takagi.lmi.expressions.piece import (
 from takagi.models.errors import ModelError
 
 
-class Operators:
+class Operators(ABC):
     """The operators of the module's table, for unknowns and for expressions."""
 
     __slots__ = ()
     # With an array on the left of an operator, numpy then calls the methods below.
     __array_ufunc__ = None
 
+    @abstractmethod
     def as_expression(self) -> Expression:
         """Return the matrix as a sum of pieces."""
-        raise NotImplementedError
 
     @property
     def T(self) -> Expression:
