@@ -14,6 +14,8 @@ from takagi.models.plant_simulation.signals import Signals
 
 # (measured x - x*, w) -> the inputs before their limits, then the commands of blended actuators.
 Commands = Callable[[Floats, Floats], Floats]
+# (measured x - x* and the law's states, u as it acts) -> the rate of the law's states, or the next.
+LawRate = Callable[[Floats, Floats], Floats]
 
 
 class SampledProgram(Protocol):
@@ -34,7 +36,8 @@ class Experiment:
     """A loop that is simulated from several starts, in SI units.
 
     States are deviations x - x* from rest, so that small deviations keep their digits where x
-    itself is large, such as 350 K.
+    itself is large, such as 350 K.  A law with states of its own, such as an observer, has them
+    behind those of the plant.
 
     Attributes
     ----------
@@ -50,6 +53,7 @@ class Experiment:
     program : returns a new sampled law for each run; None for a law in continuous time.
     step : sample time T [s] of the program or of a discrete-time plant; None if there is neither.
     discrete : whether the plant is in discrete time.
+    law_rate : of a law with states of its own; None for other laws.
     """
 
     rate: Rate
@@ -64,6 +68,22 @@ class Experiment:
     program: Callable[[], SampledProgram] | None = None
     step: float | None = None
     discrete: bool = False
+    law_rate: LawRate | None = None
+
+    def following(self, at: Floats, measured: Floats, wanted: Floats, w: Floats) -> Floats:
+        """Return the rate of all states, or in discrete time the next ones, as deviations.
+
+        Parameters
+        ----------
+        at, measured : all states, without and with noise.
+        wanted : the commands before their limits.
+        """
+        u, n = self.held(wanted), len(self.rest)
+        moved = self.rate(self.rest + at[:n], u, w)
+        own = moved - self.rest if self.discrete else moved
+        if self.law_rate is None:
+            return own
+        return np.concatenate([own, self.law_rate(measured, u)])
 
     def held(self, wanted: Floats) -> Floats:
         """Return the inputs (m,) that act: each command, limited to its range."""
@@ -88,7 +108,7 @@ class ExperimentRun:
     Attributes
     ----------
     time : (k,) [s]; at a jump there are two rows with one time.
-    state : (k, n), x - x*.
+    state : (k, n), x - x*; then the law's own states.
     wanted, sent : (k, number of commands), before and after the limits.
     disturbance : (k, p).
     cuts : the spans in which a command was limited, in the order of time.

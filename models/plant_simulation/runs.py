@@ -34,7 +34,7 @@ WHOLE, FAR, UNDEFINED, STUCK = "whole", "far", "undefined", "stuck"
 
 
 def run(experiment: Experiment, start: Floats, end: float) -> ExperimentRun:
-    """Return the run from a deviation x - x* (n,) over ``end`` [s].
+    """Return the run over ``end`` [s] from a deviation x - x* (n,), and the law's own states.
 
     Raises
     ------
@@ -160,7 +160,12 @@ class _Segment:
 
     def sampled(self, program: SampledProgram, x: Floats) -> Floats:
         """Return the program's command at the beginning."""
-        return program.sample(x + self.noise(self.begin), self.disturbance(self.begin))
+        return program.sample(self.measured(self.begin, x), self.disturbance(self.begin))
+
+    def measured(self, time: float, x: Floats) -> Floats:
+        """Return all states as the law has them: those of the plant with noise."""
+        noise = self.noise(time)
+        return np.concatenate([x[: len(noise)] + noise, x[len(noise) :]])
 
     def wanted(self, time: float, x: Floats, held: Floats | None) -> Floats:
         if held is not None:
@@ -168,7 +173,7 @@ class _Segment:
         last = self._last
         if last is not None and last[0] == time and np.array_equal(last[1], x):
             return last[2]
-        found = self.experiment.commands(x + self.noise(time), self.disturbance(time))
+        found = self.experiment.commands(self.measured(time, x), self.disturbance(time))
         self._last = (time, x.copy(), found)
         return found
 
@@ -181,10 +186,11 @@ class _Segment:
         own, disturbance = self.experiment, self.disturbance
 
         def slope(time: float, at: Floats) -> Floats:
-            return own.rate(own.rest + at, own.held(self.wanted(time, at, held)), disturbance(time))
+            wanted = self.wanted(time, at, held)
+            return own.following(at, self.measured(time, at), wanted, disturbance(time))
 
         def leaves(_: float, at: Floats) -> float:
-            return float(np.min(own.far - np.abs(at)))
+            return float(np.min(own.far - np.abs(at[: len(own.far)])))
 
         leaves.terminal = True  # type: ignore[attr-defined]
         ends = [] if held is not None else self.ends(held)
@@ -252,12 +258,13 @@ def _iterate(record: _Record, start: Floats, end: float) -> str:
         time = k * step
         # A jump within a sample takes effect at the next sample.
         soon = time + 1e-6 * step
-        w = own.disturbance_rest + own.disturbances.on(time, soon)(time)
+        sample = _Segment(own, time, soon)
+        w, measured = sample.disturbance(time), sample.measured(time, x)
         wanted, following = np.full(len(own.limits), np.nan), x
         try:
-            wanted = own.commands(x + own.noise.on(time, soon)(time), w)
+            wanted = own.commands(measured, w)
             if k < count:
-                following = own.rate(own.rest + x, own.held(wanted), w) - own.rest
+                following = own.following(x, measured, wanted, w)
         except ModelError:
             raise
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
@@ -267,7 +274,7 @@ def _iterate(record: _Record, start: Floats, end: float) -> str:
             return UNDEFINED
         if k < count:
             record.cut(time, time + step, wanted)
-        if np.any(np.abs(following) > own.far):
+        if np.any(np.abs(following[: len(own.far)]) > own.far):
             return FAR
         x = following
     return WHOLE

@@ -47,7 +47,7 @@ class ObservedMotion:
     def start(self, deviation: Floats) -> Floats:
         """Return the estimate (n,) of x - x* at the first sample: measured states, else 0."""
         found = np.zeros(len(deviation))
-        for state in self._known():
+        for state in self.measured_states():
             found[state] = deviation[state]
         return found
 
@@ -65,7 +65,8 @@ class ObservedMotion:
         first = estimate if self.law.at_estimate else deviation
         return np.concatenate([first, deviation - estimate], axis=-1)
 
-    def _known(self) -> list[int]:
+    def measured_states(self) -> list[int]:
+        """Return the places of the states that an output shows by themselves."""
         from takagi.models.laws.output_feedback import seen_directly
 
         seen = seen_directly(self.law.model, self.law.rows)
@@ -83,7 +84,7 @@ class ObservedMotion:
         state = np.hstack([one, one if self.law.at_estimate else np.zeros((n, n))])
         shadow = np.linalg.inv(state @ np.linalg.inv(self.P) @ state.T)
         known = np.zeros((n, n))
-        known[self._known(), self._known()] = 1.0
+        known[self.measured_states(), self.measured_states()] = 1.0
         N = np.vstack([known if self.law.at_estimate else one, one - known])
         return np.asarray((shadow + shadow.T) / 2), np.asarray(N.T @ self.P @ N)
 

@@ -17,12 +17,12 @@ from takagi.models.plant_simulation.experiment import (
     Cut,
     Experiment,
     ExperimentRun,
+    LawRate,
     SampledProgram,
 )
 from takagi.models.plant_simulation.right_side import Rate, right_side
-from takagi.models.plant_simulation.runs import SAMPLES, WHOLE, run
+from takagi.models.plant_simulation.runs import WHOLE, run
 from takagi.models.plant_simulation.signals import Signals
-from takagi.reports.loops.observed_path import ObservedPath, observed_flow, observed_steps
 from takagi.reports.page.labels import name_of
 
 if TYPE_CHECKING:
@@ -152,20 +152,15 @@ def motions(
         can be simulated.
     """
     end = horizon(loop) if duration is None else duration
-    if loop.observed is not None:
-        if errors or (outside is not None and not outside.idle):
-            raise ModelError(
-                f"plant {loop.plant.name!r} has measured outputs: its loop is simulated with an "
-                "observer, without disturbances, noise or other samples; leave them out, or export "
-                "the law and simulate it elsewhere"
-            )
-        return _observed_motions(loop, begin, end, uncertain)
     experiment = experiment_of(loop, outside or Outside(), errors=errors, uncertain=uncertain)
     found = []
     for name, deviation in begin:
         x0 = np.asarray(deviation, float)
         own = replace(experiment, far=_far(loop, x0))
-        found.append(_motion(loop, name, run(own, x0, end)))
+        begin_of_law = np.zeros(0)
+        if loop.observed is not None and own.program is None:
+            begin_of_law = loop.observed.start(x0)
+        found.append(_motion(loop, name, run(own, np.concatenate([x0, begin_of_law]), end)))
     return tuple(found)
 
 
@@ -186,12 +181,6 @@ class Outside:
     program: Callable[[], SampledProgram] | None = None
     sample_time: float | None = None
 
-    @property
-    def idle(self) -> bool:
-        """Whether nothing comes from outside and the law has no samples of its own."""
-        noisy = self.noise is not None and bool(self.noise.placed)
-        return not (self.moving or noisy or self.program is not None)
-
 
 def experiment_of(
     loop: PlantLoop,
@@ -211,9 +200,11 @@ def experiment_of(
     limits = [_ends(v) for v in loop.plant.inputs]
     if loop.blend is not None:
         limits += [_ends(a.variable) for a in loop.blend.blending.actuators]
+    law_rate = None if outside.program is not None else _law_rate(loop)
     return Experiment(
         rate=rate,
         commands=_commands(loop, outside.moving),
+        law_rate=law_rate,
         inputs=len(limits) if told else len(loop.plant.inputs),
         limits=np.array(limits, dtype=np.float64).reshape(-1, 2),
         rest=loop.state,
@@ -239,8 +230,22 @@ def _rate_with_errors(
     return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True, told=told)
 
 
+def _law_rate(loop: PlantLoop) -> LawRate | None:
+    """Return how the estimate of a law with measured outputs moves; None for other laws."""
+    observed, n = loop.observed, len(loop.names)
+    if observed is None:
+        return None
+    return lambda z, u: observed.following(loop.state + z[:n], z[n:], u)
+
+
 def _commands(loop: PlantLoop, moving: Sequence[Variable]) -> Commands:
-    """Return (x - x*, w) -> the commands of the law; it measures the signals of its premises."""
+    """Return (x - x*, w) -> the commands of the law; it measures the signals of its premises.
+
+    A law with measured outputs has its estimate behind x - x*.
+    """
+    observed, n = loop.observed, len(loop.names)
+    if observed is not None:
+        return lambda z, _: observed.command(loop.state + z[:n], z[n:])
     rests = [float(v.rest) for v in moving]
     places = {v.name: k for k, v in enumerate(loop.plant.disturbances)}
     labels = [name_of(label) for label in loop.model.disturbances]
@@ -308,69 +313,19 @@ def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
     return float(motion.time[late[-1] + 1]) if late.size else 0.0
 
 
-def _observed_motions(
-    loop: PlantLoop,
-    begin: Sequence[tuple[str, Floats]],
-    end: float,
-    uncertain: Mapping[str, Fraction] | None,
-) -> tuple[PlantMotion, ...]:
-    """Return the motions of plant and observer, disturbances at rest."""
-    assert loop.observed is not None
-    rate = plant_rate(loop.plant, uncertain)
-    limits = np.array([_ends(v) for v in loop.plant.inputs], dtype=np.float64).reshape(-1, 2)
-    if loop.discrete:
-        step = loop.model.sample_time or 1.0
-        times = step * np.arange(max(int(np.ceil(end / step)), 1) + 1, dtype=np.float64)
-        move = observed_steps
-    else:
-        times = np.linspace(0.0, end, SAMPLES)
-        move = observed_flow
-    found = []
-    for name, deviation in begin:
-        x0 = np.asarray(deviation, float)
-        path = move(loop.observed, loop.state, rate, x0, times, _far(loop, x0), limits)
-        found.append(_observed(loop, name, path, limits))
-    return tuple(found)
-
-
-def _observed(loop: PlantLoop, name: str, path: ObservedPath, limits: Floats) -> PlantMotion:
-    """Return the motion of a path; V is that of plant and estimate."""
-    assert loop.observed is not None
-    value = np.zeros(0)
-    if loop.observed.P is not None and loop.bounded:
-        z = loop.observed.coordinates(path.state, path.estimate)
-        value = np.einsum("ki,ij,kj->k", z, loop.observed.P, z) / loop.ellipsoid[1]
-    return PlantMotion(
-        name,
-        path.time,
-        path.state,
-        path.command,
-        value,
-        path.whole,
-        wanted=path.wanted,
-        cuts=_cuts_at_samples(path.time, path.wanted, limits),
-        estimate=path.estimate,
-    )
-
-
-def _cuts_at_samples(time: Floats, wanted: Floats, limits: Floats) -> tuple[Cut, ...]:
-    """Return when commands are beyond their ranges, to the nearest of the times."""
-    found = []
-    for k, (low, high) in enumerate(limits):
-        for upper, beyond in ((False, wanted[:, k] < low), (True, wanted[:, k] > high)):
-            edges = np.flatnonzero(np.diff(np.concatenate([[0], beyond.astype(int), [0]])))
-            for first, after in zip(edges[::2], edges[1::2], strict=True):
-                end = min(int(after), len(time) - 1)
-                found.append(Cut(k, float(time[first]), float(time[end]), upper))
-    return tuple(found)
-
-
 def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
-    m, state = len(loop.plant.inputs), found.state
+    m, n = len(loop.plant.inputs), len(loop.names)
+    state, estimate = found.state[:, :n], found.state[:, n:]
     value = np.zeros(0)
     if loop.bounded:
         P, level = loop.ellipsoid
-        value = np.einsum("ki,ij,kj->k", state, P, state) / level
+        z = state
+        if loop.observed is not None:
+            # V is proved of plant and estimate; a program in samples keeps its estimate to itself.
+            P, z = loop.observed.P, np.zeros((0, 0))
+            if estimate.size:
+                z = loop.observed.coordinates(state, estimate)
+        value = np.einsum("ki,ij,kj->k", z, P, z) / level if z.size else value
     acting = found.sent[:, m:] if loop.blend is not None else np.zeros((0, 2))
     return PlantMotion(
         name,
@@ -385,6 +340,7 @@ def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
         cuts=found.cuts,
         ended=found.ended,
         missed=found.missed,
+        estimate=estimate if estimate.size else np.zeros((0, 0)),
     )
 
 

@@ -48,7 +48,9 @@ class ProgramLaw:
             self.formulas[one.name] = _before_limit(one.formula)
         blended = () if loop.blend is None else loop.blend.blending.actuators
         outputs = [v.name for v in (*loop.plant.inputs, *(a.variable for a in blended))]
+        self.measured = {one.name: _output_of(one.name, loop) for one in program.inputs}
         known = {*loop_states(loop), *(v.name for v in loop.plant.disturbances)}
+        known |= {name for name, place in self.measured.items() if place is not None}
         missing = [name for name in outputs if name not in self.formulas]
         missing += [one.name for one in program.inputs if one.name not in known]
         if missing:
@@ -70,8 +72,9 @@ class ProgramLaw:
         """
         named = dict(zip(loop_states(self.loop), self.loop.state + state, strict=True))
         named |= dict(zip(self.moving, signals, strict=True))
+        named |= self._seen(state)
         given = {name: float(named.get(name, rest)) for name, rest in self.rests.items()}
-        if self.run.program.kept and not self.run.kept:
+        if self.loop.blend is not None and self.run.program.kept and not self.run.kept:
             # The effort, the last of the states: no other value is kept by a law by rules.
             effort = float(self.loop.state[-1] + state[-1])
             self.run.kept = {one.name: effort for one in self.run.program.kept}
@@ -87,6 +90,28 @@ class ProgramLaw:
         else:
             self.missed += 1
         return self.last
+
+    def _seen(self, state: Floats) -> dict[str, float]:
+        """Return the measured outputs by the program's names for them; u as it was sent last."""
+        observed = self.loop.observed
+        if observed is None:
+            return {}
+        limits = [v.range for v in self.loop.plant.inputs]
+        sent = np.array(
+            [
+                value if side is None else min(max(value, float(side.lower)), float(side.upper))
+                for value, side in zip(self.last, limits, strict=True)
+            ]
+        )
+        y = observed.outputs(self.loop.state + state, sent)
+        return {name: float(y[place]) for name, place in self.measured.items() if place is not None}
+
+
+def _output_of(name: str, loop: PlantLoop) -> int | None:
+    """Return which measured output an input of the program is; None for another signal."""
+    measured = loop.plant.measured or ()
+    bare = name.rstrip("_").removesuffix("_measured")
+    return measured.index(bare) if bare in measured and bare != name else None
 
 
 def loop_states(loop: PlantLoop) -> list[str]:

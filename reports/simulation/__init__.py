@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from takagi.reports.simulation.laws import chosen_laws as chosen_laws
     from takagi.reports.simulation.plant import simulate_plant as simulate_plant
     from takagi.reports.simulation.plant import simulation_data as simulation_data
+    from takagi.reports.simulation.plant_scenario import PlantScenario as PlantScenario
     from takagi.reports.simulation.runs import Run as Run
     from takagi.reports.simulation.runs import Simulation as Simulation
     from takagi.reports.simulation.runs import run_simulation as run_simulation

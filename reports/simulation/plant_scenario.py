@@ -83,6 +83,13 @@ def outside(
                 f"noise on {name}: it is not measured, for the law keeps the effort itself; leave "
                 "it out, or put noise on a state of the plant"
             )
+        if loop.observed is not None:
+            shown = [states[k] for k in loop.observed.measured_states()]
+            if name not in shown:
+                raise ModelError(
+                    f"noise on {name}: it is not measured by itself; noise can be put on "
+                    f"{', '.join(shown) or 'no state of this plant'}"
+                )
     return Outside(
         moving,
         Signals(len(names), tuple((names.index(n), s) for n, s in scenario.disturbances)),

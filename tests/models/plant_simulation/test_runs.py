@@ -171,3 +171,40 @@ def test_too_many_samples_are_refused_before_the_run() -> None:
 
     with pytest.raises(ModelError, match="10000000 samples and jumps"):
         run(loop, np.zeros(1), 10.0)
+
+
+def test_a_law_with_a_state_of_its_own_sees_what_is_measured() -> None:
+    """x' = u + w, u = -s, s' = 2 (x - s): x'' + 2 x' + 2 x = w' + 2 w rests at x = w, s = w.
+
+    With a constant offset d on the measurement, x + d is what s follows: the rest is x = w - d.
+    """
+    offset = Signals(1, ((0, Step(0.25, 0.0)),))
+    push = Signals(1, ((0, Step(0.5, 1.0)),))
+    for noise, rest in ((Signals(1), 0.5), (offset, 0.25)):
+        loop = replace(
+            integrator(disturbances=push, noise=noise),
+            commands=lambda z, w: -z[1:],
+            law_rate=lambda z, u: 2 * (z[:1] - z[1:]),
+        )
+        found = run(loop, np.array([1.0, 0.0]), 20.0)
+
+        assert found.ended == "whole"
+        assert found.state[-1] == pytest.approx([rest, 0.5], abs=1e-6)
+
+
+def test_a_law_with_a_state_of_its_own_in_discrete_time() -> None:
+    """x+ = x + u, u = -s/2, s+ = x: x and s follow [[1, -1/2], [1, 0]] to the last digit."""
+    loop = replace(
+        integrator(disturbances=Signals(0), step=1.0),
+        rate=lambda x, u, w: x + u,
+        commands=lambda z, w: -z[1:] / 2,
+        law_rate=lambda z, u: z[:1],
+        disturbance_rest=np.zeros(0),
+        discrete=True,
+    )
+    found = run(loop, np.array([1.0, 0.0]), 8.0)
+
+    z = np.array([1.0, 0.0])
+    for row in found.state:
+        assert row == pytest.approx(z, abs=1e-12)
+        z = np.array([[1.0, -0.5], [1.0, 0.0]]) @ z
