@@ -316,16 +316,7 @@ def settling_time(motion: PlantMotion, share: float = 0.01) -> float:
 def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
     m, n = len(loop.plant.inputs), len(loop.names)
     state, estimate = found.state[:, :n], found.state[:, n:]
-    value = np.zeros(0)
-    if loop.bounded:
-        P, level = loop.ellipsoid
-        z = state
-        if loop.observed is not None:
-            # V is proved of plant and estimate; a program in samples keeps its estimate to itself.
-            P, z = loop.observed.P, np.zeros((0, 0))
-            if estimate.size:
-                z = loop.observed.coordinates(state, estimate)
-        value = np.einsum("ki,ij,kj->k", z, P, z) / level if z.size else value
+    value = _level(loop, state, estimate)
     acting = found.sent[:, m:] if loop.blend is not None else np.zeros((0, 2))
     return PlantMotion(
         name,
@@ -342,6 +333,23 @@ def _motion(loop: PlantLoop, name: str, found: ExperimentRun) -> PlantMotion:
         missed=found.missed,
         estimate=estimate if estimate.size else np.zeros((0, 0)),
     )
+
+
+def _level(loop: PlantLoop, state: Floats, estimate: Floats) -> Floats:
+    """Return V / level (k,); empty where none is proved, or where V needs an estimate.
+
+    Of a law with measured outputs V is proved of plant and estimate, and a program in samples keeps
+    its estimate to itself.
+    """
+    if not loop.bounded:
+        return np.zeros(0)
+    P, level = loop.ellipsoid
+    if loop.observed is None:
+        return np.asarray(np.einsum("ki,ij,kj->k", state, P, state) / level)
+    if loop.observed.P is None or not estimate.size:
+        return np.zeros(0)
+    z = loop.observed.coordinates(state, estimate)
+    return np.asarray(np.einsum("ki,ij,kj->k", z, loop.observed.P, z) / level)
 
 
 def _box(loop: PlantLoop) -> Floats:
