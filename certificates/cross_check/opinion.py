@@ -62,8 +62,10 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "observed-loop": observed.observed_loop,
     "sampled-loop": sampled.sampled_loop,
 }
-# Claims that the model contains the plant, and that its slopes are the plant's.
-CONTAINING, SLOPES = {"sector-embedding", "secant-embedding"}, "slope-embedding"
+# Claims that the model contains the plant, that its effort is the plant's two actuators, and that
+# its slopes are the plant's.
+CONTAINING, BLEND = {"sector-embedding", "secant-embedding"}, {"effort-blend"}
+SLOPES = "slope-embedding"
 # Claims that depend on an earlier claim of the same file.
 RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
@@ -111,7 +113,8 @@ def judge_document(document: Mapping[str, Any]) -> list[Opinion]:
 def _judged(document: dict[str, Any]) -> list[Opinion]:
     """Return the opinions; a claim that depends on another is proved only if that one is proved.
 
-    Claims about a plant's loop depend on the claim that the model contains the plant.
+    Claims about a plant's loop depend on the claims that the model contains the plant, and that its
+    effort is the plant's two actuators.
     """
     found: list[Opinion] = []
     for place, (kind, obliged) in enumerate(claims_of(document)):
@@ -127,8 +130,8 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
     found = _with_its_slopes(found, document)
     # A containing claim that is not implemented here leaves the claims about the loop as they are:
     # the reader sees NOT REPLAYED beside them, and the first checker decides it.
-    contained = {one.verdict for one in found if one.kind in CONTAINING}
-    if not contained or contained & {"PROVED", NOT_REPLAYED}:
+    ties = [{one.verdict for one in found if one.kind in kinds} for kinds in (CONTAINING, BLEND)]
+    if all(not tie or tie & {"PROVED", NOT_REPLAYED} for tie in ties):
         return found
     reason = "the model is not proved to contain its plant"
     return [

@@ -1,6 +1,7 @@
 """Claims about a model are PROVED only if the model is proved to contain its plant.
 
-An observer whose weights are taken at its estimate needs the plant's slopes as well.
+A model with a blend contains it only if the blend is proved to be the plant's two actuators.  An
+observer whose weights are taken at its estimate needs the plant's slopes as well.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 
-EMBEDDINGS = ("sector-embedding", "secant-embedding")
+EMBEDDINGS, BLEND = ("sector-embedding", "secant-embedding"), "effort-blend"
 SLOPES, OBSERVED = "slope-embedding", "observed-loop"
 
 
@@ -28,7 +29,8 @@ def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> 
         raise CertificateError(
             f"{where}: claims about a plant, but none that its model contains it"
         )
-    if Verdict.PROVED in tied:
+    blended = [one.verdict for one, kind in zip(found, kinds, strict=True) if kind == BLEND]
+    if Verdict.PROVED in tied and (not blended or Verdict.PROVED in blended):
         return list(found)
     return [
         _of_no_plant(one) if kind in KINDS and one.verdict is Verdict.PROVED else one

@@ -25,7 +25,8 @@ from tests.models.blending.plants import ROOM, plant_of
 Data = dict[str, Any]
 GAIN = [[4.0, 6.0]]
 # The claims about model and blend alone.
-ABOUT = ("sector-embedding", "effort-blend")
+BLEND = "effort-blend"
+ABOUT = ("sector-embedding", BLEND)
 
 
 @cache
@@ -151,6 +152,47 @@ def test_a_broken_blend_is_not_proved(name: str) -> None:
 
     assert "PROVED" not in verdicts(document)[-1:]
     assert "PROVED" not in second(document)[-1:]
+
+
+def whole(change: Callable[[Data], None]) -> Data:
+    """The certificate with all its claims, changed and sealed again."""
+    found = copy.deepcopy(dict(design().document))
+    change(found)
+    return resealed(found)
+
+
+def repeated(document: Data) -> None:
+    """The claim about the blend stands twice, and the blend is not the plant's."""
+    document["claims"] += [{**c, "name": "again"} for c in document["claims"] if c["kind"] == BLEND]
+    BROKEN["a limit a hair too low"](document)
+
+
+@pytest.mark.parametrize("change", [BROKEN["a limit a hair too low"], other_gain, repeated])
+def test_claims_about_the_loop_need_a_proved_blend(change: Callable[[Data], None]) -> None:
+    """The model is a proved blend of its own equations; that they are the plant's is not proved."""
+    right, wrong = whole(lambda _: None), whole(change)
+    loops = [k for k, c in enumerate(right["claims"]) if c["kind"] not in ABOUT]
+
+    assert loops and {*verdicts(right)} == {*second(right)} == {"PROVED"}
+    for found in (verdicts(wrong), second(wrong)):
+        assert found[0] == "PROVED" and found[1] == "UNDECIDED"
+        assert {found[k] for k in loops} == {"UNDECIDED"}
+    text = check_document(wrong).claims[loops[0]].text
+    assert text == "it holds for the model, which is not proved to contain its plant"
+    if change is not other_gain:
+        reasons = [judge_document(wrong)[k].reason for k in loops]
+        assert {*reasons} == {"the model is not proved to contain its plant"}
+
+
+def test_one_proved_claim_about_the_blend_is_enough() -> None:
+    """A second one may stand beside it."""
+
+    def twice(document: Data) -> None:
+        own = next(c for c in document["claims"] if c["kind"] == BLEND)
+        document["claims"].append({**own, "name": "again"})
+
+    document = whole(twice)
+    assert {*verdicts(document)} == {*second(document)} == {"PROVED"}
 
 
 def test_the_other_side_of_the_thresholds() -> None:
