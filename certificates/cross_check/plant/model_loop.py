@@ -36,5 +36,13 @@ def read_loop(model: Any, gains: Any) -> VertexLoop:
 
 
 def with_slopes(model: Any) -> Any:
-    """Return the model with its slopes in the place of its embedding."""
-    return {**model, "embedding": {**entry(model, "slopes"), "form": "secant"}}
+    """Return the model with its slopes in the place of its embedding.
+
+    Raises
+    ------
+    Refusal : they are no object.
+    """
+    slopes = entry(model, "slopes")
+    if not isinstance(slopes, dict):
+        raise Refusal("slopes: an object is needed")
+    return {**model, "embedding": {**slopes, "form": "secant"}}

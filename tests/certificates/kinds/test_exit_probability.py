@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError, Verdict
+from takagi.certificates.checker.kinds.exit_probability import exit_bound
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.document import certificate_document, plant_data
 from takagi.certificates.requests import ClaimedLoop, ExitProbability
@@ -103,6 +104,7 @@ REFUSALS: list[tuple[Data, Data]] = [
     ({}, {"noise": [0.5, 0.5]}),
     ({}, {"rate": 0}),
     ({}, {"exponent": -1}),
+    ({}, {"exponent": 0}),
     ({}, {"start": 1}),
     ({}, {"start": -0.1}),
     ({}, {"horizon": 0}),
@@ -160,6 +162,42 @@ def test_noise_at_the_input_keeps_no_range() -> None:
     assert verdicts(model, claim, gains) == BOTH
     limited = model | {"box": {"x1 [-]": [-2, 2], "u [-]": [-5, 5]}}
     assert verdicts(limited, claim, gains) == NEITHER
+
+
+def test_ranges_of_what_is_bounded_are_kept() -> None:
+    """A disturbance beside the noise may not pass its own range; at rest it passes none."""
+    model, claim = lag()
+    pushed = model | {"E": [[[1, 1]]], "disturbance_names": ["d [-]", "w [-]"]}
+    held = claim | {"noise": [0, 0.5], "disturbance_bounds": [0.25, 0], "probability": 0.9}
+    held |= {"exponent": 10, "multipliers": [0.0625]}
+    for limit, expected in ((0.25, BOTH), (0.2499, NEITHER)):
+        box: Data = {"x1 [-]": [-2, 2], "d [-]": [-limit, limit]}
+        assert verdicts(pushed | {"box": box}, held) == expected
+    # Noise at the input: the model's own disturbance is at rest, however small its range is.
+    names = {"input_names": ["u [-]"], "disturbance_names": ["d [-]"]}
+    box = {"x1 [-]": [-2, 2], "d [-]": [-0.1, 0.1]}
+    fed = model_data([[[0]]], B=[[[1]]], E=[[[1]]], box=box, **names)
+    law = law_data([[[1]]], input_names=["u [-]"])
+    assert verdicts(fed, lag()[1] | {"disturbance": "inputs"}, law) == BOTH
+    # An input beside the noise is pushed by as much as its bound, and keeps its range with that:
+    # |u| is at most 2 on the set, and 1/4 more.
+    two = {"input_names": ["u [-]", "v [-]"]}
+    law = law_data([[[1], [0]]], **two)
+    claim = held | {"disturbance": "inputs", "noise": [0, 0.5]}
+    for limit, expected in ((2.25, BOTH), (2.2499, NEITHER)):
+        box = {"x1 [-]": [-2, 2], "u [-]": [-limit, limit]}
+        model = model_data([[[0]]], B=[[[1, 1]]], box=box, **two)
+        assert verdicts(model, claim, law) == expected
+
+
+def test_the_bound_at_the_end_of_its_second_form() -> None:
+    """1 + k (1 - c/a) = 0 for a = k = 1, c = 2: m exp(-k) = a exactly, and no more."""
+    numbers: Data = {"rate": Fraction(1), "exponent": Fraction(1), "start": Fraction(0)}
+    found = exit_bound(**numbers, level=Fraction(2), horizon=Fraction(1, 10))
+    assert found is not None
+    assert float(found) == pytest.approx(math.exp(-1) + 0.1, abs=1e-12)
+    beyond = exit_bound(**numbers, level=Fraction(2001, 1000), horizon=Fraction(1, 10))
+    assert beyond is None
 
 
 def test_sentence_names_set_noise_and_start() -> None:

@@ -93,6 +93,31 @@ def test_a_law_is_part_of_the_loop_and_of_the_output() -> None:
     assert both(model, gains, added) == "PROVED"
 
 
+@pytest.mark.parametrize(("sample_time", "a"), [(None, -1), (1, 0)])
+def test_two_disturbances_reach_one_output(sample_time: Any, a: float) -> None:
+    """x' = -x + v + w, y = x (or x+ = v + w): the gain is sqrt(2) in each."""
+    model = lag(sample_time, a) | {"E": [[[1, 1]]]}
+    for gain, verdict in ((1.4143, "PROVED"), (1.4142, "UNDECIDED")):
+        # 2 p gain > 2 p^2 + 1 in continuous time, 1/gain < p < gain/2 in discrete time.
+        assert both(model, None, claimed((0.7071, 0.7071), gain)) == verdict
+
+
+def test_inequalities_at_jumps_have_every_part_by_hand() -> None:
+    """x+ = d, y = x + d/2: [[p, 0, 1, 0], [0, g, 1/2, p], [1, 1/2, g, 0], [0, p, 0, p]]."""
+    model = lag(1, 0) | {"C": [[[1]]]}
+    least = 2.0
+    while np.linalg.eigvalsh(_by_hand(least, least / 2))[0] > 0:
+        least -= 1e-4
+    output = {"output": {"C": [[[1]]], "F": [[[0.5]]]}}
+    for gain, verdict in ((least + 2e-4, "PROVED"), (least - 1e-4, "UNDECIDED")):
+        p = round(gain / 2, 6)
+        assert both(model, None, claimed((p, p), round(gain, 6), **output)) == verdict
+
+
+def _by_hand(g: float, p: float) -> Any:
+    return np.array([[p, 0, 1, 0], [0, g, 0.5, p], [1, 0.5, g, 0], [0, p, 0, p]])
+
+
 @pytest.mark.parametrize(
     "change",
     [

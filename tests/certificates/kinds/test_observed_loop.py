@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from copy import deepcopy
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.loop.observer_law import states_at_start
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import (
@@ -247,6 +251,7 @@ def test_a_claim_about_another_law_is_refused() -> None:
         {"weights": "measured", "measured": ["y"], "L": [[[4], [4]]]},
         {"weights": "measured", "measured": ["y"], "L": [[[4]], [[4]]]},
         {"weights": "estimated", "measured": ["y"], "L": [[[4]]]},
+        {"weights": "estimated", "measured": ["y"], "L": [[[4]], [[4]]]},
         {"weights": "measured", "measured": [["y"]], "L": [[[4]]]},
         {"weights": "measured", "measured": "y", "L": [[[4]]]},
     ],
@@ -282,6 +287,177 @@ def test_weights_of_a_model_without_a_plant_are_assumed() -> None:
     two = {**model, "A": [[[1]], [[0.5]]]}
     text = both(two, gains, claim)[2]
     assert "which it is assumed to know" in text
+
+
+def by_both(document: Data) -> tuple[str, str]:
+    """Return the verdicts of both checkers on the last claim; "refused" where one refuses."""
+    try:
+        first = check_document(document).claims[-1].verdict.name
+    except CertificateError:
+        first = "refused"
+    try:
+        second = judge_document(document)[-1].verdict
+    except Refusal:
+        second = "refused"
+    return first, second
+
+
+def sealed(model: Data, gains: Data | None, *claims: Data) -> Data:
+    return certificate_document(model=model, gains=gains, claims=list(claims), provenance={})
+
+
+def test_one_gain_of_an_observer_at_its_estimate() -> None:
+    """The weights at the estimate are not those of the error, so that L cannot go by them."""
+    model, gains, *claims = of_cubic()
+    two = deepcopy(gains)
+    two["observer"]["L"] *= 2
+    assert by_both(sealed(model, gains, *claims)) == ("PROVED", "PROVED")
+    assert by_both(sealed(model, two, *claims)) == ("refused", "refused")
+
+
+@pytest.mark.parametrize("slopes", [None, [], 5, "A"])
+def test_slopes_are_an_object_of_the_model(slopes: Any) -> None:
+    model, gains, *claims = of_cubic()
+    changed = deepcopy(model) | {"slopes": slopes}
+    assert by_both(sealed(changed, gains, *claims)) == ("refused", "refused")
+    measured = deepcopy(gains)
+    measured["observer"]["weights"] = "measured"
+    assert by_both(sealed(changed, measured, *claims[:2])) == ("refused", "refused")
+
+
+def test_slopes_have_those_of_the_outputs() -> None:
+    model, gains, *claims = of_cubic()
+    changed = deepcopy(model)
+    del changed["slopes"]["C"]
+    assert by_both(sealed(changed, gains, *claims)) == ("refused", "refused")
+
+
+def test_slopes_are_a_plants() -> None:
+    """Matrices with the slopes of some plant beside them are not that plant's."""
+    model, gains, _, slopes, claim = of_cubic()
+    plain = {**model_data([[[1]], [[0]]], B=[[[1]]], C=[[[1]]]), "output_names": ["y"]}
+    plain |= {"state_names": gains["state_names"], "input_names": gains["input_names"]}
+    law = {k: v for k, v in gains.items() if k not in ("premises", "rules", "trim")}
+    for whole in (plain, {**model, **plain}):
+        for claims in ([claim], [slopes, claim]):
+            found = by_both(sealed({**whole, "slopes": model["slopes"]}, law, *claims))
+            assert found == ("refused", "refused")
+
+
+def test_gains_are_those_of_the_rules() -> None:
+    """Without gains, or with weights of their own, the loop is another."""
+    model, gains, *claims = of_cubic()
+    own = deepcopy(gains)
+    own["premises"][0]["expression"] = "2*x"
+    own["K"][0] = [[3.1]]
+    assert "PROVED" not in by_both(sealed(model, own, *claims))
+    assert "PROVED" not in by_both(sealed(model, None, *claims))
+
+
+def test_a_state_and_an_input_of_one_name() -> None:
+    """Their range in the box would be one, and nobody knows of which."""
+    model, gains, claim = line()
+    assert by_both(sealed(model, gains, claim)) == ("PROVED", "PROVED")
+    named = {"input_names": ["x1 [-]"]}
+    assert by_both(sealed(model | named, gains | named, claim)) == ("refused", "refused")
+
+
+@pytest.mark.parametrize("box", [[-1, 1], [-1, 3], [-3, 1]])
+def test_the_nearer_end_of_a_range_counts(box: list[int]) -> None:
+    """The range of a state, and that of an input: u = -3 (x - e), within 5.75 of ``line``."""
+    model, gains, claim = line()
+    for level, verdict in ((1, "PROVED"), (1.001, "UNDECIDED")):
+        changed = model | {"box": {"x1 [-]": box}}
+        assert by_both(sealed(changed, gains, claim | {"level": level})) == (verdict, verdict)
+    for end, verdict in ((5.75, "PROVED"), (5.74, "UNDECIDED")):
+        wide = [end * side if abs(side) == 1 else 9 * side for side in box]
+        changed = model | {"box": {"x1 [-]": [-1, 1], "u [-]": wide}}
+        assert by_both(sealed(changed, gains, claim)) == (verdict, verdict)
+
+
+def test_the_estimate_keeps_the_ranges_too() -> None:
+    """P = diag(1, 100): x = xhat + e reaches sqrt(1.01 c), xhat sqrt(c)."""
+    wide = deepcopy(cubic()[0])
+    wide["inputs"][0]["range"] = [-4, 4]
+    for P, level, verdict in (
+        ([[1, 0], [0, 100]], 0.99, "PROVED"),
+        ([[1, 0], [0, 100]], 0.9902, "UNDECIDED"),
+        # x = xhat + e reaches less than xhat where both are opposed.
+        ([[1.2, 1], [1, 100]], 1.19, "PROVED"),
+    ):
+        found = by_both(sealed(*of_cubic(wide, P=P, level=level)))
+        assert found == (verdict, verdict), (P, level)
+
+
+def test_a_disturbance_at_rest_lies_in_its_range() -> None:
+    """Its range has 0 inside or is refused; at rest it leaves no range, however small."""
+    model, gains, claim = line()
+    pushed = model | {"E": [[[1]]], "disturbance_names": ["w [-]"]}
+    for box, verdict in (([-0.5, 0.5], "PROVED"), ([-0.5, 0], "PROVED")):
+        changed = pushed | {"box": {"x1 [-]": [-1, 1], "w [-]": box}}
+        assert by_both(sealed(changed, gains, claim)) == (verdict, verdict)
+    for box in ([0.1, 0.5], [-0.5, -0.1]):
+        changed = pushed | {"box": {"x1 [-]": [-1, 1], "w [-]": box}}
+        assert "PROVED" not in by_both(sealed(changed, gains, claim))
+
+
+@pytest.mark.parametrize("changed", [{"level": 0}, {"level": -1}, {"decay_rate": -0.001}])
+def test_numbers_without_a_meaning_are_refused(changed: Data) -> None:
+    assert by_both(sealed(*line(**changed)))[0] == "refused"
+    assert by_both(sealed(*line(**changed)))[1] != "PROVED"
+
+
+def test_products_of_gains_and_slopes_have_their_order() -> None:
+    """Two states, one output: L R is 2 by 2, R L a number."""
+    model, gains = hidden()
+    # V of both parts at v^2 = 1/2, each alone, the error's 300 times as large.
+    one, other = np.array([[0, 1], [-1, -1.5]]), np.array([[-3, 1], [-3, -1.5]])
+    shape = np.zeros((4, 4))
+    for k, (A, size) in enumerate(((one, 1), (other, 300))):
+        part = slice(2 * k, 2 * k + 2)
+        shape[part, part] = solve_continuous_lyapunov(A.T, -size * np.eye(2))
+    claim = {"name": "h", "kind": "observed-loop", "decay_rate": 0, "level": 0.01}
+    claims = [
+        {"name": "model", "kind": "sector-embedding"},
+        slope_claim("hidden"),
+        claim | {"P": np.round(shape, 6).tolist()},
+    ]
+    assert by_both(sealed(model, gains, *claims)) == ("PROVED", "PROVED")
+
+
+@pytest.mark.parametrize(
+    ("C", "D", "seen"),
+    [
+        ([[[1, 0]]], [], [True, False]),
+        ([[[0, 1], [1, 0]]], [], [True, True]),
+        ([[[2, 0]]], [], [False, False]),
+        ([[[1, 1]]], [], [False, False]),
+        ([[[0, 0]]], [], [False, False]),
+        ([[[1, 0]], [[1.01, 0]]], [], [False, False]),
+        ([[[1, 0]]], [[[0]], [[1]]], [False, False]),
+        ([[[1, 0], [0, 1]]], [[[0], [1]]], [True, False]),
+        ([], [], [False, False]),
+    ],
+)
+def test_an_estimate_starts_at_states_that_are_outputs(C: Any, D: Any, seen: list[bool]) -> None:
+    """A factor of 1 in all rules, one state, and no input that is added."""
+    matrices = [[Matrix.of([[Fraction(str(e)) for e in r] for r in M]) for M in S] for S in (C, D)]
+    assert states_at_start(matrices[0], matrices[1], 2) == seen
+
+
+def test_the_sentence_says_what_is_assumed_and_kept() -> None:
+    model, gains, claim = line()
+    assert "which its measured outputs tell" in both(model, gains, claim)[2]
+    text = both({k: v for k, v in model.items() if k != "box"}, gains, claim)[2]
+    assert "in the model's box" not in text
+    assert "in which x stays in the model's box" in both(model, gains, claim)[2]
+    only = model | {"box": {"u [-]": [-9, 9]}}
+    assert "in the model's box" in both(only, gains, claim)[2]
+    assert "in which x and xhat stay in the model's box" in both(*of_cubic())[2]
+    # An output that is not a state: the estimate starts at rest, e = x, V = x'(1 + s) x.
+    twice = model | {"C": [[[2]]], "A": [[[1]]]}
+    text = both(twice, gains, claim | {"P": [[1, 0], [0, 1]], "level": 0.5})[2]
+    assert "where the estimate starts at rest, a state alone may start up to 0.5 in x1" in text
 
 
 def test_an_observer_is_needed() -> None:

@@ -1,0 +1,261 @@
+"""References of a law: what it integrates has to be what the model has, and nothing besides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any
+
+import pytest
+
+from takagi.certificates import CertificateError
+from takagi.certificates.checker import check_document
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.document import certificate_document
+
+Data = dict[str, Any]
+NAMES = ["x", "y", "p_integral", "q_integral"]
+
+
+def model() -> Data:
+    """Return x' = u - x, y' = v + w + x/4; p is followed by x, and q by x + y."""
+    ranges: dict[str, list[float]] = {
+        "x": [-2, 2],
+        "y": [-3, 3],
+        "u": [-10, 10],
+        "v": [-20, 20],
+        "w": [-1, 1],
+    }
+    ranges |= {"p": [-0.5, 1], "q": [-1, 1]}
+
+    def variables(names: list[str]) -> list[Data]:
+        return [{"name": n, "unit": "-", "range": ranges.get(n), "rest": 0} for n in names]
+
+    return {
+        "kind": "plant",
+        "name": "two",
+        "source": "",
+        "sample_time": None,
+        "states": variables(NAMES),
+        "inputs": variables(["u", "v"]),
+        "disturbances": variables(["w", "p", "q"]),
+        "parameters": {},
+        "equations": ["u - x", "v + w + x/4", "x - p", "x + y - q"],
+        "outputs": [],
+        "references": [
+            {"reference": "p", "integral": "p_integral", "follow": "x"},
+            {"reference": "q", "integral": "q_integral", "follow": "x + y"},
+        ],
+        "embedding": {
+            "form": "secant",
+            "premises": [],
+            "A": [["-1", "0", "0", "0"], ["1/4", "0", "0", "0"], ["1", "0", "0", "0"],
+                  ["1", "1", "0", "0"]],
+            "B": [["1", "0"], ["0", "1"], ["0", "0"], ["0", "0"]],
+            "E": [["0", "0", "0"], ["1", "0", "0"], ["0", "-1", "0"], ["0", "0", "-1"]],
+        },
+    }  # fmt: skip
+
+
+def law(references: Any) -> Data:
+    return {
+        "name": "pdc",
+        "sample_time": None,
+        "state_names": [f"{name} [-]" for name in NAMES],
+        "input_names": ["u [-]", "v [-]"],
+        "K": [[[3, 0, 2, 0], [0, 3, 0, 2]]],
+        "trim": {"state": [0] * 4, "input": [0] * 2},
+        "references": deepcopy(references),
+    }
+
+
+def verdicts(whole: Data, gains: Data | None = None) -> tuple[str, str]:
+    """Return what both checkers say of the embedding; "refused" where one refuses the file."""
+    document = certificate_document(
+        model=whole,
+        gains=gains or law(whole.get("references")),
+        claims=[{"name": "embedding", "kind": "secant-embedding"}],
+        provenance={},
+    )
+    try:
+        first = check_document(document).claims[0].verdict.name
+    except CertificateError:
+        first = "refused"
+    try:
+        second = judge_document(document)[0].verdict
+    except Refusal:
+        second = "refused"
+    return first, second
+
+
+def changed(change: Callable[[Data], None]) -> Data:
+    found = model()
+    change(found)
+    return found
+
+
+def test_the_honest_one_is_proved() -> None:
+    assert verdicts(model()) == ("PROVED", "PROVED")
+
+
+@pytest.mark.parametrize("references", [None, [], {}, "p", 5, [5], [{}], [["p"]]])
+def test_a_law_with_references_has_a_list_of_them(references: Any) -> None:
+    """Model and law agree, and neither says what is integrated."""
+    whole = model() | {"references": references}
+    first, second = verdicts(whole, law(references))
+    assert first == "refused"
+    assert second != "PROVED"
+
+
+def entry(k: int, **parts: Any) -> Callable[[Data], None]:
+    def change(whole: Data) -> None:
+        whole["references"][k] |= parts
+
+    return change
+
+
+def no_range(whole: Data) -> None:
+    whole["disturbances"][1]["range"] = None
+
+
+def unknown(whole: Data) -> None:
+    """The law would not know its own reference."""
+    whole["disturbances"][1]["unknown"] = True
+
+
+def twice(whole: Data) -> None:
+    whole["references"].append(dict(whole["references"][0]))
+
+
+def one_signal(whole: Data) -> None:
+    """Both integrals are of p; each is what its entry says."""
+    whole["references"][1]["reference"] = "p"
+    whole["equations"][3] = "x + y - p"
+    whole["embedding"]["E"][3] = ["0", "-1", "0"]
+
+
+def one_integral(whole: Data) -> None:
+    whole["references"][1]["integral"] = "p_integral"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        entry(0, reference="r"),
+        entry(0, reference="x"),
+        entry(0, integral="r_integral"),
+        entry(0, integral="p"),
+        entry(0, follow=["x"]),
+        entry(0, follow="x +"),
+        entry(0, follow="z"),
+        no_range,
+        unknown,
+        twice,
+        one_signal,
+        one_integral,
+    ],
+)
+def test_entries_that_name_nothing_of_the_model_are_refused(change: Callable[[Data], None]) -> None:
+    first, second = verdicts(changed(change))
+    assert first == "refused"
+    assert second != "PROVED"
+
+
+def of_a_disturbance(whole: Data) -> None:
+    """The law would have to measure w."""
+    whole["references"][0]["follow"] = "x + w"
+    whole["equations"][2] = "x + w - p"
+    whole["embedding"]["E"][2] = ["1", "-1", "0"]
+
+
+def of_an_input(whole: Data) -> None:
+    whole["references"][0]["follow"] = "x + u"
+    whole["equations"][2] = "x + u - p"
+    whole["embedding"]["B"][2] = ["1", "0"]
+
+
+def of_an_integral(whole: Data) -> None:
+    """With a leak the integral rests where x is not p."""
+    whole["references"][0]["follow"] = "x - p_integral"
+    whole["equations"][2] = "x - p_integral - p"
+    whole["embedding"]["A"][2] = ["1", "0", "-1", "0"]
+
+
+def of_another_integral(whole: Data) -> None:
+    whole["references"][0]["follow"] = "x + q_integral"
+    whole["equations"][2] = "x + q_integral - p"
+    whole["embedding"]["A"][2] = ["1", "0", "0", "1"]
+
+
+def leaking(whole: Data) -> None:
+    whole["equations"][2] = "x - p_integral - p"
+    whole["embedding"]["A"][2] = ["1", "0", "-1", "0"]
+
+
+def doubled(whole: Data) -> None:
+    whole["references"][0]["follow"] = "2*x"
+
+
+def fed_forward(whole: Data) -> None:
+    """The reference moves the plant as well."""
+    whole["equations"][0] = "u - x + p/2"
+    whole["embedding"]["E"][0] = ["0", "1/2", "0"]
+
+
+def into_the_other_integral(whole: Data) -> None:
+    whole["references"][1]["follow"] = "x + y"
+    whole["equations"][3] = "x + y + p/2 - q"
+    whole["embedding"]["E"][3] = ["0", "1/2", "-1"]
+
+
+def back_from_the_integral(whole: Data) -> None:
+    """The plant itself depends on what the law integrates."""
+    whole["equations"][1] = "v + w + x/4 + p_integral/10"
+    whole["embedding"]["A"][1] = ["1/4", "0", "1/10", "0"]
+
+
+def other_reference(whole: Data) -> None:
+    """The integral of p is that of q."""
+    whole["equations"][2] = "x - q"
+    whole["embedding"]["E"][2] = ["0", "0", "-1"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        of_a_disturbance,
+        of_an_input,
+        of_an_integral,
+        of_another_integral,
+        leaking,
+        doubled,
+        fed_forward,
+        into_the_other_integral,
+        back_from_the_integral,
+        other_reference,
+    ],
+)
+def test_models_with_other_integrals_are_not_proved(change: Callable[[Data], None]) -> None:
+    """Each embedding alone is right: without a law with references it is proved."""
+    whole = changed(change)
+    alone = {k: v for k, v in whole.items() if k != "references"}
+    gains = {k: v for k, v in law([]).items() if k != "references"}
+
+    assert verdicts(alone, gains) == ("PROVED", "PROVED")
+    assert "PROVED" not in verdicts(whole)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda listed: listed.reverse(),
+        lambda listed: listed.pop(),
+        lambda listed: listed[0].update(follow="2*x"),
+        lambda listed: listed[0].update(integral="q_integral"),
+        lambda listed: listed.clear(),
+    ],
+)
+def test_a_law_with_other_references_is_refused(change: Callable[[Any], None]) -> None:
+    gains = law(model()["references"])
+    change(gains["references"])
+    assert verdicts(model(), gains) == ("refused", "refused")
