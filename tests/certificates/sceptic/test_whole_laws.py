@@ -84,6 +84,64 @@ def test_law_that_runs_otherwise_is_not_proved(
     assert "PROVED" not in {*verdicts(changed), *second(changed)}
 
 
+def follower() -> tuple[Data, Data]:
+    """Return x' = u - x, xi' = x - r with both as outputs, and u = -2 x - 2 xi."""
+    ranges: dict[str, list[float]] = {"x": [-2, 2], "u": [-10, 10], "r": [-1, 1]}
+
+    def listed(*names: str) -> list[Data]:
+        return [{"name": n, "unit": "-", "range": ranges.get(n), "rest": 0} for n in names]
+
+    model: Data = {"kind": "plant", "name": "follower", "source": "", "sample_time": None}
+    model |= {"states": listed("x", "xi"), "inputs": listed("u"), "disturbances": listed("r")}
+    model |= {"parameters": {}, "equations": ["u - x", "x - r"]}
+    model["outputs"] = [{"name": n, "unit": "-", "expression": n} for n in ("x", "xi")]
+    model["references"] = [{"reference": "r", "integral": "xi", "follow": "x"}]
+    model["embedding"] = {"premises": [], "A": [["-1", "0"], ["1", "0"]], "B": [["1"], ["0"]]}
+    model["embedding"] |= {"C": [["1", "0"], ["0", "1"]], "D": [["0"], ["0"]]}
+    model["embedding"]["E"] = [["0"], ["-1"]]
+    gains: Data = {"name": "pdc", "sample_time": None, "state_names": ["x [-]", "xi [-]"]}
+    gains |= {"input_names": ["u [-]"], "K": [[[2, 2]]], "trim": {"state": [0, 0], "input": [0]}}
+    return model, gains
+
+
+def follows(P: list[list[float]], change: Callable[[Data], None], kind: str) -> tuple[Any, Any]:
+    """Return what both checkers say of the follower's law, changed."""
+    model, gains = follower()
+    change(gains)
+    claim: Data = {"name": "loop", "kind": kind, "decay_rate": 0.5, "P": P}
+    if kind == "observed-loop":
+        claim["level"] = 0.01
+    claims: list[Data] = [{"name": "e", "kind": "sector-embedding"}, claim]
+    document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
+    return verdicts(document), second(document)
+
+
+OBSERVER = {"weights": "measured", "measured": ["x", "xi"], "L": [[[4, 0], [1, 5]]]}
+# V = (x + xi)^2 + (x + 2 xi)^2 along the modes of -1 and -2; of the error beside it far more.
+LOOP = [[2, 3], [3, 5]]
+BOTH = [[2, 3, 0, 0], [3, 5, 0, 0], [0, 0, 900, 0], [0, 0, 0, 900]]
+PROVED, REFUSED = (["PROVED"] * 2,) * 2, (["REFUSED"],) * 2
+
+
+def test_references_are_of_a_law_of_states() -> None:
+    """The observer of a law with references would have to know them: nothing says that it does."""
+    references = {"references": follower()[0]["references"]}
+
+    assert follows(LOOP, lambda gains: gains.update(references), "decay") == PROVED
+    assert follows(BOTH, lambda gains: gains.update(observer=OBSERVER), "observed-loop") == PROVED
+    both = references | {"observer": OBSERVER}
+    assert follows(BOTH, lambda gains: gains.update(both), "observed-loop") == REFUSED
+
+
+@pytest.mark.parametrize("blending", [None, {}, [], {"effort": "x"}, "effort"])
+def test_a_blend_needs_its_claim_whatever_is_written(blending: Any) -> None:
+    """Two actuators take the place of u, and no claim says which."""
+    assert follows(LOOP, lambda gains: None, "decay") == PROVED
+    assert follows(LOOP, lambda gains: gains.update(blending=blending), "decay") == REFUSED
+    both = {"blending": blending, "observer": OBSERVER}
+    assert follows(BOTH, lambda gains: gains.update(both), "observed-loop") == REFUSED
+
+
 x, u = sp.symbols("x u", real=True)
 
 
