@@ -20,7 +20,7 @@ from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
-from takagi.certificates.document import dumps
+from takagi.certificates.document import certificate_document, dumps
 from takagi.models import ModelError, Plant, load_model
 from takagi.models.plant import PlantSettings
 from tests.certificates.kinds.test_damage import resealed
@@ -238,39 +238,47 @@ def test_simulations_keep_the_bounds() -> None:
         assert np.abs(K @ step.y).max() <= 15
 
 
-# x' = u, x follows r: A - B K has its poles where the numbers say, on paper.
-PURE = """
-format = 1
-kind = "plant"
-name = "integrator"
-units = "unchecked"
+def pure(
+    drift: str = "0", slope: str = "0", x: Any = (-2, 2), u: Any = (-10, 10), r: Any = (-1, 1)
+) -> Data:
+    """Return x' = u + drift with the slope -1 or 0, xi' = x - r, and u = -K (x, xi).
 
-[states]
-x = { range = [-2, 2] }
+    A - B K is [[-3, -2], [1, 0]]: poles -1, -2.  With the drift 0 it rests at (r, -3 r/2).
+    """
+    ranges = {"x": x, "u": u, "r": r}
 
-[inputs]
-u = { range = [-10, 10] }
+    def listed(*names: str) -> list[Data]:
+        sides = [None if ranges.get(n) is None else list(ranges[n]) for n in names]
+        return [
+            {"name": n, "unit": "-", "range": side, "rest": 0}
+            for n, side in zip(names, sides, strict=True)
+        ]
 
-[equations]
-x = "u"
-
-[reference]
-r = { follow = "x", range = [-1, 1], rate = 0.1 }
-"""
-
-
-@cache
-def pure() -> Data:
-    """x' = -3 x - 2 xi, xi' = x - r: poles -1, -2; rests at (r, -3 r/2)."""
-    with TemporaryDirectory() as folder:
-        plant, _ = plant_of(Path(folder), PURE)
-        design = certify_plant(plant, np.array([[[3.0, 2.0]]]), PlantSettings())
-    return dict(design.document)
+    model: Data = {"kind": "plant", "name": "integrator", "source": "", "sample_time": None}
+    model |= {"states": listed("x", "xi"), "inputs": listed("u"), "disturbances": listed("r")}
+    model |= {"parameters": {}, "equations": [f"u + {drift}", "x - r"], "outputs": []}
+    model["references"] = [{"reference": "r", "integral": "xi", "follow": "x"}]
+    model["embedding"] = {"form": "secant", "premises": [], "A": [[slope, "0"], ["1", "0"]]}
+    model["embedding"] |= {"B": [["1"], ["0"]], "E": [["0"], ["-1"]]}
+    gains: Data = {"name": "pdc", "sample_time": None, "state_names": ["x [-]", "xi [-]"]}
+    gains |= {"input_names": ["u [-]"], "K": [[[3 + int(slope), 2]]]}
+    gains |= {"trim": {"state": [0, 0], "input": [0]}, "references": [*model["references"]]}
+    first = {"name": "embedding", "kind": "secant-embedding"}
+    return certificate_document(model=model, gains=gains, claims=[first], provenance={})
 
 
-def at(**numbers: Any) -> Data:
+def curved() -> Data:
+    """Return x' = u - x^3/100: two vertices, with the slopes -0.12 and 0."""
+    found = pure(drift="(-x^3/100)")
+    premise = {"name": "z", "expression": "-3*x^2/100", "lower": -0.12, "upper": 0, "unit": "-"}
+    found["model"]["embedding"] |= {"premises": [premise], "A": [["z", "0"], ["1", "0"]]}
+    found["gains"]["K"] *= 2
+    return found
+
+
+def at(document: Data | None = None, **numbers: Any) -> Data:
     """The claim with V of the modes: P = T'T for T = [[1, 1], [1, 2]], rates 1 and 2."""
-    found = copy.deepcopy(pure())
+    found = copy.deepcopy(document or pure())
     claim = {
         "name": "x follows r",
         "kind": "tracking",
@@ -284,8 +292,7 @@ def at(**numbers: Any) -> Data:
         "rates": [0.09],
         "error_factors": [2.2361],
     } | numbers
-    kept = [c for c in found["claims"] if c["kind"] == "secant-embedding"]
-    found["claims"] = [*kept, claim]
+    found["claims"].append(claim)
     return resealed(found)
 
 
@@ -300,6 +307,8 @@ def at(**numbers: Any) -> Data:
         # alpha R = 0.2 is at least 2.0616 rho for rho up to 0.0970.
         ({"rates": [0.097]}, True),
         ({"rates": [0.0971]}, False),
+        ({"slope_norms": [2.5], "rates": [0.08]}, True),
+        ({"slope_norms": [2.5], "rates": [0.080001]}, False),
         # P^-1 = [[5, -3], [-3, 2]]: x reaches sqrt(5) R beside 1, at most 2.
         ({"radius": 0.44721}, True),
         ({"radius": 0.44722}, False),
@@ -319,6 +328,135 @@ def test_thresholds_on_paper(numbers: Data, proved: bool) -> None:
 
     assert (verdicts(document)[-1] == "PROVED") is proved
     assert (second(document)[-1] == "PROVED") is proved
+
+
+@pytest.mark.parametrize(
+    ("ranges", "proved"),
+    [
+        # x' = u - x rests at u = r.  K P^-1 K' = 4: u moves by 2 R = 0.4 beside -1 and 1/2.
+        ({"u": (-1.4, 0.9)}, True),
+        ({"u": (-1.3999, 0.9)}, False),
+        ({"u": (-1.4, 0.8999)}, False),
+        # x by sqrt(5) R = 0.44721 beside the same.
+        ({"x": (-1.44722, 0.94722)}, True),
+        ({"x": (-1.44721, 0.94722)}, False),
+        ({"x": (-1.44722, 0.94721)}, False),
+        # No room at all, or less: where it rests is beyond its range.
+        ({"x": (-1, 0.5)}, False),
+        ({"u": (-0.9, 0.4)}, False),
+        ({"u": (-2, 0.4)}, False),
+        ({"x": None, "u": None}, True),
+    ],
+)
+def test_ranges_on_paper(ranges: Data, proved: bool) -> None:
+    """The set lies in the ranges beside every rest, and the references reach from -1 to 1/2."""
+    document = at(pure(drift="(-x)", slope="-1", r=(-1, 0.5), **ranges))
+
+    assert (verdicts(document)[-1] == "PROVED") is proved
+    assert (second(document)[-1] == "PROVED") is proved
+
+
+def test_a_set_without_room_needs_no_more_than_none() -> None:
+    """A radius of 1e-9 beside rests that end 1e-6 from the range; and 0 from it."""
+    still = {"radius": 1e-9, "rates": [0]}
+    for end, proved in ((1.000001, True), (1, False), (0.999999, False)):
+        document = at(pure(x=(-end, 2)), **still)
+        assert (verdicts(document)[-1] == "PROVED") is proved
+        assert (second(document)[-1] == "PROVED") is proved
+
+
+def test_a_shape_that_sees_nothing_proves_nothing() -> None:
+    """P = diag(1, 0) meets every inequality of a loop whose integral does nothing.
+
+    With K = (3, 0) x rests at 0 whatever r is: "one rest with no error" is false.
+    """
+    document = at(
+        pure(x=None, u=None), P=[[1, 0], [0, 0]], slope=[[0], [0]], residuals=[0, 1],
+        residual_norm=0, slope_norms=[0], error_factors=[1],
+    )  # fmt: skip
+    document["gains"]["K"] = [[[3, 0]]]
+
+    assert verdicts(resealed(document)) == second(resealed(document)) == ["PROVED", "UNDECIDED"]
+
+
+def test_slopes_that_differ_need_one_gain() -> None:
+    """The law does not know where between its vertices the mean slope lies.
+
+    On the line x = r, u = 0 the cube is left: |r^3/100| <= 0.01, and sqrt(2) 0.01 = 0.01415.
+    """
+    numbers = {"decay_rate": 0.7, "residuals": [0.01, 0], "residual_norm": 0.01415}
+    whole = at(curved(), **numbers, rates=[0], radius=0.4)
+    assert verdicts(whole) == second(whole) == ["PROVED", "PROVED"]
+    for k in (0, 1):
+        other = copy.deepcopy(whole)
+        other["gains"]["K"][k] = [[3.01, 2]]
+        assert "PROVED" not in verdicts(resealed(other))[-1:]
+        assert "PROVED" not in second(resealed(other))[-1:]
+    for name, value in (("residuals", [0.0099, 0]), ("residual_norm", 0.01414)):
+        document = at(curved(), **numbers | {name: value}, rates=[0], radius=0.4)
+        assert verdicts(document) == second(document) == ["PROVED", "UNDECIDED"]
+
+
+def sampled(document: Data) -> None:
+    """The same matrices, of x(t + 1)."""
+    document["model"]["sample_time"] = document["gains"]["sample_time"] = 1
+
+
+def implicit(document: Data) -> None:
+    document["model"]["mass"] = [["1", "0"], ["0", "1"]]
+
+
+def of_sectors(document: Data) -> None:
+    del document["model"]["embedding"]["form"]
+    document["claims"][0]["kind"] = "sector-embedding"
+
+
+def of_a_ball(document: Data) -> None:
+    """A number that no decimal is: a parameter that no equation has."""
+    ball = {"value": 1.4142135, "within": "1e-7", "equals": "sqrt(2)"}
+    document["model"]["parameters"]["c"] = ball
+
+
+def nearly_at_rest(document: Data) -> None:
+    """Within the slack of other claims; here rests are those that the law has."""
+    document["gains"]["trim"]["state"] = [1e-13, 0]
+
+
+def without_law(document: Data) -> None:
+    document["gains"] = None
+
+
+def of_matrices(document: Data) -> None:
+    document["model"]["kind"] = "takagi-sugeno"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [sampled, implicit, of_sectors, of_a_ball, nearly_at_rest, without_law, of_matrices],
+)
+def test_claims_about_other_loops_are_refused(change: Callable[[Data], None]) -> None:
+    document = at()
+    change(document)
+
+    assert verdicts(resealed(document)) == ["REFUSED"]
+    assert "PROVED" not in second(resealed(document))[-1:]
+
+
+def test_the_sentence_rounds_to_the_safe_side() -> None:
+    """P = diag of the modes at a rate just below 1; the integral of x - 0.9 r is off by 0.1."""
+    text = check_document(at(decay_rate=0.99999996)).claims[-1].text
+    assert "settles there as exp(-0.999999 t)" in text
+    # Jumps: (0.2 - 0)/2.0616 = 0.09701.  At last: 2.2361 (0 + 2.0616 0.09) = 0.4149.
+    text = check_document(at()).claims[-1].text
+    assert "jumps of up to 0.09701 - in r" in text
+    assert "while |r'| <= 0.09 it is at last at most 0.4149 - from r" in text
+    # e = sqrt(5) 0.1, d = 0.9 sqrt(17/4): 2.2361 (0.22361 + 1.8555 0.03) + 0.1 = 0.7245, and
+    # (0.3 - 0.22361)/1.8555 = 0.04116.
+    off: Data = {"slope": [[0.9], [-1.35]], "residuals": [0, 0.1], "residual_norm": 0.22361}
+    document = at(**off, slope_norms=[1.8555], rates=[0.03], radius=0.3)
+    assert verdicts(document) == second(document) == ["PROVED", "PROVED"]
+    text = check_document(document).claims[-1].text
+    assert "at last at most 0.7245 - from r" in text and "up to 0.04116 - in r" in text
 
 
 def read(model: Any) -> Any:
