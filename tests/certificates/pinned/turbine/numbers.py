@@ -33,6 +33,7 @@ from tests.certificates.pinned.turbine import (
     rests_of_one_integrator,
     rests_of_paper,
     rests_of_two_integrators,
+    running_numbers,
     table_answers,
     wind_rate_numbers,
 )
@@ -59,6 +60,7 @@ PARTS = (
     rests_of_one_integrator,
     rests_of_paper,
     rests_of_two_integrators,
+    running_numbers,
     table_answers,
     wind_rate_numbers,
 )
