@@ -384,6 +384,7 @@ def test_the_estimate_keeps_the_ranges_too() -> None:
         ([[1, 0], [0, 100]], 0.9902, "UNDECIDED"),
         # x = xhat + e reaches less than xhat where both are opposed.
         ([[1.2, 1], [1, 100]], 1.19, "PROVED"),
+        ([[1.2, 1], [1, 100]], 1.1901, "UNDECIDED"),
     ):
         found = by_both(sealed(*of_cubic(wide, P=P, level=level)))
         assert found == (verdict, verdict), (P, level)
@@ -423,6 +424,44 @@ def test_products_of_gains_and_slopes_have_their_order() -> None:
         claim | {"P": np.round(shape, 6).tolist()},
     ]
     assert by_both(sealed(model, gains, *claims)) == ("PROVED", "PROVED")
+    text = both(model, gains, *claims)[2]
+    assert "where the estimate starts at the measured states and else at rest" in text
+    # Of both states one has a range: the set still keeps it.
+    model = deepcopy(model)
+    for variable in model["inputs"]:
+        variable["range"] = [-9, 9]
+    assert "in which x and xhat stay in the model's box" in both(model, gains, *claims)[2]
+
+
+def test_an_observer_at_its_estimate_does_not_know_a_signal_from_outside() -> None:
+    """x' = x - x^3 + w x/10 + u: the weights of w are not those at the estimate."""
+    w = sp.Symbol("w", real=True)
+    verdicts = []
+    for drift in (sp.Integer(0), w * x / 10):
+        moving = Variable(w, "-", Interval.of(-1, 1), schedules=True)
+        plant = Plant(
+            equations=(x - x**3 + drift + u,),
+            states=(Variable(x, "-", Interval.of(-1, 1)),),
+            inputs=(Variable(u, "-", Interval.of(-4, 4)),),
+            disturbances=(moving,) if drift else (),
+            outputs=(Output("y", x, "-"),),
+            measured=("y",),
+            name="moved",
+        )
+        model, gains = _by_estimate(plant, [[3.0]], [[4.0]])
+        parts = of_cubic(P=[[1, 0], [0, 2]], level=0.1)
+        verdicts.append(both(model, gains, *parts[2:]))
+    assert [found[:2] for found in verdicts] == [("PROVED",) * 2, ("UNDECIDED",) * 2]
+    assert "premises depend on w [-], which the observer does not know" in verdicts[1][2]
+
+
+def test_the_sentence_keeps_ranges_of_disturbances_apart() -> None:
+    """Without disturbance: no range of one is granted."""
+    model, gains, claim = line()
+    box = {"x1 [-]": [-1, 1], "w [-]": [-0.5, 0.5]}
+    pushed = model | {"E": [[[1]]], "disturbance_names": ["w [-]"], "box": box}
+    text = both(pushed, gains, claim)[2]
+    assert "without disturbance" in text and "w" not in text.split("box")[1].split(";")[0]
 
 
 @pytest.mark.parametrize(
@@ -435,6 +474,7 @@ def test_products_of_gains_and_slopes_have_their_order() -> None:
         ([[[0, 0]]], [], [False, False]),
         ([[[1, 0]], [[1.01, 0]]], [], [False, False]),
         ([[[1, 0]]], [[[0]], [[1]]], [False, False]),
+        ([[[1, 0]]], [[[0, 1]]], [False, False]),
         ([[[1, 0], [0, 1]]], [[[0], [1]]], [True, False]),
         ([], [], [False, False]),
     ],

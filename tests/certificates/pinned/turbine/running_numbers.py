@@ -43,6 +43,10 @@ VARIANTS: dict[str, Callable[[Any], None]] = {
     "wide": lambda parts: parts.update(sides=scaled(parts["sides"], F(3, 2))),
     "narrow": lambda parts: parts.update(sides=scaled(parts["sides"], F(1, 3))),
     "no band-stop": lambda parts: parts.update(machine=replace(parts["machine"], stop=None)),
+    "schedule of all winds": lambda parts: parts.update(
+        sides=replace(parts["sides"], schedule=parts["winds"][0] - F(1, 100))
+    ),
+    "tilted": lambda parts: parts.update(law=tilted(parts["law"])),
     "at a node": lambda parts: parts.update(
         winds=(parts["law"].wind[node(parts)], parts["winds"][1])
     ),
@@ -51,6 +55,16 @@ VARIANTS: dict[str, Callable[[Any], None]] = {
 
 def scaled(sides: Sides, factor: Fraction) -> Sides:
     return Sides(*(factor * getattr(sides, name) for name in Sides.__dataclass_fields__))
+
+
+def tilted(law: Law) -> Law:
+    """Return the law with columns that differ from node to node."""
+    columns = ("gamma", "nu", "inertia", "inertia_limit", "limit", "effectiveness")
+    moved: dict[str, Any] = {
+        name: [value * (1 + F(j % 7, 200)) for j, value in enumerate(getattr(law, name))]
+        for name in columns
+    }
+    return replace(law, **moved)
 
 
 def node(parts: Any) -> int:
@@ -174,6 +188,11 @@ def of_refusals() -> Named:
         yield f"a schedule {name}", answer(sides=replace(sides, schedule=value))
     still = replace(parts["law"], effectiveness=[F(0)] * len(nodes))
     yield "no effectiveness", answer(law=still)
+    cell, last = built(parts), nodes[-1]
+    for wind in (nodes[0], (nodes[0] + nodes[1]) / 2, nodes[1], nodes[2], (nodes[-2] + last) / 2):
+        yield f"speed at {wind}", cell.at(parts["law"].speed, wind)
+    yield "speed at the last", cell.at(parts["law"].speed, last)
+    yield "speed over all", cell.over(parts["law"].speed, (nodes[0], last))
     small = replace(parts["law"], effectiveness=[F(1, 10**5)] * len(nodes))
     yield "little effectiveness", answer(law=small)
 
