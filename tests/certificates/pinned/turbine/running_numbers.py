@@ -46,6 +46,10 @@ VARIANTS: dict[str, Callable[[Any], None]] = {
     "schedule of all winds": lambda parts: parts.update(
         sides=replace(parts["sides"], schedule=parts["winds"][0] - F(1, 100))
     ),
+    "pitch from 1/50 on": lambda parts: parts.update(
+        plant=replace(parts["plant"], pitch_min=F(1, 50)),
+        law=replace(parts["law"], pitch_min=F(1, 50)),
+    ),
     "tilted": lambda parts: parts.update(law=tilted(parts["law"])),
     "at a node": lambda parts: parts.update(
         winds=(parts["law"].wind[node(parts)], parts["winds"][1])

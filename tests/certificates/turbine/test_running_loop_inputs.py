@@ -1,0 +1,240 @@
+"""What a claim about the running loop states: numbers without a meaning are refused, by both."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from copy import deepcopy
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import pytest
+
+from takagi.certificates import CertificateError
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.turbine.running_loop.inputs import (
+    Machine,
+    Sides,
+    other_than_the_controller,
+)
+from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
+from takagi.certificates.checker.turbine.running_loop.running_claim import (
+    StatedCell,
+    check_running_loop,
+)
+from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.document import certificate_document
+from tests.certificates.recorded.answers import recorded
+
+Data = dict[str, Any]
+Change = Callable[[Data], None]
+
+
+@cache
+def stored() -> Data:
+    return dict(json.loads(next(recorded("running-loop"))[1]))
+
+
+def changed(change: Change) -> Data:
+    """Return the document with one cell, the last, and with the change."""
+    found = deepcopy(stored())
+    claim = found["claims"][0]
+    claim["cells"], claim["winds"] = claim["cells"][3:], claim["winds"][3:]
+    change(found)
+    return found
+
+
+def read(document: Data) -> Any:
+    return read_text(json.dumps(document), "document")
+
+
+def put(*path: Any, value: Any) -> Change:
+    def change(document: Data) -> None:
+        at: Any = document
+        for key in path[:-1]:
+            at = at[key]
+        at[path[-1]] = value
+
+    return change
+
+
+CLAIM = ("claims", 0)
+SEEN, FILTERS, FAMILY = ((*CLAIM, k) for k in ("observer", "measurement", "uncertainty"))
+
+
+def machine(document: Data) -> Machine:
+    data = read(document)
+    return Machine.read(data["claims"][0], data["model"], data["gains"], "claim")
+
+
+def by_second(document: Data) -> str:
+    whole = certificate_document(
+        model=document["model"], gains=document["gains"], claims=document["claims"], provenance={}
+    )
+    try:
+        return judge_document(whole)[0].verdict
+    except Refusal:
+        return "refused"
+
+
+def without_inertia(document: Data) -> None:
+    model = document["model"]
+    model["generator_inertia"] = 1
+    model["rotor_inertia"] = -(model["gear_ratio"] ** 2)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        put(*SEEN, "l1", value=0),
+        put(*SEEN, "l1", value=-1),
+        put(*SEEN, "l2", value=0),
+        put(*SEEN, "wind_limits", value=[0, 30]),
+        put(*SEEN, "wind_limits", value=[-1, 30]),
+        put(*SEEN, "wind_limits", value=[30, 3]),
+        put(*FILTERS, "speed_filter", value=0),
+        put(*FILTERS, "torsion_filter", "frequency", value=0),
+        put(*FILTERS, "torsion_filter", "passed", value=-0.001),
+        put(*FILTERS, "torsion_filter", "passed", value=1.001),
+        put(*FAMILY, "inertia", value=[0, 1]),
+        put(*FAMILY, "inertia", value=[1.1, 0.9]),
+        put(*FAMILY, "wake_length", value=[0, 80]),
+        put(*FAMILY, "wake_length", value=[80, 40]),
+        put("gains", "wind_filter", value=0),
+        put("model", "torque_rate_limit", value=0),
+        put("model", "rotor_inertia", value=-(10**9)),
+        without_inertia,
+    ],
+)
+def test_a_machine_that_cannot_be_is_refused(change: Change) -> None:
+    document = changed(change)
+    with pytest.raises(CertificateError):
+        machine(document)
+    assert by_second(document) != "PROVED"
+
+
+def test_ends_that_a_machine_may_have() -> None:
+    """A share of 0 and of 1, and a range of one number."""
+    for passed in (0, 1):
+        found = machine(changed(put(*FILTERS, "torsion_filter", "passed", value=passed)))
+        assert found.stop is not None and found.stop[1] == passed
+    found = machine(changed(put(*FAMILY, "inertia", value=[1, 1])))
+    assert found.inertia == (Fraction(1), Fraction(1))
+
+
+def test_the_observer_divides_by_a_float() -> None:
+    """J = 10^16 + 9 * 0.1, whose nearest float is 10^16."""
+    document = changed(put("model", "rotor_inertia", value=10**16))
+    document["model"] |= {"gear_ratio": 3, "generator_inertia": 0.1}
+    assert machine(document).observer_inertia == 1 + Fraction(9, 10**17)
+
+
+@pytest.mark.parametrize("name", Sides.__dataclass_fields__)
+@pytest.mark.parametrize("value", [0, -1])
+def test_every_side_is_positive(name: str, value: int) -> None:
+    document = read(changed(put(*CLAIM, "cells", 0, "sides", name, value=value)))
+    with pytest.raises(CertificateError, match="every side must be positive"):
+        Sides.read(document["claims"][0]["cells"][0], "cell")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (put("wind", value=[15, 15]), "must increase"),
+        (put("wind", value=[16, 15]), "must increase"),
+        (lambda cell: cell["P"].pop(), "10 rows of 10 numbers"),
+        (lambda cell: [row.pop() for row in cell["P"]], "10 rows of 10 numbers"),
+        (put("multipliers", value=[[1]]), "by the names of the factors"),
+        (put("multipliers", value=[{"nothing": 1}]), "by the names of the factors"),
+        (put("multipliers", value=[]), "multipliers"),
+    ],
+)
+def test_a_cell_that_does_not_fit_is_refused(change: Change, words: str) -> None:
+    document = changed(lambda whole: change(whole["claims"][0]["cells"][0]))
+    with pytest.raises(CertificateError, match=words):
+        StatedCell.read(read(document)["claims"][0]["cells"][0], 10, "cell")
+
+
+def said(document: Data) -> str:
+    """Return the verdict of the one cell, or why it is refused, with the claim's words."""
+    data = read(document)
+    try:
+        found = check_running_loop(data["claims"][0], data, "claim")
+    except CertificateError as error:
+        return str(error)
+    failures = found.given.get("failures", [])
+    return found.verdict.name + "".join(f": {reason}" for _, reason in failures)
+
+
+def factor_without_multiplier(document: Data) -> None:
+    document["claims"][0]["cells"][0]["multipliers"][0].pop("lead")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda whole: None, "PROVED"),
+        (put("gains", "pitch_max", value=1), "pitch limits differ"),
+        (put("gains", "pitch_min", value=-0.01), "pitch limits differ"),
+        (put("model", "pitch_max", value=1), "pitch limits differ"),
+        (factor_without_multiplier, "UNDECIDED: there is no multiplier of the lead"),
+        (
+            put(*CLAIM, "cells", 0, "multipliers", 0, "lead", value=0),
+            "UNDECIDED: a multiplier is not positive",
+        ),
+        (
+            put(*CLAIM, "cells", 0, "multipliers", 0, "lead", value=-1),
+            "UNDECIDED: a multiplier is not positive",
+        ),
+        (put(*CLAIM, "cells", 0, "P", 0, 0, value=0.001), "UNDECIDED: P is not symmetric positive"),
+        (put(*CLAIM, "decay_rate", value=0), "UNDECIDED"),
+        (put(*CLAIM, "decay_rate", value=1), "UNDECIDED: the decay inequality fails"),
+        (put(*CLAIM, "cells", 0, "sides", "speed", value=0.001), "UNDECIDED: "),
+    ],
+)
+def test_what_a_cell_lacks_is_named(change: Change, words: str) -> None:
+    assert said(changed(change)).find(words) >= 0
+
+
+def test_numbers_are_compared_as_numbers_with_the_controller() -> None:
+    """1 and 1.0 are one number, in lists and objects too."""
+    document = changed(lambda whole: None)
+    claim, own = document["claims"][0], document["controller"]
+    for part in (claim, own):
+        part["observer"]["l1"], part["observer"]["wind_limits"] = 2, [3, 25]
+        part["measurement"]["torsion_filter"] = {"frequency": 10, "passed": 0}
+    own["observer"] |= {"l1": 2.0, "wind_limits": [3.0, 25.0]}
+    own["measurement"]["torsion_filter"] = {"frequency": 10.0, "passed": 0.0}
+
+    def other() -> str:
+        data = read(document)
+        return other_than_the_controller(data["claims"][0], data, "claim")
+
+    assert other() == ""
+    for path, value in (
+        (("observer", "l1"), 2.5),
+        (("observer", "wind_limits"), [3, 25.5]),
+        (("observer", "wind_limits"), "none"),
+        (("measurement", "torsion_filter"), {"frequency": 10, "passed": 0.5}),
+        (("measurement", "torsion_filter"), None),
+    ):
+        kept = own[path[0]][path[1]]
+        own[path[0]][path[1]] = value
+        assert other() == f"{path[0]}.{path[1]} is not the controller's"
+        own[path[0]][path[1]] = kept
+    own["observer"] = [2]
+    assert other() == "observer.l1 is not the controller's"
+    document["controller"] = None
+    assert other() == ""
+    document["controller"] = "none"
+    assert other() == "observer.l1 is not the controller's"
+
+
+def test_rounding_takes_its_share_from_the_diagonal_alone() -> None:
+    """Of 64 bits nothing is rounded; two units are taken from each entry of the diagonal."""
+    big = 2**63 + 12345
+    for away, definite in ((3, True), (2, False)):
+        for sign in (-1, 1):
+            other = sign * (big - away)
+            assert is_surely_definite([[big, other], [other, big]]) is definite
