@@ -50,6 +50,12 @@ VARIANTS: dict[str, Callable[[Any], None]] = {
         plant=replace(parts["plant"], pitch_min=F(1, 50)),
         law=replace(parts["law"], pitch_min=F(1, 50)),
     ),
+    "a slow drive": lambda parts: parts.update(
+        plant=replace(parts["plant"], rate_limit=parts["plant"].rate_limit / 50)
+    ),
+    "a late wake": lambda parts: parts.update(
+        law=replace(parts["law"], limit=[value / 9 for value in parts["law"].limit])
+    ),
     "tilted": lambda parts: parts.update(law=tilted(parts["law"])),
     "at a node": lambda parts: parts.update(
         winds=(parts["law"].wind[node(parts)], parts["winds"][1])
