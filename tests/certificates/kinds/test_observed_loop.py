@@ -426,11 +426,6 @@ def test_products_of_gains_and_slopes_have_their_order() -> None:
     assert by_both(sealed(model, gains, *claims)) == ("PROVED", "PROVED")
     text = both(model, gains, *claims)[2]
     assert "where the estimate starts at the measured states and else at rest" in text
-    # Of both states one has a range: the set still keeps it.
-    model = deepcopy(model)
-    for variable in model["inputs"]:
-        variable["range"] = [-9, 9]
-    assert "in which x and xhat stay in the model's box" in both(model, gains, *claims)[2]
 
 
 def test_an_observer_at_its_estimate_does_not_know_a_signal_from_outside() -> None:
@@ -453,6 +448,21 @@ def test_an_observer_at_its_estimate_does_not_know_a_signal_from_outside() -> No
         verdicts.append(both(model, gains, *parts[2:]))
     assert [found[:2] for found in verdicts] == [("PROVED",) * 2, ("UNDECIDED",) * 2]
     assert "premises depend on w [-], which the observer does not know" in verdicts[1][2]
+
+
+def test_one_state_with_a_range_is_enough_for_a_box() -> None:
+    """The loop of ``line`` beside x2' = -x2, which has no range."""
+    box = {"x1 [-]": [-1, 1]}
+    model = model_data(
+        [[[1, 0], [0, -1]]], B=[[[1], [0]]], C=[[[1, 0]]], output_names=["y"],
+        input_names=["u [-]"], box=box,
+    )  # fmt: skip
+    observer = SEEN | {"L": [[[4], [0]]]}
+    gains = law_data([[[3, 0]]], input_names=["u [-]"], observer=observer)
+    claim = line()[2] | {"P": np.diag([1, 1, 0.375000001, 1]).tolist()}
+    found = both(model, gains, claim)
+    assert found[:2] == ("PROVED", "PROVED")
+    assert "in which x stays in the model's box" in found[2]
 
 
 def test_the_sentence_keeps_ranges_of_disturbances_apart() -> None:
