@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from copy import deepcopy
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.turbine.running_loop.equations import FACTORS
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
@@ -23,6 +25,7 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
     StatedCell,
     check_running_loop,
 )
+from takagi.certificates.checker.words.sentences.running_loop import _measured
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.document import certificate_document
 from tests.certificates.recorded.answers import recorded
@@ -154,6 +157,19 @@ def test_a_cell_that_does_not_fit_is_refused(change: Change, words: str) -> None
     document = changed(lambda whole: change(whole["claims"][0]["cells"][0]))
     with pytest.raises(CertificateError, match=words):
         StatedCell.read(read(document)["claims"][0]["cells"][0], 10, "cell")
+
+
+def test_a_cell_may_have_a_multiplier_of_each_factor() -> None:
+    row = dict.fromkeys(sorted(FACTORS), 1)
+    change = put(*CLAIM, "cells", 0, "multipliers", value=[row])
+    found = StatedCell.read(read(changed(change))["claims"][0]["cells"][0], 10, "cell")
+    assert found.multipliers == [row]
+
+
+def test_the_sentence_names_a_band_stop_that_is_there() -> None:
+    found = machine(changed(lambda whole: None))
+    assert "behind a band-stop at" in _measured(found)
+    assert "band-stop" not in _measured(replace(found, stop=None))
 
 
 def said(document: Data) -> str:

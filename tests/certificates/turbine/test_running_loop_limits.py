@@ -11,6 +11,7 @@ import pytest
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import Interval, point
+from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.equations import rows
@@ -45,8 +46,16 @@ def largest(column: Any, cell: Cell) -> Fraction:
 
 @pytest.mark.parametrize("k", CELLS)
 def test_rates_of_the_commands_by_their_formula(k: int) -> None:
-    """The module's text, written out once more."""
+    """The module's text, written out once more, for columns that differ from node to node."""
     cell = cell_of(k)
+    _ = cell.lead, cell.share, cell.shed
+    cell.near = [*range(cell.near[0], cell.near[0] + 4)]
+    tilted: dict[str, Any] = {
+        name: [(j + 2) * value for j, value in enumerate(getattr(cell.law, name))]
+        for name in ("nu", "speed")
+    }
+    inertia = [F(-1, 3) * (-1) ** j * (j + 1) for j in range(len(cell.law.wind))]
+    cell.law = replace(cell.law, inertia=inertia, **tilted)
     law, sides, machine = cell.law, cell.sides, cell.machine
     rho = (sides.estimate + sides.schedule) / machine.wind_filter
     twice = (machine.l2 * sides.innovation + rho) / machine.wind_filter
@@ -128,6 +137,140 @@ def test_pitch_keeps_its_upper_limit(k: int) -> None:
     assert at(cell, law__pitch_max=asked + 1) == ""
     cell.__dict__["pitches"] = Interval(0, high.low + 1)
     assert at(cell, law__pitch_max=asked + 1).startswith("pitch beyond its limit")
+
+
+def built(**changed: Any) -> str:
+    """Return why the last cell with other parts cannot be; empty if it can."""
+    cell = cell_of(3)
+    parts = {name: getattr(cell, name) for name in ("plant", "law", "machine", "winds", "sides")}
+    try:
+        Cell(**(parts | changed))
+    except Refused as reason:
+        return str(reason)
+    return ""
+
+
+def test_winds_of_a_cell_lie_in_one_interval() -> None:
+    cell = cell_of(3)
+    nodes, (low, high), words = cell.law.wind, cell.winds, "winds that are not inside one interval"
+    next_node = nodes[cell.k + 1]
+    assert nodes[cell.k] <= low < high <= next_node
+    assert built(winds=(low, next_node)) == built(winds=(nodes[cell.k], high)) == ""
+    assert built(winds=(nodes[-2], nodes[-1])) == ""
+    for winds in (
+        *((low, next_node + HAIR), (nodes[cell.k] - HAIR, high), (low, low), (high, low)),
+        *((nodes[0] - 1, nodes[0]), (nodes[-1], nodes[-1] + 1)),
+    ):
+        assert built(winds=winds).startswith(words), winds
+
+
+def test_the_estimate_stays_off_its_limits() -> None:
+    cell = cell_of(3)
+    low, high = (cell.winds[0] - cell.sides.estimate, cell.winds[1] + cell.sides.estimate)
+
+    def held(least: Fraction, most: Fraction) -> str:
+        return built(machine=replace(cell.machine, wind_limits=(least, most)))
+
+    assert held(low - HAIR, high + HAIR) == ""
+    for limits in (
+        (low, high + 1),
+        (low - 1, high),
+        (low + HAIR, high + 1),
+        (low - 1, high - HAIR),
+    ):
+        assert held(*limits) == "the wind estimate may reach its limit"
+
+
+def test_the_schedule_stays_above_zero() -> None:
+    cell = cell_of(3)
+    for schedule, words in (
+        (cell.winds[0] - HAIR, ""),
+        (cell.winds[0], "the schedule wind may reach zero"),
+        (cell.winds[0] + 1, "the schedule wind may reach zero"),
+    ):
+        assert built(sides=replace(cell.sides, schedule=schedule)) == words
+
+
+def test_a_law_needs_effectiveness() -> None:
+    """Rounded to three places, so that less than half of the last is none."""
+    law = cell_of(3).law
+    for value in (F(0), F(1, 10**5), F(-1)):
+        flat = replace(law, effectiveness=[value] * len(law.wind))
+        assert built(law=flat) == "an assumed pitch effectiveness below 0.0005"
+
+
+def test_tables_are_read_between_their_nodes() -> None:
+    """w = v^2 at the nodes: in the first interval and in the last, at a node, and over all."""
+    cell = cell_of(3)
+    nodes = cell.law.wind
+    squares = [wind**2 for wind in nodes]
+    for j in (0, 1, len(nodes) - 3, len(nodes) - 2):
+        a, b = nodes[j], nodes[j + 1]
+        for part in (F(0), F(1, 3), F(1)):
+            wind = a + part * (b - a)
+            assert cell.at(squares, wind) == a**2 + part * (b**2 - a**2)
+    away = [(wind - nodes[5]) ** 2 for wind in nodes]
+    assert cell.over(away, (nodes[3], nodes[9])) == (F(0), (nodes[9] - nodes[5]) ** 2)
+    assert cell.over(away, (nodes[5], nodes[9])) == (F(0), (nodes[9] - nodes[5]) ** 2)
+    assert cell.over(away, (nodes[0], nodes[5])) == (F(0), (nodes[0] - nodes[5]) ** 2)
+    inner = (nodes[4] + nodes[5]) / 2, (nodes[5] + nodes[6]) / 2
+    assert cell.over(away, inner)[0] == 0
+
+
+def test_intervals_near_a_set_are_those_that_it_meets() -> None:
+    cell = cell_of(3)
+    nodes, (low, high) = cell.law.wind, cell.winds
+    far = replace(cell.sides, schedule=low - HAIR)
+    for sides in (cell.sides, far):
+        other = Cell(cell.plant, cell.law, cell.machine, cell.winds, sides)
+        reach = (max(low - sides.schedule, nodes[0]), min(high + sides.schedule, nodes[-1]))
+        met = [j for j in range(len(nodes) - 1) if nodes[j] < reach[1] and nodes[j + 1] > reach[0]]
+        assert (other.reach, other.near) == (reach, met)
+    assert other.near == [*range(len(nodes) - 1)]
+    most = cell.law.wind[-1] - high
+    for estimate, free in ((most, True), (most + HAIR, False)):
+        machine = replace(cell.machine, wind_limits=(F(1, 1000), F(999)))
+        sides = replace(cell.sides, estimate=estimate)
+        other = Cell(cell.plant, cell.law, machine, cell.winds, sides)
+        assert other.estimate_is_free is free
+    first = replace(cell.sides, estimate=low - nodes[0])
+    wide = [wind if wind < nodes[-1] else F(999) for wind in nodes]
+    other = Cell(
+        cell.plant, replace(cell.law, wind=wide), replace(cell.machine, wind_limits=(F(1), F(999))),
+        cell.winds, first,
+    )  # fmt: skip
+    assert other.estimate_is_free
+
+
+def test_the_largest_feed_forward_near_the_set_counts() -> None:
+    cell = cell_of(3)
+    law, rho, nodes = cell.law, cell.schedule_rate, len(cell.law.wind)
+    _ = cell.pitches, cell.share, cell.shed, cell.lead
+    cell.near = [3, 4, 5]
+    inertia = [F(9)] * nodes
+    inertia[3:6] = [F(1), F(-2), F(3, 2)]
+    rated = law.effort_torque * (psi(-cell.efforts[0], law.overlap) + 2 * rho)
+    parts: Any = {"law__inertia": inertia, "law__inertia_limit": [F(10**9)] * nodes}
+    parts["machine__torque_rate"] = F(10**15)
+    assert at(cell, **parts, law__rated_torque=rated) == ""
+    assert at(cell, **parts, law__rated_torque=rated - HAIR).startswith("negative torque")
+
+
+def test_pitch_follows_from_its_lower_limit() -> None:
+    cell = cell_of(3)
+    before = cell.pitch_at(cell.efforts)
+    cell.plant = replace(cell.plant, pitch_min=cell.plant.pitch_min + F(1, 50))
+    after, moved = cell.pitch_at(cell.efforts), point(F(1, 50))
+    assert after.low - before.low in (moved.low, moved.high)
+    assert after.high - before.high in (moved.low, moved.high)
+
+
+def test_efforts_that_end_where_the_ramp_begins() -> None:
+    """At -eps and below it no pitch moves: the gain is that of torque alone."""
+    cell = cell_of(3)
+    eps = cell.law.overlap
+    found = cell._gain((-eps - 1, -eps))
+    assert found == point(cell.effort_unit)
 
 
 LARGE = F(10**6)
