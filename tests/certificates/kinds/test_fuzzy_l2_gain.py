@@ -171,6 +171,16 @@ def test_what_does_not_fit_is_refused_by_both(change: Data) -> None:
     assert second in ("refused", "UNDECIDED")
 
 
+def test_a_model_without_an_output_is_refused() -> None:
+    model = {key: value for key, value in lag().items() if key != "C"}
+    claims = [claimed((1, 2), 2)]
+    document = certificate_document(model=model, gains=None, claims=claims, provenance={})
+    with pytest.raises(CertificateError, match="no output, and the claim gives none"):
+        said_of(model, None, claimed((1, 2), 2))
+    with pytest.raises(Refusal):
+        judge_document(document)
+
+
 def test_a_law_with_weights_of_its_own_is_refused() -> None:
     """P(h) is a function of one set of weights."""
     model = model_data([[[-1]]] * 2, B=[[[1]], [[2]]], E=[[[1]]], C=[[[1]]])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from copy import deepcopy
 from fractions import Fraction
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.linalg import solve_continuous_lyapunov
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kinds.observer import hidden_premises
 from takagi.certificates.checker.loop.observer_law import states_at_start
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
@@ -448,6 +450,26 @@ def test_an_observer_at_its_estimate_does_not_know_a_signal_from_outside() -> No
         verdicts.append(both(model, gains, *parts[2:]))
     assert [found[:2] for found in verdicts] == [("PROVED",) * 2, ("UNDECIDED",) * 2]
     assert "premises depend on w [-], which the observer does not know" in verdicts[1][2]
+
+
+@pytest.mark.parametrize(
+    ("C", "hidden"),
+    [
+        ([[[2, 0]], [[2, 0]]], ""),
+        ([[[1, 0]], [[1, 1]]], "x1"),
+        ([[[1, 1]], [[1, 0]]], "x1"),
+        ([[[1, 0]], [[2, 0]]], "x1"),
+        ([[[1, 1], [1, 0]], [[1, 0], [1, 0]]], ""),
+        ([[[0, 0]], [[0, 0]]], "x1"),
+        ([], "x1"),
+    ],
+)
+def test_a_premise_is_measured_by_one_output_in_all_rules(C: Any, hidden: str) -> None:
+    stack = [Matrix.of([[Fraction(e) for e in row] for row in M]) for M in C]
+    family: Any = SimpleNamespace(
+        C=stack, D=(), states=("x1", "x2"), inputs=(), scheduled_by=("x1",)
+    )
+    assert hidden_premises(family) == hidden
 
 
 def test_one_state_with_a_range_is_enough_for_a_box() -> None:
