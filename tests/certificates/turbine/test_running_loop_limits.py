@@ -18,6 +18,7 @@ from takagi.certificates.checker.turbine.running_loop.equations import rows
 from takagi.certificates.checker.turbine.running_loop.factors import factors
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates, limit_failure
+from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.running_claim import _box_failure
 from tests.certificates.recorded.answers import recorded
 
@@ -157,6 +158,7 @@ def test_winds_of_a_cell_lie_in_one_interval() -> None:
     assert nodes[cell.k] <= low < high <= next_node
     assert built(winds=(low, next_node)) == built(winds=(nodes[cell.k], high)) == ""
     assert built(winds=(nodes[-2], nodes[-1])) == ""
+    assert not built(winds=(nodes[0], nodes[1])).startswith(words)
     for winds in (
         *((low, next_node + HAIR), (nodes[cell.k] - HAIR, high), (low, low), (high, low)),
         *((nodes[0] - 1, nodes[0]), (nodes[-1], nodes[-1] + 1)),
@@ -326,3 +328,35 @@ def test_a_shape_that_is_not_definite_has_no_set() -> None:
     unit = [[F(int(i == j)) for j in range(10)] for i in range(10)]
     unit[9][9] = F(0)
     assert _box_failure(cell, factors(cell), unit) == "P is not symmetric positive definite"
+
+
+@pytest.mark.parametrize(
+    ("inertia", "ends"),
+    [((1, -2, 3), (-2, 3)), ((1, 2, 3), (0, 3)), ((-1, -2, -3), (-3, 0))],
+)
+def test_the_feed_forward_may_be_any_near_the_set_or_none(
+    inertia: tuple[int, ...], ends: tuple[int, int]
+) -> None:
+    cell = cell_of(3)
+    column = [F(9)] * len(cell.law.wind)
+    column[3:6] = [F(value) for value in inertia]
+    cell.near = [3, 4, 5]
+    cell.law = replace(cell.law, inertia=column)
+    assert factors(cell)["feed-forward"] == (F(ends[0]), F(ends[1]))
+
+
+def test_the_observed_stiffness_is_that_of_the_larger_error() -> None:
+    cell = cell_of(3)
+    small, large = F(1, 1000), F(1, 20)
+    cell.sides = replace(cell.sides, speed=small, measured=small)
+    least = factors(cell)["observed stiffness"]
+    for speed, measured in ((small, large), (large, small)):
+        cell.sides = replace(cell.sides, speed=speed, measured=measured)
+        found = factors(cell)["observed stiffness"]
+        assert found[0] < least[0] or least[1] < found[1]
+
+
+def test_a_shape_with_two_triangles_has_no_reach() -> None:
+    """Definite by the lower triangle alone, and by the upper one."""
+    for P in ([[F(2), F(0)], [F(1), F(2)]], [[F(2), F(1)], [F(0), F(2)]]):
+        assert squared_reaches(P, [[F(1), F(0)]]) is None
