@@ -78,6 +78,17 @@ def test_exact_threshold_of_the_integrator() -> None:
     assert both(*integrator(0.5, 1.38629437)) == (Verdict.UNDECIDED, "UNDECIDED")
 
 
+@pytest.mark.parametrize("rule", [0, 1, 2])
+@pytest.mark.parametrize(("letter", "other"), [("A", 0.5), ("B", 1.5)])
+def test_every_rule_counts_between_samples(letter: str, other: float, rule: int) -> None:
+    """The function that stands still along x' = u grows along x' = x/2 + u, and x' = 3 u/2."""
+    model, gains, claim = integrator(0.5)
+    same = [deepcopy(model[letter][0]) for _ in range(3)]
+    assert both(model | {letter: same}, gains, claim) == (Verdict.PROVED, "PROVED")
+    same[rule] = [[other]]
+    assert both(model | {letter: same}, gains, claim) == (Verdict.UNDECIDED, "UNDECIDED")
+
+
 def test_sentence_names_what_is_assumed() -> None:
     model, gains, claim = integrator(0.5, 0.25)
     told = said_of(model | {"input_names": ["motor [V]"]}, gains, claim).text
