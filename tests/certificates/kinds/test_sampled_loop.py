@@ -85,6 +85,8 @@ def test_every_rule_counts_between_samples(letter: str, other: float, rule: int)
     model, gains, claim = integrator(0.5)
     same = [deepcopy(model[letter][0]) for _ in range(3)]
     assert both(model | {letter: same}, gains, claim) == (Verdict.PROVED, "PROVED")
+    text = said_of(model | {letter: same}, gains, claim).text
+    assert "along every blend of 3 rules and of one gain" in text
     same[rule] = [[other]]
     assert both(model | {letter: same}, gains, claim) == (Verdict.UNDECIDED, "UNDECIDED")
 
