@@ -4,11 +4,11 @@ The plants are those of F. Leibfritz, COMPleib 1.1 (2004).
 
 ``published`` is the column "HIFOO" of the table on H-infinity synthesis in Q. Tran Dinh, S.
 Gumussoy, W. Michiels, M. Diehl (2012), IEEE Trans. Automatic Control 57(6): these figures are
-recalled, the paper was not at hand.  ``run`` is what HIFOO 3.501 with HANSO 2.0 and its default
-options and cpumax = 60 s returned under GNU Octave 7.3 for the same matrices (random state 1; the code
-is in github xi1ngang/Hinf-structured-output-Feedback).  Eighteen plants agree to all the printed
-digits, the others are two results of one random search.  NN1 gave no result in the run; WEC1 is not
-in the table as recalled.
+recalled, the paper was not at hand.  ``run`` is what HIFOO 3.501 with HANSO 2.0 (as in github
+xi1ngang/Hinf-structured-output-Feedback) returned for the same matrices under GNU Octave 7.3, at
+default options, cpumax = 60 s, random state 1.  Eighteen plants agree to all the printed digits,
+the others are two results of one random search.  NN1 gave no result in the run; WEC1 is not in the
+table as recalled.
 """
 
 from __future__ import annotations
