@@ -36,13 +36,13 @@ from takagi.models.arrays import Floats
 SETTLING, SETTLED = 200, 1e-3
 # Rounds of the descent on the norm: how many of the best starts take part, steps, and the gain of
 # the norm's logarithm over some steps with which each ends.
-ROUNDS = ((None, 60, 1e-3), (6, 240, 1e-4), (2, 1500, 1e-6))
+ROUNDS = ((None, 100, 1e-3), (6, 240, 1e-4), (2, 1500, 1e-6))
 # Decades of the sizes of random gains in the plant's own units.
 LOW, HIGH = -2.0, 2.0
 # What the size of F costs.
 SMALL = 3e-4
 # By how much entries are shaken, relative, one after the other, with how many steps.
-SHAKEN, STEPS = (0.3, 0.1, 0.03, 0.01), 300
+SHAKEN, STEPS = (0.3, 0.1, 0.03, 0.3, 0.1), 300
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ def best_gains(
             break
         stable = _settled(units, entries)
         if stable is not None:
-            value, _ = _cost(units, stable)
+            value = units.loops.norm(stable)[0] + SMALL * float(np.log(1.0 + stable @ stable))
             found.append(_Spot(units, stable, value, name))
     for most, steps, enough in ROUNDS:
         found = [_descended(spot, steps, enough) for spot in found[:most]]
@@ -110,6 +110,9 @@ class _Spot:
 
 
 def _cost(units: _Units, entries: Floats) -> tuple[float, Floats]:
+    if out_of_time():
+        # A wall: the line search ends, and the descent with it.
+        return np.inf, np.zeros_like(entries)
     value, gradient = units.loops.norm(entries)
     size = 1.0 + float(entries @ entries)
     return value + SMALL * float(np.log(size)), gradient + 2.0 * SMALL * entries / size
@@ -120,6 +123,8 @@ def _descended(spot: _Spot, steps: int, enough: float) -> _Spot:
     if out_of_time():
         return spot
     end = descend(partial(_cost, spot.units), spot.entries, steps=steps, enough=enough)
+    if not end.value < spot.value:
+        return spot
     return replace(spot, entries=end.x, value=end.value)
 
 

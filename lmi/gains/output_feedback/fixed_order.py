@@ -25,6 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from takagi.lmi.answer import Status
 from takagi.lmi.argument_checks import whole_number
 from takagi.lmi.gains.descent import GainLoops, best_gains, largest_gain
 from takagi.lmi.gains.output_feedback.controller import unmoved_mode
@@ -51,6 +52,8 @@ class FixedOrderDesign:
     gain : the H-infinity norm of the loop with it, by Hamiltonian matrices in floating point: in
         units of z over units of w; None unless found.
     plant : the generalised plant.
+    status : "candidate", there is a controller; "infeasible", no controller of any order stabilises
+        the plant; "unknown", neither.
     start : the name of the start that led there.
     exact : K, E and the direct term of ``model`` and ``output`` are exactly those of the printed
         controller; else they are rounded to 17 digits.
@@ -60,6 +63,7 @@ class FixedOrderDesign:
     controller: StateSpace | None = None
     gain: float | None = None
     plant: GeneralisedPlant
+    status: Status = "unknown"
     start: str = ""
     exact: bool = False
     diagnosis: str = ""
@@ -77,7 +81,7 @@ class FixedOrderDesign:
         ModelError : there is none; the message is the diagnosis.
         """
         if self.controller is None:
-            raise ModelError(f"no controller was found: {self.diagnosis}")
+            raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
         return self.controller
 
     @property
@@ -161,7 +165,7 @@ def hinf_fixed_order(
     free = pattern_of(np.ones((m, p), dtype=bool) if pattern is None else pattern, m, p)
     why = unmoved_mode(plant)
     if why:
-        return FixedOrderDesign(plant=plant, diagnosis=why)
+        return FixedOrderDesign(plant=plant, status="infeasible", diagnosis=why)
     for found in best_gains(_loops_of(wide, free), [], starts=starts, seed=seed):
         design = _rounded(plant, wide, found.F[0], found.start)
         if design is not None:
@@ -242,6 +246,7 @@ def _rounded(
                 controller=controller_of_gain(short, order),
                 gain=gain,
                 plant=plant,
+                status="candidate",
                 start=start,
                 exact=exact,
             )

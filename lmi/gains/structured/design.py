@@ -80,9 +80,9 @@ def structured_pdc(
     performance : for "hinf", as for ``hinf_pdc``.
     tolerance : relative gain of a step at which the search ends.
     starts : for "hinf": the number of random gains from which the norm itself is minimised as well,
-        by descent over the entries of F.  It finds more than the convex steps, most of all where
-        there are few outputs.  With one rule its gains are the result, and the convex steps are
-        left out; with several they are starts of these steps.  0 for the convex steps alone.
+        by descent over the entries of F.  As a rule it finds a smaller gamma than the convex steps,
+        in less time.  With one rule its gains are the result, and the convex steps are left out;
+        with several they are starts of these steps.  0 for the convex steps alone.
     seed : of the random numbers of ``starts``.
     sample_time : T in s of x+ = A x + B u; None takes the model's own.
     time_limit : seconds for all solver calls together, in their order; an answer stopped by it is

@@ -165,7 +165,7 @@ def test_no_controller_of_the_order_is_an_answer() -> None:
     static = hinf_fixed_order(double_integrator(), starts=2)
     dynamic = hinf_fixed_order(double_integrator(), 1, starts=4)
 
-    assert not static.found and static.gain is None
+    assert static.status == "unknown" and not static.found and static.gain is None
     assert "3 starts" in static.diagnosis and "order" in static.diagnosis
     with pytest.raises(ModelError, match="no controller was found"):
         static.require()
@@ -185,7 +185,16 @@ def test_a_mode_that_nothing_moves_is_named() -> None:
         D21=system.D21,
     )
 
-    assert "0.5+0j is not stable, and u does not move it" in hinf_fixed_order(blind).diagnosis
+    design = hinf_fixed_order(blind)
+    assert design.status == "infeasible"
+    assert "0.5+0j is not stable, and u does not move it" in design.diagnosis
+
+
+def test_a_time_limit_is_reported_or_leaves_the_best_so_far() -> None:
+    stopped = hinf_fixed_order(plant("AC3"), time_limit=1e-6)
+
+    assert stopped.status == "unknown" and not stopped.found
+    assert "stopped by the time limit" in stopped.diagnosis
 
 
 @pytest.mark.parametrize(
