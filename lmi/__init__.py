@@ -138,6 +138,8 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,
     )
+    from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
+    from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
     from takagi.lmi.gains.output_feedback.generalised_plant import (
         GeneralisedPlant as GeneralisedPlant,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from numbers import Real
+from numbers import Integral, Real
 from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -137,6 +137,18 @@ def number(name: str, value: object, *, at_least: float | None = None) -> float 
     if at_least is not None and value < at_least:
         raise ModelError(f"{name} is {value!r}; it must be at least {at_least:g}")
     return value if isinstance(value, Fraction) else float(value)
+
+
+def whole_number(name: str, value: object) -> int:
+    """Return a whole number from 0 on.
+
+    Raises
+    ------
+    ModelError : not one.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
+        raise ModelError(f"{name} is {value!r}; a whole number from 0 is needed")
+    return int(value)
 
 
 def positive_vector(name: str, value: ArrayLike, size: int) -> Array:

@@ -8,6 +8,7 @@ generalised_plant      plant and weights as one system, from w and u to z and y
 condition              the LMIs of the energy gain
 controller             the controller of their unknowns, and the gain of its loop
 weighted_loop          mixed sensitivity: S, K S and T with weights
+fixed_order            a controller of given order, static ones among them, by descent on the norm
 
 A Takagi-Sugeno model with measured premises, decay rate:
 
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,
     )
+    from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
+    from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
     from takagi.lmi.gains.output_feedback.generalised_plant import (
         GeneralisedPlant as GeneralisedPlant,
     )

@@ -103,7 +103,7 @@ def hinf_output_feedback(
     """
     if not tolerance > 0:
         raise ModelError(f"tolerance is {tolerance!r}; a positive number is needed")
-    why = _fixed(plant)
+    why = unmoved_mode(plant)
     if why:
         no = Answer(status="infeasible", margin=-np.inf, diagnosis=why)
         return OutputFeedback(
@@ -157,7 +157,7 @@ def _first_states(plant: GeneralisedPlant) -> Floats:
     return s if T is None or not np.isfinite(T).all() else s @ T
 
 
-def _fixed(plant: GeneralisedPlant) -> str:
+def unmoved_mode(plant: GeneralisedPlant) -> str:
     """Return which mode that is not stable no controller changes; empty where none is."""
     for A, B, why in (
         (plant.A, plant.B2, "u does not move it"),

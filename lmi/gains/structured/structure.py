@@ -147,13 +147,19 @@ def structure_of(
     C = np.eye(n) if output is None else _outputs(output, n)
     p = len(C)
     return Structure(
-        pattern=_pattern(np.ones((m, p), dtype=bool) if pattern is None else pattern, m, p),
+        pattern=pattern_of(np.ones((m, p), dtype=bool) if pattern is None else pattern, m, p),
         C=C,
         group=_groups(shared, r),
     )
 
 
-def _pattern(given: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
+def pattern_of(given: ArrayLike, m: int, p: int) -> NDArray[np.bool_]:
+    """Return the checked pattern, (m, p).
+
+    Raises
+    ------
+    ModelError : its shape, entries that are not true or false, no free entry.
+    """
     try:
         found = np.asarray(given)
     except ValueError as error:

@@ -25,6 +25,7 @@ FROM_BOTH_SIDES = {
     "rolmip-massspring-g1-claim",
     "spr-lag",
     "ac15-sof",
+    "compleib-sof",
     "dayawansa-martin",
     "dstab-companion",
     "kimlee-3rule-a2",

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import hinf_norm, structured_pdc
+from takagi.lmi import StructuredDesign, hinf_fixed_order, hinf_norm, structured_pdc
 from takagi.models import ModelError, TSModel
-from tests.lmi.compleib import ac15
+from tests.lmi.compleib import SYSTEMS, ac15
+from tests.lmi.fixed_order.plants import best_of_hifoo
+from tests.lmi.fixed_order.plants import plant as plant_of_the_list
 from tests.lmi.norms import hamiltonian_norm
 
 Floats = NDArray[np.float64]
@@ -163,6 +165,90 @@ def test_static_output_feedback_of_ac15() -> None:
     assert design.loss == pytest.approx(design.value / design.unstructured - 1)
 
 
+@pytest.mark.parametrize("step", [None, pytest.param(0.1, marks=pytest.mark.slow)])
+def test_descent_finds_the_least_gain_of_position_feedback(step: float | None) -> None:
+    """Against a search over the one number, with the norm of ``hinf_norm`` for each."""
+    model = spring(step)
+    C1, D12 = np.array([[1.0, 0.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
+
+    def gain(k: float) -> float:
+        K = np.array([[k, 0.0]])
+        found = hinf_norm(model.A[0] - model.B[0] @ K, model.E[0], C1 - D12 @ K, sample_time=step)
+        return np.inf if found.gain is None else found.gain
+
+    design = structured_pdc(
+        model, objective="hinf", output=[[1.0, 0.0]], performance=(C1, D12), starts=1
+    )
+
+    best = minimize_scalar(gain, bounds=(2.5, 8.0), method="bounded", options={"xatol": 1e-2}).fun
+    assert design.value == pytest.approx(best, rel=2e-3)
+    assert gain(float(design.require()[0][0, 0, 0])) <= design.value * (1 + 1e-6)
+    assert all(one.start.startswith("descent from") for one in design.steps)
+
+
+@pytest.mark.slow
+def test_descent_reaches_hifoos_norm_of_mfp() -> None:
+    """COMPleib MFP: 31.5899 by HIFOO, see ``tests.lmi.fixed_order.plants``."""
+    assert static_output_feedback("MFP", starts=4).value == pytest.approx(31.5899, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_descent_goes_on_where_the_convex_steps_stop() -> None:
+    """COMPleib AC3: the steps alone end near 3.62, HIFOO at 3.48, the descent at 3.47 or less."""
+    steps, both = (static_output_feedback("AC3", starts=count) for count in (0, 10))
+
+    assert both.value < 0.99 * steps.value
+    assert both.value < 1.02 * best_of_hifoo("AC3")
+
+
+@pytest.mark.slow
+def test_a_decentralised_gain_is_the_one_of_the_fixed_order_search() -> None:
+    """DIS2, each input with a measurement of its own: two functions, two signs, one minimum."""
+    own = np.eye(2, dtype=bool)
+
+    found = static_output_feedback("DIS2", starts=10, pattern=own)
+    other = hinf_fixed_order(plant_of_the_list("DIS2"), pattern=own)
+
+    assert found.output_gains is not None and other.gain is not None
+    assert (found.output_gains[0][~own] == 0.0).all()
+    assert found.value == pytest.approx(other.gain, rel=1e-2)
+
+
+@pytest.mark.slow
+def test_descent_keeps_within_the_gain_bound() -> None:
+    free, bounded = (static_output_feedback("DIS2", starts=2, gain_bound=b) for b in (None, 8.0))
+
+    assert free.gains is not None and np.linalg.norm(free.gains[0], 2) > 8.0
+    assert bounded.gains is not None and np.linalg.norm(bounded.gains[0], 2) <= 8.0 * (1 + 1e-9)
+    assert bounded.value > free.value
+
+
+@pytest.mark.slow
+def test_of_several_rules_descents_are_starts_of_the_convex_steps() -> None:
+    rules = two_rules()
+    model = TSModel(rules.A, rules.B, E=rules.B[0])
+    given: dict[str, Any] = {"objective": "hinf", "output": [[1.0, 0.0]]}
+    given["performance"] = (np.array([[1.0, 0.0], [0.0, 0.0]]), np.array([[0.0], [1.0]]))
+
+    steps = structured_pdc(model, **given)
+    both = structured_pdc(model, **given, starts=2)
+
+    assert both.value <= steps.value * (1 + 1e-3)
+    assert {"descent from"} <= {one.start[:12] for one in both.steps}
+
+
+def static_output_feedback(name: str, **how: Any) -> StructuredDesign:
+    """Return the design for a plant of COMPleib, y = C x."""
+    plant = SYSTEMS[name]()
+    return structured_pdc(
+        TSModel(plant.A[None], plant.B, E=plant.B1),
+        objective="hinf",
+        output=plant.C,
+        performance=(plant.C1, plant.D12),
+        **how,
+    )
+
+
 @pytest.mark.slow
 def test_a_fixed_mode_of_the_structure_is_named() -> None:
     """Input 1 moves x1 alone and sees x2 alone, and the other way round: nothing moves 0.5."""
@@ -198,6 +284,9 @@ def test_no_gains_of_the_structure_are_an_answer() -> None:
         ({"objective": "cost"}, "there is no Q"),
         ({"Q": np.eye(2)}, "Q was given"),
         ({"relaxation": "sum"}, "relaxation 'sum' is not known"),
+        ({"starts": 3}, 'starts is 3, but objective is "decay_rate"'),
+        ({"starts": -1}, "starts is -1; a whole number"),
+        ({"seed": 0.5}, "seed is 0.5; a whole number"),
     ],
 )
 def test_misuse_is_named(given: dict[str, Any], message: str) -> None:

@@ -1,0 +1,83 @@
+"""Static output feedback of COMPleib's plants beside HIFOO: norms, proofs, seconds, as a table.
+
+    python benchmarks/static_output_feedback.py              all plants; writes the page's table
+    python benchmarks/static_output_feedback.py AC3 MFP      these alone, printed
+
+Every plant of tests/lmi/fixed_order/compleib.json gets ``hinf_fixed_order`` of order 0 at default
+options.  Its loop is certified, and both checkers decide.  HIFOO's norm is the smaller one of its
+published and its run, see tests/lmi/fixed_order/plants.py.  The table is put between the two marks
+of docs/fixed-order.md: some ten minutes.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "fixed-order.md"
+BEGIN, END = "<!-- begin table -->\n", "<!-- end table -->\n"
+HEAD = (
+    "| plant | n, m, p | HIFOO published | HIFOO run | takagi, proved | ratio "
+    "| search, s | proof, s |\n"
+    "|---|---|---|---|---|---|---|---|\n"
+)
+
+
+def main() -> None:
+    """Print a row for each plant; write the page where all were asked for."""
+    sys.path.insert(0, str(ROOT))
+    from tests.lmi.fixed_order.plants import names
+
+    asked = sys.argv[1:]
+    rows = []
+    print(HEAD, end="")
+    for name in asked or names():
+        rows.append(row(name))
+        print(rows[-1], end="", flush=True)
+    if not asked:
+        text = PAGE.read_text(encoding="utf-8")
+        before, rest = text.split(BEGIN)
+        PAGE.write_text(
+            before + BEGIN + HEAD + "".join(rows) + END + rest.split(END)[1], encoding="utf-8"
+        )
+
+
+def row(name: str) -> str:
+    """Return the table's row of one plant."""
+    from takagi.certificates import certify
+    from takagi.certificates.cross_check import judge_document
+    from takagi.certificates.requests import L2Gain
+    from takagi.lmi import hinf_fixed_order
+    from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, plant
+
+    system = plant(name)
+    began = time.process_time()
+    design = hinf_fixed_order(system)
+    searched = time.process_time() - began
+    published, run = hifoo(name)
+    shown = [f"{value:.5g}" if value is not None else "-" for value in (published, run)]
+    sizes = f"{len(system.A)}, {system.B2.shape[1]}, {len(system.C2)}"
+    if not design.found:
+        return f"| {name} | {sizes} | {shown[0]} | {shown[1]} | none | - | {searched:.0f} | - |\n"
+    began = time.process_time()
+    answer = certify(design.model, design.gains, claims=[L2Gain(output=design.output)])
+    spent = time.process_time() - began
+    gain = answer.document["claims"][0]["gain"]
+    said = {answer.verdict.name, *(one.verdict for one in judge_document(answer.document))}
+    mark = "" if said == {"PROVED"} else " (not proved)"
+    mark += "" if design.exact else " *"
+    best = best_of_hifoo(name)
+    ratio = f"{gain / best:.3f}" if best > PRINTED else "both 0"
+    return (
+        f"| {name} | {sizes} | {shown[0]} | {shown[1]} | {gain:.5g}{mark} | {ratio} "
+        f"| {searched:.0f} | {spent:.1f} |\n"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,199 @@
+"""From many starts: a stable loop first, then a descent on its norm, and on with the best.
+
+The starts that the caller knows come first, then F = 0, then F drawn at random, in turn in the
+units that were given, with normal entries, and in units of the plant's own, in which an entry of
+size one moves the loop about as much as it moves by itself, with a size from four decades.  (A
+descent by BFGS depends on the units by its first step alone.)  Every start gets some steps; the
+better ones go on, fewer and fewer.  Then the best is shaken: entries are changed at random by some
+per cent, and the descent begins again, because it may have stopped at a kink short of a minimum.
+
+Where the norm only falls towards its infimum as F grows without bound, F would end at the size
+where rounding stops it.  So log |G| + SMALL log(1 + |F|^2) is minimised: a gain a thousand times
+larger has to be worth half a per cent.
+
+Numbers are drawn from ``seed`` alone, so that the same question has the same answer twice.
+
+Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design, for the
+two stages; the descent is ``quasi_newton``'s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from takagi.lmi.cone.balance import motion, state_units
+from takagi.lmi.gains.descent.gain_loops import GainLoops
+from takagi.lmi.gains.descent.quasi_newton import descend
+from takagi.lmi.solver.time_limit import out_of_time
+from takagi.models.arrays import Floats
+
+# Steps towards a stable loop, and the decay rate, relative to how fast the plant moves, with which
+# the norm takes over: where a loop is hardly stable its norm is nearly infinite.
+SETTLING, SETTLED = 200, 1e-3
+# Rounds of the descent on the norm: how many of the best starts take part, steps, and the gain of
+# the norm's logarithm over some steps with which each ends.
+ROUNDS = ((None, 100, 1e-3), (6, 240, 1e-4), (2, 1500, 1e-6))
+# Decades of the sizes of random gains in the plant's own units.
+LOW, HIGH = -2.0, 2.0
+# What the size of F costs.
+SMALL = 3e-4
+# By how much entries are shaken, relative, one after the other, with how many steps.
+SHAKEN, STEPS = (0.3, 0.1, 0.03, 0.3, 0.1), 300
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A gain F (groups, m, k), the norm of its loop, and the start that led to it."""
+
+    F: Floats
+    norm: float
+    start: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Units:
+    """F = inputs Fhat / outputs, and the plant in these units."""
+
+    loops: GainLoops
+    inputs: Floats
+    outputs: Floats
+    speed: float
+
+
+def best_gains(
+    loops: GainLoops, known: Sequence[tuple[str, Floats]], *, starts: int, seed: int
+) -> list[Found]:
+    """Return the gains that the best starts lead to, the best first; empty if none is stable.
+
+    Parameters
+    ----------
+    known : names and gains F (groups, m, k) to start from, as well as F = 0.
+    starts : the number of random gains to start from.
+    seed : of their numbers.
+    """
+    own, plain = _units_of(loops), _given_units(loops)
+    found: list[_Spot] = []
+    for name, units, entries in _starts((own, plain), known, starts, seed):
+        if out_of_time():
+            break
+        stable = _settled(units, entries)
+        if stable is not None:
+            value = units.loops.norm(stable)[0] + SMALL * float(np.log(1.0 + stable @ stable))
+            found.append(_Spot(units, stable, value, name))
+    for most, steps, enough in ROUNDS:
+        found = [_descended(spot, steps, enough) for spot in found[:most]]
+        found.sort(key=lambda spot: spot.value)
+    # The best of all, shaken.
+    if found:
+        found[0] = _shaken(found[0], np.random.default_rng(seed))
+    return [spot.result() for spot in found if np.isfinite(spot.value)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spot:
+    """Entries of F in units of a start, and what is minimised there."""
+
+    units: _Units
+    entries: Floats
+    value: float
+    start: str
+
+    def result(self) -> Found:
+        """Return the gains in the units that were given."""
+        F = self.units.loops.gains(self.entries)
+        F = F * self.units.inputs[:, None] / self.units.outputs
+        return Found(F, float(np.exp(self.units.loops.norm(self.entries)[0])), self.start)
+
+
+def _cost(units: _Units, entries: Floats) -> tuple[float, Floats]:
+    if out_of_time():
+        # A wall: the line search ends, and the descent with it.
+        return np.inf, np.zeros_like(entries)
+    value, gradient = units.loops.norm(entries)
+    size = 1.0 + float(entries @ entries)
+    return value + SMALL * float(np.log(size)), gradient + 2.0 * SMALL * entries / size
+
+
+def _descended(spot: _Spot, steps: int, enough: float) -> _Spot:
+    """Return the spot after a descent; as it is where the time is up."""
+    if out_of_time():
+        return spot
+    end = descend(partial(_cost, spot.units), spot.entries, steps=steps, enough=enough)
+    if not end.value < spot.value:
+        return spot
+    return replace(spot, entries=end.x, value=end.value)
+
+
+def _shaken(spot: _Spot, rng: np.random.Generator) -> _Spot:
+    for share in SHAKEN:
+        moved = spot.entries * (1.0 + share * rng.standard_normal(len(spot.entries)))
+        stable = _settled(spot.units, moved)
+        if stable is None:
+            continue
+        again = _descended(replace(spot, entries=stable), STEPS, ROUNDS[-1][2])
+        if again.value < spot.value:
+            spot = again
+    return spot
+
+
+def _units_of(loops: GainLoops) -> _Units:
+    """Return the loops in states of like size, with inputs and outputs of order one."""
+    step = 1.0 if loops.discrete else None
+    s = state_units(loops.A, None, step=step)
+    A = loops.A * s / s[:, None]
+    B2, C2 = loops.B2 / s[:, None], loops.C2 * s
+    size = float(np.linalg.norm(motion(A, step), 2, axis=(1, 2)).max()) or 1.0
+    reach = np.linalg.norm(B2, axis=1).max(axis=0)
+    seen = np.linalg.norm(C2, axis=2).max(axis=0)
+    inputs = size / np.where(reach > 0, reach, size)
+    outputs = np.where(seen > 0, seen, 1.0)
+    inside = replace(
+        loops,
+        A=A,
+        B1=loops.B1 / s[:, None],
+        B2=B2 * inputs,
+        C1=loops.C1 * s,
+        C2=C2 / outputs[:, None],
+        D12=loops.D12 * inputs,
+        D21=loops.D21 / outputs[:, None],
+        allowed=lambda F: loops.allowed(F * inputs[:, None] / outputs),
+    )
+    return _Units(inside, inputs, outputs, size)
+
+
+def _given_units(loops: GainLoops) -> _Units:
+    step = 1.0 if loops.discrete else None
+    size = float(np.linalg.norm(motion(loops.A, step), 2, axis=(1, 2)).max())
+    m, k = loops.pattern.shape
+    return _Units(loops, np.ones(m), np.ones(k), size or 1.0)
+
+
+def _starts(
+    units: tuple[_Units, _Units], known: Sequence[tuple[str, Floats]], starts: int, seed: int
+) -> Iterator[tuple[str, _Units, Floats]]:
+    own, plain = units
+    count = own.loops.count
+    for name, F in known:
+        yield name, own, own.loops.entries(F * own.outputs / own.inputs[:, None])
+    yield "no control", own, np.zeros(count)
+    rng = np.random.default_rng(seed)
+    for number in range(starts):
+        size, entries = 10.0 ** rng.uniform(LOW, HIGH), rng.standard_normal(count)
+        name = f"random {number + 1}"
+        yield (name, own, size * entries / np.sqrt(count)) if number % 2 else (name, plain, entries)
+
+
+def _settled(units: _Units, entries: Floats) -> Floats | None:
+    """Return entries of a stable loop, where the slowest mode can be moved so far; else None."""
+    wanted = -SETTLED * (1.0 if units.loops.discrete else units.speed)
+    value, _ = units.loops.slowest(entries)
+    if value < wanted:
+        return entries
+    end = descend(
+        units.loops.slowest, entries, steps=SETTLING, enough=1e-6 * units.speed, below=wanted
+    )
+    return end.x if end.value < 0 else None

@@ -1,0 +1,284 @@
+r"""Controllers of a given order, static ones among them, with the least H-infinity norm found.
+
+A controller of order k, x_K' = A_K x_K + B_K y, u = D_K y + C_K x_K, is the static gain
+
+    F = [ D_K  C_K ]
+        [ B_K  A_K ]
+
+of the plant with k integrators beside it, (u, x_K') = F (y, x_K).  No convex form of the least norm
+over F is known; so the norm itself is minimised, by descent from many starts (``gains/descent``).
+
+F is then rounded to as many digits as leave the matrices of the loop's claim exact decimals: with
+u = -K x + F D21 w, K = -F C2, the disturbance enters by B1 + B2 F D21, and z has the direct term
+D11 + D12 F D21.  The claim of ``L2Gain`` about these is then one about this very F.
+
+Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design; Apkarian
+and Noll (2006), IEEE Trans. Automatic Control 51(1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from takagi.lmi.answer import Status
+from takagi.lmi.argument_checks import whole_number
+from takagi.lmi.gains.descent import GainLoops, best_gains, largest_gain
+from takagi.lmi.gains.output_feedback.controller import unmoved_mode
+from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant, StateSpace
+from takagi.lmi.gains.structured.structure import pattern_of
+from takagi.lmi.solver.time_limit import limited
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.ts.model import TSModel
+
+# Digits of F, from the most on, and how much larger the norm may get by the rounding, relative.
+DIGITS, LOST = (9, 8, 7, 6, 5, 4, 3), 1e-3
+# Digits where no shorter F leaves exact decimals.
+LONG = 15
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class FixedOrderDesign:
+    """A controller of given order, and the loop that a claim is about.
+
+    Attributes
+    ----------
+    controller : x_K' = A_K x_K + B_K y, u = C_K x_K + D_K y; None unless found.
+    gain : the H-infinity norm of the loop with it, by Hamiltonian matrices in floating point: in
+        units of z over units of w; None unless found.
+    plant : the generalised plant.
+    status : "candidate", there is a controller; "infeasible", no controller of any order stabilises
+        the plant; "unknown", neither.
+    start : the name of the start that led there.
+    exact : K, E and the direct term of ``model`` and ``output`` are exactly those of the printed
+        controller; else they are rounded to 17 digits.
+    diagnosis : why there is none; empty if there is one.
+    """
+
+    controller: StateSpace | None = None
+    gain: float | None = None
+    plant: GeneralisedPlant
+    status: Status = "unknown"
+    start: str = ""
+    exact: bool = False
+    diagnosis: str = ""
+
+    @property
+    def found(self) -> bool:
+        """Return whether there is a controller."""
+        return self.controller is not None
+
+    def require(self) -> StateSpace:
+        """Return the controller.
+
+        Raises
+        ------
+        ModelError : there is none; the message is the diagnosis.
+        """
+        if self.controller is None:
+            raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
+        return self.controller
+
+    @property
+    def model(self) -> TSModel:
+        """Return the plant with the controller's states, its disturbance with the noise of y."""
+        wide, parts = self._claimed()
+        return TSModel(wide.A[None], wide.B2[None], E=parts.E[None])
+
+    @property
+    def gains(self) -> Floats:
+        """Return K of (u, x_K') = -K (x, x_K), (1, m + k, n + k)."""
+        return self._claimed()[1].K[None]
+
+    @property
+    def output(self) -> tuple[Floats, Floats, Floats]:
+        """Return (C, D, F) of z = C (x, x_K) + D (u, x_K') + F w, as ``L2Gain`` takes it."""
+        wide, parts = self._claimed()
+        return wide.C1, wide.D12, parts.direct
+
+    def _claimed(self) -> tuple[GeneralisedPlant, LawParts]:
+        controller = self.require()
+        wide = with_integrators(self.plant, controller.order)
+        return wide, law_parts(wide, static_gain(controller))
+
+
+class LawParts(NamedTuple):
+    """u = -K x + F D21 w in the plant: K, the disturbance's E and z's direct term.
+
+    ``exact`` says whether each is the decimal of its float.
+    """
+
+    K: Floats
+    E: Floats
+    direct: Floats
+    exact: bool
+
+
+@limited
+def hinf_fixed_order(
+    plant: GeneralisedPlant,
+    order: int = 0,
+    *,
+    pattern: ArrayLike | None = None,
+    starts: int = 10,
+    seed: int = 0,
+    time_limit: float | None = None,
+) -> FixedOrderDesign:
+    """Return a controller of the given order with |z|_2 <= gamma |w|_2, gamma least of many starts.
+
+    Parameters
+    ----------
+    plant : the generalised plant, in continuous time; u does not reach y directly.
+    order : k, the number of the controller's states; 0 for static output feedback, u = D_K y.
+    pattern : (m + k, p + k), True where [[D_K, C_K], [B_K, A_K]] may differ from zero (m inputs, p
+        measurements); None for no zeros.
+    starts : the number of random starts, besides no control.  More take longer and may find less
+        gain.
+    seed : of the random numbers: the same seed, the same starts.
+    time_limit : seconds for the whole search; the best that was found by then is returned.
+
+    Returns
+    -------
+    A ``FixedOrderDesign``.  Its norm is a local minimum, as a rule, of a problem that is not
+    convex: there may be better controllers, and none found does not mean that there are none.
+    Nothing is proved here; ``certify(design.model, design.gains, claims=[L2Gain(output=
+    design.output)])`` is a proof.
+
+    Raises
+    ------
+    ModelError : an order, starts or a seed that are not whole numbers from 0 on; a pattern that
+        does not fit.
+
+    Source: Burke, Henrion, Lewis, Overton (2006), 5th IFAC Symposium on Robust Control Design.
+    """
+    order, starts, seed = (
+        whole_number(name, value)
+        for name, value in (("order", order), ("starts", starts), ("seed", seed))
+    )
+    wide = with_integrators(plant, order)
+    m, p = wide.B2.shape[1], len(wide.C2)
+    free = pattern_of(np.ones((m, p), dtype=bool) if pattern is None else pattern, m, p)
+    why = unmoved_mode(plant)
+    if why:
+        return FixedOrderDesign(plant=plant, status="infeasible", diagnosis=why)
+    for found in best_gains(_loops_of(wide, free), [], starts=starts, seed=seed):
+        design = _rounded(plant, wide, found.F[0], found.start)
+        if design is not None:
+            return design
+    return FixedOrderDesign(
+        plant=plant,
+        diagnosis=(
+            f"none of {starts + 1} starts led to a stable loop: try more starts, a higher order, "
+            "or another measurement"
+        ),
+    )
+
+
+def with_integrators(plant: GeneralisedPlant, order: int) -> GeneralisedPlant:
+    """Return the plant with ``order`` integrators whose inputs are controls and states measured."""
+    q, z = plant.B1.shape[1], len(plant.C1)
+    if not order:
+        return plant
+    one = np.eye(order)
+    return GeneralisedPlant(
+        A=_diagonal(plant.A, np.zeros((order, order))),
+        B1=np.vstack([plant.B1, np.zeros((order, q))]),
+        B2=_diagonal(plant.B2, one),
+        C1=np.hstack([plant.C1, np.zeros((z, order))]),
+        C2=_diagonal(plant.C2, one),
+        D11=plant.D11,
+        D12=np.hstack([plant.D12, np.zeros((z, order))]),
+        D21=np.vstack([plant.D21, np.zeros((order, q))]),
+    )
+
+
+def static_gain(controller: StateSpace) -> Floats:
+    """Return [[D_K, C_K], [B_K, A_K]]."""
+    return np.block([[controller.D, controller.C], [controller.B, controller.A]])
+
+
+def controller_of_gain(F: Floats, order: int) -> StateSpace:
+    """Return the controller of the static gain F of the plant with integrators."""
+    m, p = F.shape[0] - order, F.shape[1] - order
+    return StateSpace(F[m:, p:], F[m:, :p], F[:m, p:], F[:m, :p])
+
+
+def _diagonal(first: Floats, second: Floats) -> Floats:
+    whole = np.zeros((len(first) + len(second), first.shape[1] + second.shape[1]))
+    whole[: len(first), : first.shape[1]] = first
+    whole[len(first) :, first.shape[1] :] = second
+    return whole
+
+
+def _loops_of(plant: GeneralisedPlant, pattern: NDArray[np.bool_]) -> GainLoops:
+    return GainLoops(
+        A=plant.A[None],
+        B1=plant.B1[None],
+        B2=plant.B2[None],
+        C1=plant.C1[None],
+        C2=plant.C2[None],
+        D11=plant.D11[None],
+        D12=plant.D12[None],
+        D21=plant.D21[None],
+        pattern=pattern,
+        group=np.zeros(1, dtype=np.intp),
+    )
+
+
+def _rounded(
+    plant: GeneralisedPlant, wide: GeneralisedPlant, F: Floats, start: str
+) -> FixedOrderDesign | None:
+    """Return the design with F to few digits; None where its loop is not stable in any."""
+    whole = _norm(wide, F)
+    order = len(wide.A) - len(plant.A)
+    for digits in (*DIGITS, LONG):
+        short = np.array([[float(f"{entry:.{digits - 1}e}") for entry in row] for row in F])
+        exact = digits != LONG and law_parts(wide, short).exact
+        gain = _norm(wide, short)
+        good = exact and gain <= (1.0 + LOST) * whole
+        if np.isfinite(gain) and (good or digits == LONG):
+            return FixedOrderDesign(
+                controller=controller_of_gain(short, order),
+                gain=gain,
+                plant=plant,
+                status="candidate",
+                start=start,
+                exact=exact,
+            )
+    return None
+
+
+def _norm(plant: GeneralisedPlant, F: Floats) -> float:
+    return largest_gain(
+        plant.A + plant.B2 @ F @ plant.C2,
+        plant.B1 + plant.B2 @ F @ plant.D21,
+        plant.C1 + plant.D12 @ F @ plant.C2,
+        plant.D11 + plant.D12 @ F @ plant.D21,
+    ).gain
+
+
+def law_parts(plant: GeneralisedPlant, F: Floats) -> LawParts:
+    """Return -F C2, B1 + B2 F D21 and D11 + D12 F D21, each entry rounded once."""
+    B2, C2, D12, D21, gain = (
+        _decimals(part) for part in (plant.B2, plant.C2, plant.D12, plant.D21, F)
+    )
+    noise = gain @ D21
+    exact = (-(gain @ C2), _decimals(plant.B1) + B2 @ noise, _decimals(plant.D11) + D12 @ noise)
+    K, E, direct = (part.astype(np.float64) for part in exact)
+    same = all(
+        bool((part == _decimals(rounded)).all())
+        for part, rounded in zip(exact, (K, E, direct), strict=True)
+    )
+    return LawParts(K, E, direct, same)
+
+
+def _decimals(array: Floats) -> NDArray[np.object_]:
+    """Return the entries as the fractions that their shortest decimals are."""
+    return np.array(
+        [[Fraction(repr(float(entry))) for entry in row] for row in array], dtype=object
+    )
