@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
+from takagi.models.expressions.large_powers import with_exponentials_as_symbols
 from takagi.models.intervals.box_search import Bounded, Ends
 from takagi.models.ranges.ball_operations import (
     Ball,
@@ -254,7 +255,8 @@ class BallForm:
         if self._poles is None:
             import sympy as sp
 
-            powers = sp.fraction(sp.together(self.expression))[1].as_powers_dict()
+            joined = with_exponentials_as_symbols(sp.together, self.expression)
+            powers = sp.fraction(joined)[1].as_powers_dict()
             self._poles = tuple(order_of(powers.get(symbol, 0)) for symbol in self.symbols)
         return self._poles
 
@@ -268,7 +270,9 @@ class BallForm:
             import sympy as sp
 
             x = self.symbols[index]
-            numerator = sp.expand(sp.together(self.expression * x**order).cancel())
+            numerator = with_exponentials_as_symbols(
+                lambda product: sp.expand(sp.together(product).cancel()), self.expression * x**order
+            )
             lower = [derivative(numerator, x, k) for k in range(order)]
             vanishes = all(n is None or is_zero(n.subs(x, 0)) for n in lower)
             known = vanishes and None not in lower
