@@ -17,7 +17,8 @@ from takagi.certificates.design.plant import (
     design_plant,
     rounded_gains,
 )
-from takagi.models import Interval, ModelError, Plant, Variable, load_model
+from takagi.certificates.design.plant.moderate_rate import reach_rates
+from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model
 from takagi.models.files import built_in_kinds
 from takagi.models.plant import PlantSettings
 from takagi.reports.loops.plant_loop import plant_loop
@@ -210,6 +211,41 @@ def test_a_fast_pole_does_not_make_the_default_fast() -> None:
 
     assert found.verdict is Verdict.PROVED and np.all(alone >= 0.6 * np.array([3, 60, 5]))
     assert found.design is not None and 5 <= found.design.decay_rate <= 40
+
+
+def test_states_without_a_range_do_not_make_integrators_absurdly_slow() -> None:
+    """x'' = sin(theta), theta'' = u, |theta| <= 1/2, |u| <= 1: theta is at its end after 1 s.
+
+    The largest set alone has a law that takes days, with x up to 10^7.
+    """
+    x, v, theta, omega = sp.symbols("x v theta omega", real=True)
+    plant = Plant(
+        equations=(v, sp.sin(theta), omega, U),
+        states=(
+            Variable(x, "-"),
+            Variable(v, "-"),
+            Variable(theta, "-", Interval.of("-0.5", "0.5")),
+            Variable(omega, "-"),
+        ),
+        inputs=(Variable(U, "-", Interval.of(-1, 1)),),
+    )
+
+    found = done(design_plant(plant))
+
+    assert found.verdict is Verdict.PROVED
+    assert found.design is not None and 0.05 <= found.design.decay_rate <= 2
+    assert any("follow from 1 s" in n and "x, v, omega have none" in n for n in found.notes)
+
+
+def test_the_time_in_which_inputs_reach_the_ends() -> None:
+    """x'' = u with |u| <= 2 is at 9 after 3 s; a state that no input moves has no such time."""
+    A, B = [[[0, 1], [0, 0]]], [[[0], [1]]]
+    limit = np.array([2.0])
+
+    rates, time = reach_rates(TSModel(A, B), np.array([9.0, np.inf]), limit)
+    assert time == pytest.approx(3, rel=0.01)
+    assert rates[-1] == pytest.approx(2 / 3, rel=0.02) and len(rates) == 7
+    assert reach_rates(TSModel([[[0]]], [[[0]]]), np.array([1.0]), limit) == ([], np.inf)
 
 
 def test_regions_of_poles_are_of_continuous_time() -> None:
