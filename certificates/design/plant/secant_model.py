@@ -121,9 +121,9 @@ def _free_stem(plant: Plant, problem: Problem) -> str:
     """Return s, or the first of s_, s__, ... that begins no name s1, s2, ... of the plant."""
     found = problem.equations
     symbols = {*found.states, *found.inputs, *found.disturbances}
-    named = (*plant.states, *plant.inputs, *plant.disturbances, *plant.parameters)
-    taken = {symbol.name for symbol in symbols} | {one.symbol.name for one in named}
-    taken |= {output.name for output in plant.outputs}
+    symbols |= {one.symbol for one in (*plant.states, *plant.inputs, *plant.disturbances)}
+    symbols |= {parameter.symbol for parameter in plant.parameters}
+    taken = {symbol.name for symbol in symbols} | {output.name for output in plant.outputs}
     stem = "s"
     while any(name.removeprefix(stem).isdigit() and name.startswith(stem) for name in taken):
         stem += "_"
