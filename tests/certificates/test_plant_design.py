@@ -248,6 +248,30 @@ def test_the_time_in_which_inputs_reach_the_ends() -> None:
     assert reach_rates(TSModel([[[0]]], [[[0]]]), np.array([1.0]), limit) == ([], np.inf)
 
 
+def test_an_equation_that_the_checker_does_not_see_through_is_told_how_to_write() -> None:
+    """sin(theta + asin(y/2)) - y/2 vanishes with theta, by a rule that no checker has.
+
+    Written as the note says, by the addition theorem, it is proved.
+    """
+
+    def plant(rate: sp.Expr) -> Plant:
+        states = (
+            Variable(Y, "-", Interval.of(-1, 1)),
+            Variable(THETA, "-", Interval.of("-0.5", "0.5")),
+        )
+        inputs = (Variable(U, "-", Interval.of(-5, 5)),)
+        return Plant(equations=(rate, U), states=states, inputs=inputs)
+
+    Y, THETA = sp.symbols("y theta", real=True)
+    whole = done(design_plant(plant(sp.sin(THETA + sp.asin(Y / 2)) - Y / 2)))
+    parts = sp.sin(THETA) * sp.sqrt(1 - Y**2 / 4) + sp.cos(THETA) * Y / 2 - Y / 2
+    written = done(design_plant(plant(parts)))
+
+    assert whole.verdict is Verdict.UNDECIDED and "write the equation" in whole.notes[0]
+    assert written.verdict is Verdict.PROVED
+    assert not any("write the equation" in note for note in written.notes)
+
+
 def test_regions_of_poles_are_of_continuous_time() -> None:
     """The trailer moves in steps: a sector of the left half-plane means nothing."""
     plant = load_model("truck_trailer")
