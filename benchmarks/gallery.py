@@ -3,13 +3,15 @@
 Run it by ``python benchmarks/gallery.py``: some minutes.  It designs every plant file in
 tests/gallery/plants by ``takagi design FILE``, simulates what was found with the plants read anew
 (tests/gallery/textbook_loop.py), and writes docs/gallery.md and docs/figures/gallery.  Names of
-files as arguments draw these plants alone and leave the page.
+files as arguments draw these plants alone and leave the page; with ``--rows`` before them their
+rows are written too, and the other rows stay as they are on the page.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -297,11 +299,26 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
     return HEAD + said + table + columns + "".join(lost) + pictures
 
 
-def main() -> None:
-    """Design, run, draw; write the page where all plants were asked for."""
-    FIGURES.mkdir(parents=True, exist_ok=True)
-    asked = sys.argv[1:]
+def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
+    """Return the proved plants of the page that were not asked for, with their rows and times."""
     members, rows = [], {}
+    for line in PAGE.read_text(encoding="utf-8").splitlines():
+        found = re.match(r"\| \[[^]]*\]\(\.\./tests/gallery/plants/(\w+)\.toml\) \|", line)
+        if found is None or found[1] in asked or not (PLANTS / f"{found[1]}.toml").exists():
+            continue
+        wall, processor = map(float, line.split(" | ")[4].split(" / "))
+        text = tomllib.loads((PLANTS / f"{found[1]}.toml").read_text(encoding="utf-8"))
+        members.append(Measured(found[1], text, 0, wall, processor, "", None))
+        rows[found[1]] = line
+    return members, rows
+
+
+def main() -> None:
+    """Design, run, draw; write the page where all plants, or rows, were asked for."""
+    FIGURES.mkdir(parents=True, exist_ok=True)
+    asked = [name for name in sys.argv[1:] if name != "--rows"]
+    adds = len(asked) < len(sys.argv) - 1
+    members, rows = kept(asked) if adds else ([], {})
     with tempfile.TemporaryDirectory() as folder:
         for file in sorted(PLANTS.glob("*.toml")):
             if asked and file.stem not in asked:
@@ -317,7 +334,8 @@ def main() -> None:
                 (FIGURES / f"{found.name}.svg").write_text(svg + "\n", encoding="utf-8")
             shown = rows.get(found.name) or f"{found.name}: status {found.status}"
             print(shown, f"({found.wall:.1f} s)", flush=True)
-    if not asked:
+    if adds or not asked:
+        members.sort(key=lambda found: found.name)
         PAGE.write_text(page(members, rows), encoding="utf-8")
 
 

@@ -15,6 +15,7 @@ from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
 from takagi.reports.loops.withstood import withstood
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.simulation.plant import proved_jumps
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -51,6 +52,7 @@ def set_lines(design: PlantDesign) -> list[str]:
     return [
         *_set(loop),
         *_motion(loop),
+        *_follows(design),
         *_withstood(design),
         *_decay(loop),
         *_overshoot(design, loop),
@@ -135,9 +137,34 @@ def _motion(loop: PlantLoop) -> list[str]:
     return told("motion", text)
 
 
+def _follows(design: PlantDesign) -> list[str]:
+    """Return what follows which reference, and after which jumps all ranges are kept."""
+    jumps = proved_jumps(design)
+    if not jumps:
+        return []
+    signals = {v.name: v for v in design.plant.disturbances}
+    parts = []
+    for one in design.plant.references:
+        variable = signals[one.name]
+        size, unit = file_unit(variable)
+        assert variable.range is not None  # a reference has one
+        low, high = (float(end) / size for end in (variable.range.lower, variable.range.upper))
+        reach = max(abs(j[one.name] - float(variable.rest)) for j in jumps if one.name in j) / size
+        parts.append(
+            f"{one.follows} comes to {one.name} without error for every constant {one.name} in "
+            + kept(f"[{low:.6g}, {high:.6g}]{_behind(unit)}")
+            + ", and after jumps from rest of up to "
+            + kept(f"{at_least(reach)}{_behind(unit)}")
+            + " all ranges are kept"
+        )
+    return told("follows", "; ".join(parts))
+
+
 def _withstood(design: PlantDesign) -> list[str]:
     """Return which disturbance a proved set withstands, beside the range that the file states."""
-    rows = withstood(design)
+    # What follows a reference is said in a line of its own.
+    followed = {name for jump in proved_jumps(design) for name in jump}
+    rows = [row for row in withstood(design) if row.variable.name not in followed]
     if not rows or design.gains is None:
         return []
     parts, less = [], False

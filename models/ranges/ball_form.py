@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
+from takagi.models.expressions.large_powers import with_exponentials_as_symbols
 from takagi.models.intervals.box_search import Bounded, Ends
 from takagi.models.ranges.ball_operations import (
     Ball,
@@ -48,14 +49,21 @@ class BallForm:
     Attributes
     ----------
     covered : every argument of every table is proved to stay inside it.
+    far : the Taylor form towards a removable pole is tried on every box, not only near the pole.
     """
 
     def __init__(
-        self, expression: sp.Expr, symbols: tuple[sp.Symbol, ...], covered: bool = False
+        self,
+        expression: sp.Expr,
+        symbols: tuple[sp.Symbol, ...],
+        covered: bool = False,
+        far: bool = False,
     ) -> None:
         self.expression = expression
         self.symbols = symbols
         self.covered = covered
+        self.far = far
+        self._further: BallForm | None = None
         tables = tables_class()
         # A table held at its edge has a kink there.
         self.length = int(expression.count_ops())
@@ -73,7 +81,8 @@ class BallForm:
         """Return the plain enclosure over the box; see ``search``."""
         value = self.plain(box)
         attained = attained_at(value) if all(side.is_point for side in box) else None
-        return Bounded(ends_of(value), attained, worst_axis(box, [None] * len(box)), "p")
+        axis = worst_axis(box, [None] * len(box))
+        return Bounded(ends_of(value), attained, axis, "q" if self.far else "p")
 
     def refined(self, box: Sides) -> Bounded:
         """Return the common part of all forms over the box, and values attained there."""
@@ -85,13 +94,28 @@ class BallForm:
         attained = None
         for point in points:
             attained = wider(attained, attained_at(point))
-        return Bounded(found, attained, axis, "s", (rough, "p"))
+        tight, plain = ("t", "q") if self.far else ("s", "p")
+        return Bounded(found, attained, axis, tight, (rough, plain))
 
     def by_letter(self, letter: str, box: Sides) -> Ends | None:
-        """Return the enclosure that a leaf's letter names: p for plain, s for slopes."""
-        if letter == "p":
-            return ends_of(self.plain(box))
-        return self.refined(box).outer
+        """Return the enclosure that a leaf's letter names: p for plain, s for slopes.
+
+        q and t are the same, with the Taylor form towards each removable pole on every box.
+        """
+        form = self.further() if letter in "qt" else self
+        if letter in "pq":
+            return ends_of(form.plain(box))
+        return form.refined(box).outer
+
+    def further(self) -> BallForm:
+        """Return the form that tries the Taylor form towards removable poles on every box.
+
+        Where x is known less well than y, (sin x - sin(x - y))/y is a small difference over a small
+        number also far from y = 0: nearness to 0 alone does not tell where N/y cancels badly.
+        """
+        if self._further is None:
+            self._further = BallForm(self.expression, self.symbols, self.covered, far=True)
+        return self._further
 
     def _tightened(
         self, box: Sides, rough: Ends, slopes: list[Ball | None]
@@ -194,7 +218,7 @@ class BallForm:
 
     def _is_towards_pole(self, side: BoxSide) -> bool:
         """Return whether the Taylor form is tried; tables are covered on the box only, not to 0."""
-        return side.has_zero() or (not self.covered and side.near_zero())
+        return side.has_zero() or (not self.covered and (self.far or side.near_zero()))
 
     def mean_towards_zero(self, box: Sides, index: int, order: int) -> Ball:
         r"""Return k \int_0^1 (1 - s)^{k-1} f(s x) ds over the box, k = ``order``, x side ``index``.
@@ -245,7 +269,7 @@ class BallForm:
         if expression is None:
             return None
         try:
-            return BallForm(expression, self.symbols, self.covered)
+            return BallForm(expression, self.symbols, self.covered, self.far)
         except ModelError:
             return None  # this derivative has no ball arithmetic, so its slope is unknown
 
@@ -254,7 +278,8 @@ class BallForm:
         if self._poles is None:
             import sympy as sp
 
-            powers = sp.fraction(sp.together(self.expression))[1].as_powers_dict()
+            joined = with_exponentials_as_symbols(sp.together, self.expression)
+            powers = sp.fraction(joined)[1].as_powers_dict()
             self._poles = tuple(order_of(powers.get(symbol, 0)) for symbol in self.symbols)
         return self._poles
 
@@ -268,7 +293,9 @@ class BallForm:
             import sympy as sp
 
             x = self.symbols[index]
-            numerator = sp.expand(sp.together(self.expression * x**order).cancel())
+            numerator = with_exponentials_as_symbols(
+                lambda product: sp.expand(sp.together(product).cancel()), self.expression * x**order
+            )
             lower = [derivative(numerator, x, k) for k in range(order)]
             vanishes = all(n is None or is_zero(n.subs(x, 0)) for n in lower)
             known = vanishes and None not in lower

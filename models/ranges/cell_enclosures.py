@@ -46,6 +46,10 @@ class CellEnclosures(NamedTuple):
             raise ModelError("the expression has no Bernstein form")
         return self.polynomial
 
+    def further(self) -> CellEnclosures:
+        """Return the same cell with Taylor forms towards removable poles on every box."""
+        return self._replace(form=self.form.further())
+
     def points(self) -> list[Place]:
         """Return corners, and the point nearest to 0, where an extreme often is."""
         from takagi.models.ranges.box_side import side_of
@@ -115,7 +119,7 @@ def enclosed_by_letter(letter: str, place: Place) -> tuple[Any, Any] | None:
 
     root, box = place
     exact = hasattr(box, "above")
-    if letter not in ("b" if exact else "ps"):
+    if letter not in ("b" if exact else "psqt"):
         raise ModelError(f"a tree of boxes has the letter {letter!r}, which means nothing there")
     if exact:
         return look_at_polynomial(box).outer

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 MOST_BOXES = 8000
 TOLERANCE = Fraction(1, 10**6)
+LOOSE = Fraction(5, 4)  # the width of bounds over what is attained, above which they are retried
 MOST_SIDES = 36  # letters of a tree that number the sides
 
 
@@ -65,23 +66,35 @@ def searched(
     with flint.ctx.workprec(PRECISION):
         roots = [cell_root(expression, cell) for cell in cells]
         exact = all(root.polynomial is not None for root in roots)
-        places = [(root, root.start(exact)) for root in roots]
-        try:
+
+        def bounds_of(roots: Sequence[CellEnclosures], most_boxes: int) -> Bounds:
             points = [] if exact else [point for root in roots for point in root.points()]
             found = search(
                 enclose,
                 halve,
-                places,
+                [(root, root.start(exact)) for root in roots],
                 tolerance=tolerance,
                 most_boxes=most_boxes,
                 tell=lambda place: place[0].told(place[1]),
                 refine=None if exact else refined,
                 attained=None if exact else attained_at_points(points),
             )
+            outer, inner = (
+                Interval(*map(fraction, ends)) for ends in (found.outer, found.attained)
+            )
+            names = tuple(root.names for root in roots)
+            return Bounds(outer, inner, found.boxes, names, found.trees)
+
+        try:
+            found = bounds_of(roots, most_boxes)
+            wide = found.outer.width > LOOSE * found.inner.width
+            if wide and not exact and any(any(root.form.poles()) for root in roots):
+                # These forms are several times longer.
+                further = bounds_of([root.further() for root in roots], most_boxes // 4)
+                found = min(found, further, key=lambda bounds: bounds.outer.width)
         except ModelError as error:
             raise _without_combinations(error, roots) from error
-    outer, inner = (Interval(*map(fraction, ends)) for ends in (found.outer, found.attained))
-    return Bounds(outer, inner, found.boxes, tuple(root.names for root in roots), found.trees)
+    return found
 
 
 def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:

@@ -5,6 +5,8 @@ A tree is text in preorder.  A digit or capital letter is the number of the side
 
     p   plain evaluation in ball arithmetic
     s   with slopes: monotone variables at their ends, mean-value form in the others
+    q   p, with the Taylor form towards removable poles on every box, not only near them
+    t   s, likewise
     b   Bernstein coefficients, exact
 
 Replaying needs no search: one enclosure for each leaf.  ``evidence_file`` writes it as JSON.
@@ -85,7 +87,7 @@ class Evidence:
         letters = {letter for tree in self.trees for letter in tree if letter.islower()}
         used = [
             name
-            for name, of in (("Bernstein form", "b"), ("ball arithmetic", "ps"))
+            for name, of in (("Bernstein form", "b"), ("ball arithmetic", "psqt"))
             if letters & set(of)
         ]
         return f"{' and '.join(used)}, {self.boxes} box{'' if self.boxes == 1 else 'es'}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
+from takagi.models.expressions.large_powers import with_exponentials_as_symbols
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -21,7 +22,9 @@ def derivative(expression: sp.Expr, symbol: sp.Symbol, order: int = 1) -> sp.Exp
 def is_zero(expression: sp.Expr) -> bool:
     import sympy as sp
 
-    return bool(expression == 0 or sp.expand(expression) == 0 or sp.simplify(expression) == 0)
+    if expression == 0 or sp.expand(expression) == 0:
+        return True
+    return bool(with_exponentials_as_symbols(sp.simplify, expression) == 0)
 
 
 def slope_or_none(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
+from takagi.models.expressions.large_powers import with_exponentials_as_symbols
 from takagi.models.intervals.interval import Interval
 from takagi.models.sector.terms import terms_of
 
@@ -67,11 +68,12 @@ def _row(
     if rest == 0 or not terms_of(wanted - written):
         return True
     if rest.count_ops() <= 4 * LONGEST:
-        if sp.expand(sp.fraction(sp.together(rest))[0]) == 0:
+        joined = with_exponentials_as_symbols(sp.together, rest)
+        if sp.expand(sp.fraction(joined)[0]) == 0:
             return True
     agrees = _agrees(place, rest, sides)
     short = rest.count_ops() <= LONGEST or agrees is None
-    simple = sp.simplify(rest) if short else rest
+    simple = with_exponentials_as_symbols(sp.simplify, rest) if short else rest
     if simple == 0:
         return True
     if agrees is None or not simple.free_symbols:

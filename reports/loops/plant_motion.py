@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 # A start lies this far out in the ellipsoid, as a share of its level, or of the box without one.
 INSIDE, SHARE = 0.98, 0.3
-STEPS = 300
+FEWEST_STEPS, STEPS = 20, 300
 # The slowest pole has decayed to e^-7, a thousandth.
 TIMES = 7.0
 LONGEST = 1e3
@@ -298,7 +298,10 @@ def horizon(loop: PlantLoop, *, longest: float = LONGEST) -> float:
     rates = -np.real(poles) if step is None else -np.log(np.maximum(np.abs(poles), 1e-9)) / step
     moving = np.abs(rates)[np.abs(rates) > 1e-6]
     settled = TIMES / float(moving.min()) if moving.size else 10.0
-    return min(settled, longest if step is None else STEPS * step)
+    if step is None:
+        return min(settled, longest)
+    # Poles near 0 settle within a sample, the nonlinear loop does not.
+    return min(max(settled, FEWEST_STEPS * step), STEPS * step)
 
 
 def settling_time(motion: PlantMotion, share: float = 0.01) -> float:

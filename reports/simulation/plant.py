@@ -170,6 +170,16 @@ def proved_jumps(design: PlantDesign) -> list[dict[str, float]]:
     return found
 
 
+def jump_motions(design: PlantDesign, loop: PlantLoop) -> tuple[PlantMotion, ...]:
+    """Return the motions of the nominal plant from rest after the largest proved jumps."""
+    from takagi.reports.loops.plant_motion import Outside
+
+    found: tuple[PlantMotion, ...] = ()
+    for jump in proved_jumps(design):
+        found += _after_jump(loop, jump, None, Outside())[:1]
+    return found
+
+
 def _after_jump(
     loop: PlantLoop, jump: Mapping[str, float], duration: float | None, comes: Outside
 ) -> tuple[PlantMotion, ...]:

@@ -137,7 +137,7 @@ def test_output_feedback_in_discrete_time(tmp_path: Path) -> None:
     certificate = tmp_path / "certificate.json"
     certificate.write_text(dumps(found.document), encoding="utf-8")
     assert check(certificate, model=path).verdict.name == "PROVED"
-    runs = simulation_data(simulate_plant(found, duration=30.0))["runs"]
+    runs = simulation_data(simulate_plant(found))["runs"]
     assert all(run["settled_after"] is not None and not run["left_the_box"] for run in runs)
     other = tmp_path / "other.toml"
     other.write_text(text.replace("sample_time", 'measured = ["y"]\nsample_time'), encoding="utf-8")

@@ -17,7 +17,8 @@ from takagi.certificates.design.plant import (
     design_plant,
     rounded_gains,
 )
-from takagi.models import Interval, ModelError, Plant, Variable, load_model
+from takagi.certificates.design.plant.moderate_rate import reach_rates
+from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model
 from takagi.models.files import built_in_kinds
 from takagi.models.plant import PlantSettings
 from takagi.reports.loops.plant_loop import plant_loop
@@ -210,6 +211,65 @@ def test_a_fast_pole_does_not_make_the_default_fast() -> None:
 
     assert found.verdict is Verdict.PROVED and np.all(alone >= 0.6 * np.array([3, 60, 5]))
     assert found.design is not None and 5 <= found.design.decay_rate <= 40
+
+
+def test_states_without_a_range_do_not_make_integrators_absurdly_slow() -> None:
+    """x'' = sin(theta), theta'' = u, |theta| <= 1/2, |u| <= 1: theta is at its end after 1 s.
+
+    The largest set alone has a law that takes days, with x up to 10^7.
+    """
+    x, v, theta, omega = sp.symbols("x v theta omega", real=True)
+    plant = Plant(
+        equations=(v, sp.sin(theta), omega, U),
+        states=(
+            Variable(x, "-"),
+            Variable(v, "-"),
+            Variable(theta, "-", Interval.of("-0.5", "0.5")),
+            Variable(omega, "-"),
+        ),
+        inputs=(Variable(U, "-", Interval.of(-1, 1)),),
+    )
+
+    found = done(design_plant(plant))
+
+    assert found.verdict is Verdict.PROVED
+    assert found.design is not None and 0.05 <= found.design.decay_rate <= 2
+    assert any("follow from 1 s" in n and "x, v, omega have none" in n for n in found.notes)
+
+
+def test_the_time_in_which_inputs_reach_the_ends() -> None:
+    """x'' = u with |u| <= 2 is at 9 after 3 s; a state that no input moves has no such time."""
+    A, B = [[[0, 1], [0, 0]]], [[[0], [1]]]
+    limit = np.array([2.0])
+
+    rates, time = reach_rates(TSModel(A, B), np.array([9.0, np.inf]), limit)
+    assert time == pytest.approx(3, rel=0.01)
+    assert rates[-1] == pytest.approx(2 / 3, rel=0.02) and len(rates) == 7
+    assert reach_rates(TSModel([[[0]]], [[[0]]]), np.array([1.0]), limit) == ([], np.inf)
+
+
+def test_an_equation_that_the_checker_does_not_see_through_is_told_how_to_write() -> None:
+    """sin(theta + asin(y/2)) - y/2 vanishes with theta, by a rule that no checker has.
+
+    Written as the note says, by the addition theorem, it is proved.
+    """
+
+    def plant(rate: sp.Expr) -> Plant:
+        states = (
+            Variable(Y, "-", Interval.of(-1, 1)),
+            Variable(THETA, "-", Interval.of("-0.5", "0.5")),
+        )
+        inputs = (Variable(U, "-", Interval.of(-5, 5)),)
+        return Plant(equations=(rate, U), states=states, inputs=inputs)
+
+    Y, THETA = sp.symbols("y theta", real=True)
+    whole = done(design_plant(plant(sp.sin(THETA + sp.asin(Y / 2)) - Y / 2)))
+    parts = sp.sin(THETA) * sp.sqrt(1 - Y**2 / 4) + sp.cos(THETA) * Y / 2 - Y / 2
+    written = done(design_plant(plant(parts)))
+
+    assert whole.verdict is Verdict.UNDECIDED and "write the equation" in whole.notes[0]
+    assert written.verdict is Verdict.PROVED
+    assert not any("write the equation" in note for note in written.notes)
 
 
 def test_regions_of_poles_are_of_continuous_time() -> None:

@@ -20,26 +20,21 @@ from scipy.integrate import solve_ivp
 
 Floats = npt.NDArray[np.float64]
 
-# What one of a unit is in SI; units that are not listed are SI.
-SI = {
+# Named units in SI; in a file they stand with powers, and behind one "/".
+UNITS = {
+    **dict.fromkeys("- 1 m kg s A K mol rad N J V W F H Ohm Wb Pa".split(), 1.0),
+    "um": 1e-6,
     "mm": 1e-3,
     "cm": 1e-2,
-    "cm^2": 1e-4,
-    "cm/s^2": 1e-2,
-    "cm^3/(V s)": 1e-6,
+    "g": 1e-3,
+    "L": 1e-3,
+    "min": 60.0,
+    "h": 3600.0,
     "deg": np.pi / 180,
+    "rpm": np.pi / 30,
     "mH": 1e-3,
     "uF": 1e-6,
-    "L": 1e-3,
-    "L/min": 1e-3 / 60,
-    "1/min": 1 / 60,
-    "1/h": 1 / 3600,
-    "g/L": 1.0,
-    "mol/L": 1e3,
-    "L/(mol h)": 1e-3 / 3600,
-    "g/m^3": 1e-3,
-    "J/(g K)": 1e3,
-    "J/(min K)": 1 / 60,
+    "kJ": 1e3,
 }
 # Nearer to rest than this share of the range a deviation counts as this share in the premises:
 # quotients such as sin(x)/x have their limits there.
@@ -148,13 +143,24 @@ class TextbookLoop:
         return Motion(found.t, found.y, applied)
 
 
+def in_si(unit: str) -> float:
+    """Return what one of a unit is in SI, such as 1e-3/3600 of "L/(mol h)"; KeyError if unknown."""
+    above, _, below = unit.partition("/")
+    value = 1.0
+    for part, sign in ((above, 1), (below.strip("()"), -1)):
+        for factor in part.split():
+            name, _, power = factor.partition("^")
+            value *= UNITS[name] ** (sign * int(power or 1))
+    return value
+
+
 def textbook_loop(file: Path, certificate: Mapping[str, Any]) -> TextbookLoop:
     """Return the loop of a plant file and the content of its ``certificate.json``."""
     text = tomllib.loads(file.read_text(encoding="utf-8"))
     states, inputs = text["states"], text["inputs"]
     entries = [*states.values(), *inputs.values()]
     units = tuple(entry.get("unit", "-") for entry in entries)
-    scale = np.array([SI.get(unit, 1.0) for unit in units])
+    scale = np.array([in_si(unit) for unit in units])
     ranges = np.array([entry.get("range", (-np.inf, np.inf)) for entry in entries], dtype=float)
     law = certificate["gains"]
     rest = np.array([*law["trim"]["state"], *law["trim"]["input"]])
@@ -195,11 +201,12 @@ def _parameters(text: Mapping[str, Any]) -> dict[str, sp.Expr]:
     found: dict[str, sp.Expr] = {}
     open_: dict[str, str] = {}
     for name, entry in text.get("parameters", {}).items():
-        value = entry if isinstance(entry, str) else entry["value"]
+        whole = entry if isinstance(entry, dict) else {"value": entry}
+        value = whole["value"]
         if isinstance(value, str):
             open_[name] = value
         else:
-            found[name] = sp.Float(value * SI.get(entry.get("unit", "-"), 1.0), 20)
+            found[name] = sp.Float(value * in_si(whole.get("unit", "-")), 20)
     names = {name: sp.Symbol(name) for name in (*found, *open_)}
     for _ in range(len(open_)):
         for name, value in open_.items():

@@ -278,6 +278,25 @@ def test_wrong_bounds_are_refused_on_replay(expression: sp.Expr) -> None:
         replay(evidence, 2 * expression, BOX)
 
 
+def test_a_quotient_that_cancels_far_from_its_limit_too() -> None:
+    """(sin(x + y) - sin(x))/y with x known less well than y: ten boxes do where forty do not.
+
+    The retry takes the Taylor form on every box; its boxes are replayed as they are, and another
+    expression is refused.
+    """
+    expression = (sp.sin(X + Y) - sp.sin(X) + X**2 * sp.sin(Y)) / Y
+    box = {X: Interval.of(-2, 2), Y: Interval.of("0.05", "0.06")}
+    found = expression_range(expression, box, most_boxes=40)
+
+    assert found.outer.contains(found.inner)
+    assert found.outer.width < Fraction(5, 4) * found.inner.width
+    assert found.evidence is not None
+    assert set("qt") & set("".join(found.evidence.trees))
+    assert found.outer.contains(found.evidence.replay())
+    with pytest.raises(ModelError):
+        replay(found.evidence, 3 * expression, box)
+
+
 @pytest.mark.parametrize("expression", [SMOOTH, CUBIC])
 def test_malformed_trees_are_refused(expression: sp.Expr) -> None:
     """A tree that ends early or late, halves an unknown side or names another method."""
@@ -289,7 +308,7 @@ def test_malformed_trees_are_refused(expression: sp.Expr) -> None:
         ("", "ends early"),
         (tree + tree[-1], "after its end"),
         ("2" + tree[1:], "halves side 2"),
-        (tree[:-1] + "q", "means nothing"),
+        (tree[:-1] + "z", "means nothing"),
         ("0" * 200_000, "at most"),
     ):
         with pytest.raises(ModelError, match=words):

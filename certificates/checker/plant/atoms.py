@@ -50,13 +50,20 @@ class Atoms:
         self, function: object, arguments: tuple[Quotient, ...], rule: Rule | None = None
     ) -> int:
         """Return the atom of a function of these arguments; equal arguments have the same atom."""
+        found = self.known(function, arguments)
+        if found is not None:
+            return found
         known = self._calls.setdefault(function, [])
-        for others, number in known:
-            if all(self.ring.equal(a, b) for a, b in zip(arguments, others, strict=True)):
-                return number
         number = self.named((function, len(known)), rule)
         known.append((arguments, number))
         return number
+
+    def known(self, function: object, arguments: tuple[Quotient, ...]) -> int | None:
+        """Return the atom of a function of these arguments; None if there is none so far."""
+        for others, number in self._calls.get(function, []):
+            if all(self.ring.equal(a, b) for a, b in zip(arguments, others, strict=True)):
+                return number
+        return None
 
     def power(self, base: Quotient, exponent: Fraction) -> Quotient:
         """Return base^(p/q); for q > 1 the base must be >= 0, which the caller proves."""

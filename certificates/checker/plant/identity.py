@@ -5,12 +5,15 @@ arguments are compared as quotients.  The known properties of the atoms are:
 
     sin(sum c_i m_i)          expanded by the addition theorem into sin and cos of each part c m,
                               multiples of one part by De Moivre;  s^2 = 1 - c^2;  tan = s / c
+    sin(atan q), cos(atan q)  q/r and 1/r with the root r of 1 + q^2, r^2 = 1 + q^2: atan q lies in
+                              (-pi/2, pi/2), where cos > 0, and 1/cos^2 = 1 + tan^2 = 1 + q^2
     exp(sum c_i m_i)          a product of whole powers of atoms exp(b m)
     sinh, cosh, tanh          quotients of exponentials
     a^(p/q)                   the p-th power of a root r, r^q = a; positive numbers are separated
                               from a first (``atoms``)
     table(numbers)            the spline's exact value
     |a|^2 = a^2
+    atan(-a) = -atan(a)       and so for asin, atanh, asinh, erf
     f(0)                      of every function for which it is a rational number
 
 Two quotients with equal cross products are equal wherever their denominators are not 0.  No other
@@ -29,7 +32,8 @@ from takagi.certificates.checker.plant.graph import Graph, Node
 from takagi.certificates.checker.plant.polynomial import Monomial, Polynomial, Quotient
 from takagi.certificates.checker.plant.table import Table
 
-MOST_MULTIPLE = 32  # sin(n a) in sin(a), cos(a)
+# Of sin(n a) in sin(a), cos(a), which has n terms; exp(a)^n has one.
+MOST_MULTIPLE = {"sin": 32, "exp": 200}
 MOST_RESTARTS = 100
 MOST_PARTS = 4  # of a sum inside sin and cos
 AT_ZERO = {
@@ -40,6 +44,7 @@ AT_ZERO = {
     "erf": 0,
     "abs": 0,
 }
+ODD = {"asin", "atan", "asinh", "atanh", "erf"}
 
 
 class _Finer(Exception):
@@ -68,6 +73,7 @@ class Algebra:
             raise Refused("angles with too many different multiples")
         self.atoms = Atoms(self.atoms.ring.work)
         self.ring = self.atoms.ring
+        self._tangents: dict[object, Quotient] = {}
         self._found: dict[int, Quotient] = {}
 
     # ------------------------------------------------------------------ questions
@@ -172,7 +178,21 @@ class Algebra:
                 return ring.constant(abs(a.top[()]))
             rule = None if a.bottom else (2, ring.times(a.top, a.top))
             return ring.atom(self.atoms.opaque("abs", (a,), rule))
+        if name in ODD:
+            return self._odd(name, a)
         return ring.atom(self.atoms.opaque(name, (a,)))
+
+    def _odd(self, name: str, a: Quotient) -> Quotient:
+        """Return f(a) of an odd function, as -f(-a) where f(-a) occurred before."""
+        ring, minus = self.ring, self.ring.constant(-1)
+        opposite = ring.multiply(minus, a)
+        known = self.atoms.known(name, (opposite,))
+        if known is not None:
+            return ring.multiply(minus, ring.atom(known))
+        atom = self.atoms.opaque(name, (a,))
+        if name == "atan":
+            self._tangents[self._named(((atom, 1),))] = a
+        return ring.atom(atom)
 
     # ------------------------------------------------------------------ sums as arguments
 
@@ -197,7 +217,7 @@ class Algebra:
         named = self._terms(a)
         if len(named) <= MOST_PARTS:
             found = [(key, c, self._whole(kind, key, c)) for key, c in named]
-            if all(abs(n) <= MOST_MULTIPLE for _, _, n in found):
+            if all(abs(n) <= MOST_MULTIPLE[kind] for _, _, n in found):
                 return found
         whole = ("argument", self.atoms.opaque("argument", (a,)))
         return [(whole, Fraction(1), self._whole(kind, whole, Fraction(1)))]
@@ -257,6 +277,8 @@ class Algebra:
     def _multiple(self, key: object, n: int) -> tuple[Quotient, Quotient]:
         """Return sin and cos of n units of a part, by De Moivre from those of one unit."""
         ring, unit = self.ring, self.units["sin", key]
+        if key in self._tangents and unit.denominator == 1:
+            return self._of_tangent(self._tangents[key], n * int(unit))
         c1 = self.atoms.named(("cos", key, unit))
         s1 = self.atoms.named(("sin", key, unit), (2, {(): Fraction(1), ((c1, 2),): Fraction(-1)}))
         sine: Polynomial = {}
@@ -268,10 +290,29 @@ class Algebra:
         sine = ring.scaled(ring.reduced(sine), Fraction(-1 if n < 0 else 1))
         return Quotient(sine), Quotient(ring.reduced(cosine))
 
+    def _of_tangent(self, q: Quotient, n: int) -> tuple[Quotient, Quotient]:
+        """Return sin and cos of n atan(q), from those of atan(q) by the addition theorem."""
+        ring = self.ring
+        if abs(n) > MOST_MULTIPLE["sin"]:
+            raise Refused("a multiple of atan that is too large")
+        square = ring.add(ring.constant(1), ring.multiply(q, q))
+        # Not the power -1/2, which is r/r^2: r/r cancels also where r^2 is no polynomial.
+        cosine = ring.inverse(self.atoms.power(square, Fraction(1, 2)))
+        sine = ring.multiply(ring.constant(-1 if n < 0 else 1), ring.multiply(q, cosine))
+        found = ring.constant(0), ring.constant(1)
+        for _ in range(abs(n)):
+            minus = ring.multiply(ring.constant(-1), ring.multiply(found[0], sine))
+            found = (
+                ring.add(ring.multiply(found[0], cosine), ring.multiply(found[1], sine)),
+                ring.add(ring.multiply(found[1], cosine), minus),
+            )
+        return found
+
     def _exponential(self, a: Quotient) -> Quotient:
         ring = self.ring
         found = ring.constant(1)
         for key, _, n in self._parts("exp", a):
-            atom = ring.atom(self.atoms.named(("exp", key, self.units["exp", key])))
-            found = ring.multiply(found, ring.power(atom, n))
+            atom = self.atoms.named(("exp", key, self.units["exp", key]))
+            power = Quotient({((atom, abs(n)),): Fraction(1)}) if n else ring.constant(1)
+            found = ring.multiply(found, ring.inverse(power) if n < 0 else power)
         return found

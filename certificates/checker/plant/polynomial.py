@@ -22,7 +22,7 @@ Polynomial: TypeAlias = dict[Monomial, Fraction]
 MOST_TERMS = 20_000
 MOST_PRODUCTS = 100_000  # of terms, in the life of a ring
 MOST_BITS = 40_000  # of a coefficient
-MOST_POWER = 300
+MOST_POWER = 1000
 
 
 class Quotient(NamedTuple):

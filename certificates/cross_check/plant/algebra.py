@@ -5,6 +5,9 @@ functions.  The relations used between atoms are:
 
     sin, cos of sum_k n_k a_k     De Moivre for whole multiples of one unit a_k, the addition
                                   theorem for sums; s^2 + c^2 = 1; right angles by their values
+    cos, sin of n atan(q)         De Moivre with 1/r and q/r, r >= 0 the root of 1 + q^2: the vector
+                                  (1, q) has the length r and the angle atan(q)
+    asin, atan, atanh, asinh, erf f(-a) = -f(a)
     exp of sum_k n_k a_k          powers of exp(a_k); sinh, cosh, tanh are quotients of them
     a^(p/q)                       powers of a root r with r^q = a
     |a|                           |a|^2 = a^2
@@ -28,6 +31,8 @@ from takagi.certificates.cross_check.plant.expression import Tree
 
 # Limits of time and memory: beyond one of them the claim is not replayed, never refuted.
 ATOMS, MOST_MULTIPLE, MOST_TERMS, MOST_PRODUCTS, MOST_BITS = 64, 32, 4_000, 200_000, 20_000
+MOST_OF_EXP = 200  # a power of one exponential, which is a single term
+ODD = ("asin", "atan", "atanh", "asinh", "erf")
 
 
 def product_of(a: fmpq_mpoly, b: fmpq_mpoly) -> fmpq_mpoly:
@@ -79,6 +84,7 @@ class Algebra:
         self.places: dict[Any, int] = {}
         self.relations: list[fmpq_mpoly] = []
         self.done: dict[Tree, Quotient] = {}
+        self.tangents: dict[Any, Quotient] = {}  # atom of atan(q) -> q
 
     def vanishes(self, tree: Tree) -> bool:
         """Return whether the algebra shows that the tree is 0 wherever it is defined."""
@@ -149,22 +155,29 @@ class Algebra:
 
         ``relation`` gives the polynomial of the atom that is 0, such as r^q - a for a root.
         """
-        said = tuple((str(a.top), str(a.bottom)) for a in map(_monic, arguments))
-        key = (name, said)
+        key = self._key(name, arguments)
         new = key not in self.places
         atom = self.atom(key)
         if new and relation is not None and all(a.bottom.is_constant() for a in arguments):
             self.relations.append(relation(atom))
         return atom
 
+    @staticmethod
+    def _key(name: str, arguments: list[Quotient]) -> Any:
+        return name, tuple((str(a.top), str(a.bottom)) for a in map(_monic, arguments))
+
     def _call(self, name: str, arguments: list[Quotient]) -> Quotient:
         one = self.constant(1)
         a = arguments[0]
         if name in ("sin", "cos"):
-            return Quotient(self._circle(a)[name == "sin"], one)
+            return self._turned(a)[name == "sin"]
         if name == "tan":
-            cosine, sine = self._circle(a)
-            return Quotient(sine, cosine)
+            cosine, sine = self._turned(a)
+            above = product_of(sine.top, cosine.bottom)
+            return Quotient(above, product_of(sine.bottom, cosine.top))
+        if name in ODD and _is_negative(a):
+            opposite = self._call(name, [Quotient(-a.top, a.bottom)])
+            return Quotient(-opposite.top, opposite.bottom)
         if name in ("exp", "sinh", "cosh", "tanh"):
             up = self._exponential(a)
             if name == "exp":
@@ -179,19 +192,24 @@ class Algebra:
         if name == "abs":
             atom = self._opaque("abs", [a], lambda r: r**2 * a.bottom**2 - a.top**2)
             return Quotient(atom, one)
-        return Quotient(self._opaque(name, arguments), one)
+        atom = self._opaque(name, arguments)
+        if name == "atan":
+            self.tangents[self._key(name, arguments)] = a
+        return Quotient(atom, one)
 
     def _parts(self, kind: str, a: Quotient) -> list[tuple[Any, int, fmpq]]:
         """Return (key, whole multiple of the key's unit, coefficient) of each term."""
         keys = {place: key for key, place in self.places.items()}
+        most = MOST_OF_EXP if kind == "exponent" else MOST_MULTIPLE
         found: list[tuple[Any, int, fmpq]] = []
         for powers, factor in a.top.terms():
             used = [(keys[k], p) for k, p in enumerate(powers) if p]
             names = tuple(sorted(used))
             if not a.bottom.is_constant() or any(k[0] != "name" for k, _ in used):
                 # Not a polynomial in variables: the whole argument is one angle.
-                whole = _monic(a)
-                return [((kind, (str(whole.top), str(whole.bottom))), 1, fmpq(1))]
+                sign = -1 if _is_negative(a) else 1
+                whole = _monic(Quotient(sign * a.top, a.bottom))
+                return [((kind, (str(whole.top), str(whole.bottom))), sign, fmpq(sign))]
             key, c = (kind, names), fmpq(factor) / a.bottom.leading_coefficient()
             if self.collected is not None:
                 self.collected.setdefault(key, []).append(c)
@@ -199,10 +217,50 @@ class Algebra:
                 continue
             unit = self.units.get(key)
             n = fmpq(0) if unit is None else c / unit
-            if unit is None or n.q != 1 or abs(n) > MOST_MULTIPLE:
+            if unit is None or n.q != 1 or abs(n) > most:
                 raise NotReplayed("an angle with a multiple that was not met before")
             found.append((key, int(n.p), c))
         return found
+
+    def _turned(self, a: Quotient) -> tuple[Quotient, Quotient]:
+        """Return (cos a, sin a); a whole multiple of an atan in a turns the vector of the rest."""
+        turns: list[tuple[Quotient, int]] = []
+        rest = a
+        if a.bottom.is_constant():
+            keys = {place: key for key, place in self.places.items()}
+            lead = a.bottom.leading_coefficient()
+            for powers, factor in a.top.terms():
+                used = [(k, p) for k, p in enumerate(powers) if p]
+                n = fmpq(factor) / lead
+                tangent = self.tangents.get(keys[used[0][0]]) if len(used) == 1 else None
+                if tangent is None or used[0][1] != 1 or n.q != 1 or abs(n) > MOST_MULTIPLE:
+                    continue
+                turns.append((tangent, int(n.p)))
+                rest = Quotient(rest.top - factor * self.context.gen(used[0][0]), a.bottom)
+        one = self.constant(1)
+        found = tuple(Quotient(part, one) for part in self._circle(rest))
+        for q, times in turns:
+            found = self._turn(found, q if times > 0 else Quotient(-q.top, q.bottom), abs(times))
+        return found[0], found[1]
+
+    def _turn(
+        self, vector: tuple[Quotient, ...], q: Quotient, times: int
+    ) -> tuple[Quotient, Quotient]:
+        """Return a vector after so many turns by atan(q): (c - q s, s + q c)/r each time."""
+        square = product_of(q.bottom, q.bottom)
+        length = Quotient(square + product_of(q.top, q.top), square)
+        root = self._power(self._lowest(length), fmpq(1, 2)).top
+        cosine, sine = vector
+        for _ in range(times):
+            # Over the common denominator of c, s and q; both entries are divided by r.
+            below = product_of(product_of(cosine.bottom, sine.bottom), product_of(q.bottom, root))
+            c = product_of(product_of(cosine.top, sine.bottom), q.bottom)
+            s = product_of(product_of(sine.top, cosine.bottom), q.bottom)
+            qc = product_of(product_of(cosine.top, sine.bottom), q.top)
+            qs = product_of(product_of(sine.top, cosine.bottom), q.top)
+            cosine = self._lowest(Quotient(c - qs, below))
+            sine = self._lowest(Quotient(s + qc, below))
+        return cosine, sine
 
     def _circle(self, a: Quotient) -> tuple[fmpq_mpoly, fmpq_mpoly]:
         """Return (cos a, sin a)."""
@@ -236,6 +294,13 @@ class Algebra:
             else:
                 found = Quotient(found.top, found.bottom * atom)
         return found
+
+
+def _is_negative(a: Quotient) -> bool:
+    """Return whether the leading coefficient is below 0, which -a then has above 0."""
+    return bool(
+        not a.top.is_zero() and a.top.leading_coefficient() / a.bottom.leading_coefficient() < 0
+    )
 
 
 def _monic(a: Quotient) -> Quotient:

@@ -17,9 +17,16 @@ from takagi.certificates.design.plant.assumed_starts import (
     needs_starts,
 )
 from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
-from takagi.certificates.design.plant.moderate_rate import crossing_rates, moderate, pole_rates
+from takagi.certificates.design.plant.moderate_rate import (
+    ABSURD,
+    crossing_rates,
+    moderate,
+    pole_rates,
+    reach_rates,
+    slowest_mode,
+)
 from takagi.certificates.design.plant.plain_words import in_file_rates
-from takagi.certificates.design.plant.wished_effort import PRICES, SMALLER, gain_size
+from takagi.certificates.design.plant.wished_effort import PRICES, SMALLER, Price, gain_size
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -75,8 +82,31 @@ def find_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains
     ranged = np.isfinite(_state_box(model))
     counted = ranged if ranged.any() else None
     design, note = moderate(ask, rates, for_set=ask.limited, price=price, counted=counted)
+    if ask.limited and not rates and design.found:
+        design, note = _not_absurdly_slow(ask, plant, price, design, note)
     told = [in_file_rates(note, plant)] if note else []
     return _smaller(ask, ask.found(design, *told), asked)
+
+
+def _not_absurdly_slow(
+    ask: _Question, plant: Plant, price: Price, slowest: Design, note: str
+) -> tuple[Design, str]:
+    """Return the design with a rate by what the inputs can do; ``slowest`` unless it is absurd."""
+    box = _state_box(ask.model)
+    if np.isfinite(box).all() or not np.isfinite(box).any():
+        return slowest, note
+    rates, time = reach_rates(ask.model, box, np.asarray(ask.options["input_limit"]))
+    if not rates or slowest_mode(ask.model, slowest) * time * ABSURD > 1:
+        return slowest, note
+    faster, said = moderate(ask, rates, for_set=True, price=price, counted=np.isfinite(box))
+    if faster.decay_rate == 0:
+        return slowest, note
+    free = ", ".join(v.name for v, half in zip(plant.states, box, strict=True) if np.isinf(half))
+    return faster, (
+        f"{said}; the rates that were tried follow from {time:.3g} s, in which the inputs bring "
+        f"the states with a range to their ends, because {free} have none: give them ranges, or "
+        "--settle"
+    )
 
 
 def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains | None:

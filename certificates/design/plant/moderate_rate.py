@@ -12,7 +12,12 @@ Other plants: the rates go from 1/128 to 1/2 of the plant's own fastest pole at 
 discrete time, of 1/T), and a doubling may at most double the commands: with gains K and V = x' P x
 of the slower rate, the command of rule i to input k on {x' P x <= 1} is at most |K_ik P^(-1/2)|.
 
-Neither measure depends on units.
+A plant of integrators alone has no poles to go by.  Where its inputs are limited and a state has no
+range, the largest set belongs to a law that is as slow as numbers allow: such a law is left for
+rates from 1/32 to 2 of 1/t, with t the time in which the inputs, at their limits, bring the last of
+the states with a range from rest to its end (``reach_rates``).
+
+None of these measures depends on units.
 """
 
 from __future__ import annotations
@@ -31,6 +36,8 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 HALVINGS = 7
+REACH_STEPS, REACH_DOUBLINGS = 64, 40  # of a time, and of the times that are tried about 1 s
+ABSURD = 100  # times slower than the inputs could be
 
 
 def moderate(
@@ -96,6 +103,51 @@ def crossing_rates(model: TSModel, box: Floats, input_limit: Floats) -> list[flo
         return pole_rates(model)
     fastest = (np.abs(_floats(model.A)) @ box + np.abs(_floats(model.B)) @ input_limit).max(axis=0)
     return _doubling(2 * float((fastest / box).min()))
+
+
+def reach_rates(model: TSModel, box: Floats, input_limit: Floats) -> tuple[list[float], float]:
+    """Return rates to try, slowest first, and the time t [s] of the inputs at their limits.
+
+    t is the largest, over the states with a range, of the time after which
+    sum_k |u_k|max int_0^t |(e^{A s} B)_ik| ds reaches the half-width of state i, for the mean A and
+    B of the vertices.  No rates and inf where the inputs do not move a state with a range.
+
+    Parameters
+    ----------
+    box : (n,) half-widths of the states, inf for none.
+    input_limit : (m,).
+    """
+    from scipy.linalg import expm
+
+    A, B = _floats(model.A).mean(axis=0), _floats(model.B).mean(axis=0)
+    ranged = np.flatnonzero(np.isfinite(box))
+
+    def reach(t: float) -> Floats:
+        step, found = expm(A * t / REACH_STEPS), np.zeros(len(A))
+        moved = expm(A * t / REACH_STEPS / 2) @ B  # the middle of each step
+        for _ in range(REACH_STEPS):
+            found += np.abs(moved) @ input_limit * t / REACH_STEPS
+            moved = step @ moved
+        return found
+
+    times = [2.0**k for k in range(-REACH_DOUBLINGS, REACH_DOUBLINGS)]
+    arrived = (t for t in times if np.all(reach(t)[ranged] >= box[ranged]))
+    high = next(arrived, np.inf)
+    if not np.isfinite(high):
+        return [], high
+    low = high / 2
+    while high > 1.01 * low:
+        middle = np.sqrt(low * high)
+        there = np.all(reach(middle)[ranged] >= box[ranged])
+        low, high = (low, middle) if there else (middle, high)
+    return _doubling(2 / high), float(high)
+
+
+def slowest_mode(model: TSModel, design: Design) -> float:
+    """Return the least decay rate [1/s] of the poles of A_i - B_i K_i, over the vertices."""
+    gains = _floats(design.require()[0])
+    loops = _floats(model.A) - _floats(model.B) @ gains
+    return float(-np.linalg.eigvals(loops).real.max())
 
 
 def _doubling(top: float) -> list[float]:

@@ -20,6 +20,7 @@ from takagi.models.plant.file_units import file_unit, shown_rate
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.certificates.checker.kernel.result import Checked
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
@@ -262,3 +263,22 @@ def _ends(variable: Variable) -> tuple[float, ...]:
 def _range(variable: Variable, size: float) -> str:
     low, high = _ends(variable)
     return f"[{low / size:.6g}, {high / size:.6g}]"
+
+
+def cures_of(checked: Checked) -> tuple[str, ...]:
+    """Return what to write where the checker does not see that the model is the plant; () else."""
+    for claim in checked.claims:
+        if claim.verdict.name != "UNDECIDED" or not claim.text.startswith("not proved: "):
+            continue
+        if "has no limit at" in claim.text or "do not give the equation of" in claim.text:
+            return (
+                "the checker does not know a rule by which the model is the equation: write the "
+                "equation without a function inside another, such as sin(a)*cos(b) + "
+                "cos(a)*sin(b) for sin(a + b), or make the inner one a state",
+            )
+        if "its bounds" in claim.text:
+            return (
+                "the checker needs narrower ranges of the variables that are named there, or that "
+                "term as a premise of your own in [premises]",
+            )
+    return ()

@@ -59,8 +59,9 @@ def secant_model(
     if any(entry.has(sp.Abs, sp.sign) for matrix in slopes.values() for entry in matrix):
         raise ModelError(f"plant {plant.name!r} has an absolute value, whose slope jumps")
     premises: dict[sp.Expr, sp.Symbol] = {}
+    stem = _free_stem(plant, problem)
     matrices = {
-        letter: sp.Matrix(*matrix.shape, [_named(entry, premises) for entry in matrix])
+        letter: sp.Matrix(*matrix.shape, [_named(entry, premises, stem) for entry in matrix])
         for letter, matrix in slopes.items()
     }
     factored = Factored(matrices, {symbol: slope for slope, symbol in premises.items()})
@@ -116,7 +117,20 @@ def _slopes(problem: Problem, plant: Plant) -> dict[str, sp.Matrix]:
     }
 
 
-def _named(slope: sp.Expr, premises: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
+def _free_stem(plant: Plant, problem: Problem) -> str:
+    """Return s, or the first of s_, s__, ... that begins no name s1, s2, ... of the plant."""
+    found = problem.equations
+    symbols = {*found.states, *found.inputs, *found.disturbances}
+    symbols |= {one.symbol for one in (*plant.states, *plant.inputs, *plant.disturbances)}
+    symbols |= {parameter.symbol for parameter in plant.parameters}
+    taken = {symbol.name for symbol in symbols} | {output.name for output in plant.outputs}
+    stem = "s"
+    while any(name.removeprefix(stem).isdigit() and name.startswith(stem) for name in taken):
+        stem += "_"
+    return stem
+
+
+def _named(slope: sp.Expr, premises: dict[sp.Expr, sp.Symbol], stem: str) -> sp.Expr:
     """Return a slope as number + number * premise; the premise is made if it is not known."""
     import sympy as sp
 
@@ -126,5 +140,5 @@ def _named(slope: sp.Expr, premises: dict[sp.Expr, sp.Symbol]) -> sp.Expr:
     factor, bare = varying.as_content_primitive()
     if bare not in premises and -bare in premises:
         factor, bare = -factor, -bare
-    symbol = premises.setdefault(bare, sp.Symbol(f"s{len(premises) + 1}", real=True))
+    symbol = premises.setdefault(bare, sp.Symbol(f"{stem}{len(premises) + 1}", real=True))
     return constant + factor * symbol

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -102,6 +102,23 @@ def captioned_bode_figures(loops: Sequence[PlantLocalLoop]) -> tuple[CaptionedFi
         )
         for k, (name, figure) in enumerate(bode_drawings(loops), 1)
     )
+
+
+def captioned_jumps_figure(loop: PlantLoop, runs: Sequence[PlantMotion]) -> Drawn:
+    """Return responses over time after jumps of references; nothing without any."""
+    if not runs:
+        return Drawn(())
+    followed = " and ".join(one.follows for one in loop.plant.references)
+    # V is a function of deviations from the old rest.
+    shown = [replace(run, value=np.zeros(0)) for run in runs]
+    found = captioned_figure(
+        responses_figure(loop, shown),
+        "jumps",
+        caption="The nonlinear plant under its law, at rest until the reference jumps as far as "
+        "all ranges are proved to be kept, up and down. States as deviations from the old rest.",
+        alternative=f"States and inputs over time after jumps of what {followed} follows",
+    )
+    return Drawn((found,), {"jumps.csv": _motions_csv(loop, shown)})
 
 
 def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Drawn:

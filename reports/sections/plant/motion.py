@@ -17,19 +17,32 @@ if TYPE_CHECKING:
 
 # The tolerance of the integration may make V rise by this share of its first value.
 SLACK = 1e-5
+NOTHING = Drawn(())
 
 
-def motion_section(loop: PlantLoop, shown: Sequence[PlantMotion], drawn: Drawn) -> Section:
-    """Return the section with responses, planes of states and a table of figures."""
+def motion_section(
+    loop: PlantLoop,
+    shown: Sequence[PlantMotion],
+    drawn: Drawn,
+    jumps: Sequence[PlantMotion] = (),
+    jumped: Drawn = NOTHING,
+) -> Section:
+    """Return the section with responses, planes of states and a table of figures.
+
+    Parameters
+    ----------
+    jumps, jumped : motions after jumps of references, and their figures.
+    """
     return Section(
         "responses",
         "Motions of the nonlinear plant",
         {
             "figures": list(drawn.plates),
-            "table": _table(loop, shown),
-            "lost": [motion.name for motion in shown if not motion.whole],
+            "jumps": list(jumped.plates),
+            "table": _table(loop, [*shown, *jumps]),
+            "lost": [motion.name for motion in (*shown, *jumps) if not motion.whole],
             "rising": [motion.name for motion in shown if _rises(motion)],
-            "cut": cut_words(loop, shown),
+            "cut": cut_words(loop, [*shown, *jumps]),
             "valued": bool(shown and shown[0].value.size),
             "law": loop.gains is not None,
         },

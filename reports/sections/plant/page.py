@@ -71,6 +71,7 @@ def _sections(
     design: PlantDesign, say: Tell, *, timings: bool
 ) -> tuple[list[Section], dict[str, str]]:
     from takagi.reports.figures.plant.captioned import (
+        captioned_jumps_figure,
         captioned_motion_figures,
         captioned_weights_figure,
     )
@@ -88,6 +89,7 @@ def _sections(
     from takagi.reports.sections.plant.regulator import regulator_section
     from takagi.reports.sections.plant.verdict import verdict_section
     from takagi.reports.sections.reproducibility import check_section, provenance_section
+    from takagi.reports.simulation.plant import jump_motions
 
     loop = plant_loop(design)
     say("report: margins")
@@ -95,6 +97,8 @@ def _sections(
     say("report: motions")
     shown = motions(loop, starts(loop))
     moved = captioned_motion_figures(loop, shown)
+    jumps = jump_motions(design, loop)
+    jumped = captioned_jumps_figure(loop, jumps)
     say("report: derivation")
     weights = captioned_weights_figure(loop)
     found = [
@@ -117,8 +121,8 @@ def _sections(
     if loops:
         found.append(loops_section(loop, loops))
     found += [
-        motion_section(loop, shown, moved),
+        motion_section(loop, shown, moved, jumps, jumped),
         check_section(compared="the plant's file its", law=loop.gains is not None),
         provenance_section(design, timings=timings),
     ]
-    return found, {**weights.data, **blended, **moved.data}
+    return found, {**weights.data, **blended, **moved.data, **jumped.data}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from takagi.certificates.checker.plant.secant_embedding import check_secant_embe
 from takagi.certificates.checker.plant.sector_embedding import check_embedding, plant_loop
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import plant_data
-from takagi.models import Interval, ModelError, Output, Plant, Variable
+from takagi.models import Interval, ModelError, Output, Parameter, Plant, Variable
 from takagi.models.plant_files import load_plant
 from tests.certificates.embedding.plants import as_read, changed
 
@@ -132,3 +133,23 @@ def test_plants_without_secants_are_refused(name: str) -> None:
     """A mass matrix, and an absolute value."""
     with pytest.raises(ModelError):
         secant_model(load_plant(name))
+
+
+def test_premises_have_names_of_their_own() -> None:
+    """A plant with a state s1 and a parameter s3: its slopes are s_1, s_2, ..., and are proved."""
+    s1, s3 = sp.symbols("s1 s3", real=True)
+    plant = Plant(
+        equations=(v, -s3 * sp.sin(s1) - v**3 + u),
+        states=(
+            Variable(s1, "rad", Interval.of(-1, 1)),
+            Variable(v, "rad/s", Interval.of(-2, 2)),
+        ),
+        inputs=(Variable(u, "rad/s^2"),),
+        parameters=(Parameter(s3, Fraction(9)),),
+        name="names",
+    )
+    model = secant_model(plant)
+
+    assert [premise.name for premise in model.premises] == ["s_1", "s_2"]
+    certificate = certify(model, np.array([[1.0, 2.0]]))
+    assert certificate.verdict is Verdict.PROVED
