@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -145,19 +146,20 @@ def moving_claim(
     gains: Mapping[str, Any],
     controller: Mapping[str, Any],
     inertia: Sequence[float],
+    within: tuple[Fraction, Fraction] | None = None,
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Return the claim about that loop in moving wind, or by its kind why there is none.
 
     Parameters
     ----------
-    controller, inertia : as ``running_rate_claim`` takes them.
+    controller, inertia, within : as ``running_rate_claim`` takes them.
     """
     # Imported here: it loads a solver.
     from takagi.certificates.claims.turbine.running_loop.running_rate_claim import (
         running_rate_claim,
     )
 
-    made = partial(running_rate_claim, model, gains, controller, inertia)
+    made = partial(running_rate_claim, model, gains, controller, inertia, within)
     return _alone("running-rate", made, model, gains)
 
 
