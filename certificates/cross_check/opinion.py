@@ -70,8 +70,8 @@ SLOPES = "slope-embedding"
 RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
-# The claim that also reads the gain file's observer and filters, from the member ``controller``.
-WITH_OBSERVER = "running-loop"
+# Claims that also read the gain file's observer and filters, from the member ``controller``.
+WITH_OBSERVER = ("running-loop", "running-rate")
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
@@ -186,10 +186,8 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
     for claim, kind in zip(claims, kinds, strict=True):
         if unread:
             yield str(kind), _abstained(unread)
-        elif kind == WITH_OBSERVER:
-            from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
-
-            yield str(kind), running_loop(claim, document)
+        elif kind in WITH_OBSERVER:
+            yield str(kind), _with_observer(claim, str(kind), document)
         elif kind in RESTING:
             yield str(kind), _resting(claim, str(kind), document)
         else:
@@ -211,6 +209,17 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
             )
         if {"blending", "references"} & set(gains):
             raise Refusal("a law with outputs has neither a blend nor references")
+
+
+def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
+    """Return the conditions of a claim about the loop with its observer."""
+    if kind == "running-loop":
+        from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
+
+        return running_loop(claim, document)
+    from takagi.certificates.cross_check.turbine.running.moving_loop import moving_loop
+
+    return moving_loop(claim, document)
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.cli.options.claim_options import OF_CLAIMS, MovingWind
 from takagi.cli.options.filter_options import (
     OF_FILTERS,
     SpeedFilter,
@@ -125,6 +126,7 @@ def turbine_options(
     inertia: Inertia = None,
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
+    moving_wind: MovingWind = False,
     two_step: TwoStep = False,
     one_step: OneStep = False,
     objective: ObjectiveName = None,
@@ -132,7 +134,10 @@ def turbine_options(
     """Declare the options of a design for a wind turbine: only the signature is read."""
 
 
-_OF_COHERENT = ("overlap", "bandwidth", *OF_UNCERTAINTY, *OF_COHERENT, *OF_FILTERS, *OF_SYNTHESIS)
+_OF_COHERENT = (
+    *("overlap", "bandwidth"),
+    *(*OF_UNCERTAINTY, *OF_CLAIMS, *OF_COHERENT, *OF_FILTERS, *OF_SYNTHESIS),
+)
 _OF_PAPER = ("speed_overlap", "torque_overlap", *OF_PAPER)
 _OVERLAPS = ("overlap", "speed_overlap", "torque_overlap")
 
@@ -172,7 +177,8 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     if given["inertia"] is not None:
         span = covered.inertia
         effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
-    asked = replace(asked, effort=effort, uncertainty=covered)
+    moving = bool(given["moving_wind"])
+    asked = replace(asked, effort=effort, uncertainty=covered, moving_wind=moving)
     check_limits(turbine, asked)
     return asked
 

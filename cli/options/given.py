@@ -15,6 +15,7 @@ _OF_GIVEN_GAINS = (
     "inertia",
     "power_coefficient",
     "equilibrium_wake",
+    "moving_wind",
     "choice",
     "solve_rest",
     "sample_time",

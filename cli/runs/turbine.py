@@ -67,6 +67,7 @@ class TurbineMaker:
                 uncertainty=uncertainty,
                 files=files,
                 controller=controller,
+                moving_wind=bool(self.asked["moving_wind"]),
                 tell=noted,
             )
             return CertifiedLaw(*made)

@@ -52,6 +52,7 @@ CELLS = MappingProxyType(
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
         "running-loop": OTHER,
+        "running-rate": OTHER,
     }
 )
 
@@ -76,7 +77,7 @@ missed, and leaves `sector-embedding` open.
 """
 
 NOTES = """
-The last five kinds are about a turbine's model, which no certificate of a plant has;
+The last six kinds are about a turbine's model, which no certificate of a plant has;
 `quadratic-decay` and `no-common-quadratic` hold their own matrices.
 
 A law whose gains differ, with weights that depend on its own input, would have to know its command

@@ -70,7 +70,7 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
     With that member the claim has been compared with it, and so is the file.
     """
     for claim in member(data, "claims", "certificate"):
-        if isinstance(claim, dict) and claim.get("kind") == "running-loop":
+        if isinstance(claim, dict) and claim.get("kind") in ("running-loop", "running-rate"):
             # Imported here: most certificates have no such claim.
             from takagi.certificates.checker.turbine.running_loop.inputs import (
                 other_than_the_controller,

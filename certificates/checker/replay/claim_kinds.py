@@ -52,6 +52,7 @@ OWN_READING = {
 # Claims that also read the file's member ``controller``: they get the whole file.
 WHOLE_FILE = {
     "running-loop": "turbine.running_loop.running_claim.check_running_loop",
+    "running-rate": "turbine.running_loop.moving_claim.check_running_rate",
 }
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {

@@ -25,6 +25,13 @@ RUNNING = (
     PROGRAM[0],
     "speed measured exactly before its filters, pitch exactly",
 )
+# In moving wind: the same, but for the wind and what the start is compared with.
+MOVING = (
+    "wind rate within the stated bound, wind within one stated range",
+    "start with V <= 1 in the set of the wind at the start, pitch at or above its lower limit, "
+    "schedule wind within the tables, and what is sent equal to what the law asks for",
+    *RUNNING[2:],
+)
 
 LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
 ASSUMED = {
@@ -39,6 +46,7 @@ ASSUMED = {
         *PROGRAM,
     ),
     "running-loop": RUNNING,
+    "running-rate": MOVING,
     "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 

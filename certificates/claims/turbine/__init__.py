@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.largest_wind_error import (
         EffortSharingCandidate as EffortSharingCandidate,
     )
+    from takagi.certificates.claims.turbine.loop_claims import moving_claim as moving_claim
     from takagi.certificates.claims.turbine.published import (
         published_candidate as published_candidate,
     )

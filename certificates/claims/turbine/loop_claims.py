@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +44,7 @@ def loop_document(
     *,
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
+    moving_wind: bool = False,
     tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Return the certificate of a coherent loop, with every claim that holds.
@@ -50,7 +53,8 @@ def loop_document(
     ----------
     asked : the configuration, as recorded in the provenance.
     controller : the gain file's observer and filters; None makes no claim about the loop with them.
-    tell : called with a word before the search for that claim.
+    moving_wind : whether the claim about that loop in moving wind is sought, too.
+    tell : called with a word before the search for each of these claims.
     files : the turbine's data files; the certificate records what they say.
 
     Raises
@@ -62,9 +66,16 @@ def loop_document(
     if controller is not None:
         if tell is not None:
             tell("loop with its observer, at constant winds")
-        running, why = running_claim(model, gains, controller, claims[0]["uncertainty"]["inertia"])
+        inertia = claims[0]["uncertainty"]["inertia"]
+        running, why = running_claim(model, gains, controller, inertia)
         claims += running
         left_out |= why
+        if moving_wind:
+            if tell is not None:
+                tell("loop with its observer, in moving wind")
+            moving, why = moving_claim(model, gains, controller, inertia)
+            claims += moving
+            left_out |= why
     return certificate_document(
         model=model,
         gains=gains,
@@ -126,12 +137,45 @@ def running_claim(
         running_loop_claim,
     )
 
+    made = partial(running_loop_claim, model, gains, controller, inertia)
+    return _alone("running-loop", made, model, gains)
+
+
+def moving_claim(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+    within: tuple[Fraction, Fraction] | None = None,
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the claim about that loop in moving wind, or by its kind why there is none.
+
+    Parameters
+    ----------
+    controller, inertia, within : as ``running_rate_claim`` takes them.
+    """
+    # Imported here: it loads a solver.
+    from takagi.certificates.claims.turbine.running_loop.running_rate_claim import (
+        running_rate_claim,
+    )
+
+    made = partial(running_rate_claim, model, gains, controller, inertia, within)
+    return _alone("running-rate", made, model, gains)
+
+
+def _alone(
+    kind: str,
+    made: Callable[[], dict[str, Any]],
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return a claim that depends on no other, or by its kind why there is none."""
     try:
-        claim = running_loop_claim(model, gains, controller, inertia)
+        claim = made()
     except Refused as reason:
-        return [], {"running-loop": f"not claimed: {reason}"}
+        return [], {kind: f"not claimed: {reason}"}
     why = _open(claim, model, gains, [])
-    return ([], {"running-loop": f"not claimed: {why}"}) if why else ([claim], {})
+    return ([], {kind: f"not claimed: {why}"}) if why else ([claim], {})
 
 
 def _open(

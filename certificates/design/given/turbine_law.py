@@ -147,6 +147,7 @@ def certify_law(
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY,
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
+    moving_wind: bool = False,
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:
     """Return the certificate of a given law on a turbine, and the checker's verdict.
@@ -157,6 +158,7 @@ def certify_law(
     files : the turbine's data files; the certificate records their SHA-256.
     controller : the gain file's observer and filters, for the claim about the loop with them; None
         makes no such claim.
+    moving_wind : whether that loop is claimed in moving wind, too.
     tell : called with a word on progress.
 
     Raises
@@ -180,6 +182,13 @@ def certify_law(
         tell("exact proof")
     asked = _Asked(law.name, box, uncertainty)
     document = loop_document(
-        turbine, law, candidate, asked, files=files, controller=controller, tell=tell
+        turbine,
+        law,
+        candidate,
+        asked,
+        files=files,
+        controller=controller,
+        moving_wind=moving_wind,
+        tell=tell,
     )
     return document, check_document(document)

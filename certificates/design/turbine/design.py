@@ -75,6 +75,7 @@ def design_turbine(
             asked,
             files=files,
             controller=observer_members(observer, asked),
+            moving_wind=asked.moving_wind,
             tell=clock.told,
         )
     else:

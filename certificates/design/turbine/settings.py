@@ -58,6 +58,8 @@ class DesignSettings:
         afterwards; "one-step" changes the gains together with the functions, for a larger claim.
     objective : the quantity that the one-step synthesis improves.
     box, uncertainty : what the coherent certificate covers.
+    moving_wind : whether the coherent certificate also has the claim ``running-rate``, whose
+        search takes minutes.
     """
 
     law: str = "coherent"
@@ -78,6 +80,7 @@ class DesignSettings:
     objective: Objective = OBJECTIVES["balanced"]
     box: LoopBox = DEFAULT_BOX
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY
+    moving_wind: bool = False
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:

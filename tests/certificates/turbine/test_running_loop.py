@@ -20,9 +20,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from takagi.certificates import CertificateError, Verdict, check
+from takagi.certificates import Verdict, check
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
@@ -39,7 +38,7 @@ from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
     loop_subject,
     running_loop_claim,
 )
-from takagi.certificates.cross_check import Refusal, judge_document, loads
+from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.machine import Machine as SecondMachine
@@ -47,6 +46,7 @@ from takagi.certificates.cross_check.turbine.running.machine import box
 from takagi.certificates.design.claim_summary import running_loop_summary
 from takagi.certificates.design.given import read_observer
 from tests.certificates.recorded.answers import recorded
+from tests.certificates.turbine.running_documents import sealed, verdicts
 
 motion: Any = import_module("turbine_running")
 F = Fraction
@@ -62,27 +62,6 @@ def stored() -> dict[str, Any]:
 @pytest.fixture
 def document(stored: dict[str, Any]) -> dict[str, Any]:
     return deepcopy(stored)
-
-
-def sealed(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with the hashes of what it now says."""
-    read = read_text(json.dumps(document), "document")
-    parts = ("model", "gains", "claims", "controller")
-    return document | {"provenance": {"sha256": {part: digest(read.get(part)) for part in parts}}}
-
-
-def verdicts(document: dict[str, Any]) -> tuple[str, str]:
-    """Return what both checkers say; "refused" where one does not read the file to its end."""
-    whole = sealed(document)
-    try:
-        first = check_document(whole).verdict.name
-    except CertificateError:
-        first = "refused"
-    try:
-        second = judge_document(whole)[0].verdict
-    except Refusal:
-        second = "refused"
-    return first, second
 
 
 # Both checkers.
@@ -475,3 +454,18 @@ def test_reaches_are_those_of_the_inverse() -> None:
         assert float(value) == pytest.approx(row @ inverse @ row, rel=1e-12)
     assert squared_reaches([[F(1), F(2)], [F(2), F(1)]], []) is None
     assert squared_reaches([[F(1), F(0)], [F(1), F(1)]], []) is None
+
+
+def test_the_form_with_an_input_and_a_drift_is_the_written_one() -> None:
+    """xi' = -xi + 2 u + delta xi, by hand: P = 3, tau = 5, alpha = 1/4, D = 1/2, b = 7."""
+    signals = Signals(1, 1)
+    one, u = signals.state(0), signals.state(1)
+    w = signals.times("delta", (F(-1), F(1)), one)
+    rate = {0: F(-1), 1: 2 * u[1], 2: w[2]}
+    form = decay_form(signals, [rate], [[F(3)]], [F(5)], F(1, 4), [[F(1, 2)]], [F(7)])
+    factor = F(form[2][2], 5)
+    assert [[F(entry) / factor for entry in row] for row in form] == [
+        [6 - F(3, 2) - F(1, 2) - 5, -6, -3],
+        [-6, 7, 0],
+        [-3, 0, 5],
+    ]

@@ -159,8 +159,9 @@ class Cell:
 
     # The rest, and the efforts around it.
 
-    def _rest(self) -> Fraction:
-        """Return a bound of |U_rest - q*|; see the module's text."""
+    @cached_property
+    def imbalance(self) -> Fraction:
+        """A bound of the tables' residual over the cell [rad/s^2], the torques at the trim."""
         # The tables with nodes at the cell's ends, so that they are linear over the cell.
         columns = ("speed", "effort", "effectiveness", "limit", "gamma")
         ends: Any = {
@@ -171,7 +172,11 @@ class Cell:
         box = Box(self.sides.speed, self.sides.pitch, self.sides.signal, FULL / 100)
         exact = Uncertainty((FULL, FULL), False, (FULL, FULL))
         within = Subject(self.plant, short, box, exact)
-        left = Fraction(residual(Moving(within, 0, NIL), (FULL, FULL)), ONE)
+        return Fraction(residual(Moving(within, 0, NIL), (FULL, FULL)), ONE)
+
+    def _rest(self) -> Fraction:
+        """Return a bound of |U_rest - q*|; see the module's text."""
+        left = self.imbalance
         efforts = (self.q[0] - self.sides.effort, self.q[1] + self.sides.effort)
         least = Fraction(self._gain(efforts).low, ONE)
         if least <= 0 or left > least * self.sides.effort:

@@ -23,9 +23,10 @@ Derived in docs/running-loop.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, Protocol
 
 from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
@@ -51,6 +52,11 @@ from takagi.certificates.checker.turbine.running_loop.rounded_definite import is
 from takagi.certificates.checker.turbine.running_loop.signals import Rows, decay_form
 
 MOST_CELLS, MOST_PIECES = 500, 8
+
+
+class _OfWinds(Protocol):
+    @property
+    def winds(self) -> Span: ...
 
 
 @dataclass(frozen=True)
@@ -120,7 +126,7 @@ def check_running_loop(claim: Any, data: Any, where: str) -> Found:
     return Found(Verdict.PROVED, "running_loop", said | proved)
 
 
-def stated_winds(claim: Any, cells: list[StatedCell], where: str) -> list[Span]:
+def stated_winds(claim: Any, cells: Sequence[_OfWinds], where: str) -> list[Span]:
     """Return the claim's ranges of winds; refuses cells that do not cover exactly these.
 
     The cells come in the order of their winds and do not overlap.

@@ -121,9 +121,9 @@ def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]
     if found is None:
         return None
     P = found[0] / np.outer(unit, unit)
-    exact = [[_decimal((P[i, j] + P[j, i]) / 2) for j in range(order)] for i in range(order)]
+    exact = [[decimal((P[i, j] + P[j, i]) / 2) for j in range(order)] for i in range(order)]
     multipliers = [
-        dict(zip(signals.names, map(_decimal, tau / scale**2), strict=True))
+        dict(zip(signals.names, map(decimal, tau / scale**2), strict=True))
         for tau, (signals, _), (_, _, scale) in zip(found[1], posed, loops, strict=True)
     ]
     return exact, multipliers
@@ -152,7 +152,8 @@ def scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats,
     return F * whole / unit[:, None], Z * whole / scale[:, None], scale
 
 
-def _decimal(value: float) -> Fraction:
+def decimal(value: float) -> Fraction:
+    """Return the number with eight digits."""
     if value == 0:
         return Fraction(0)
     places = DIGITS - 1 - floor(log10(abs(value)))

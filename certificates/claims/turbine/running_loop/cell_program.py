@@ -46,7 +46,7 @@ def largest_set(
     size = int(starts[-1]) + 1  # Q, the multipliers of each piece, the least eigenvalue
     columns: list[list[Floats]] = [[] for _ in range(size)]
     constants: list[Floats] = []
-    basis = [_unit(n, i, j) for i, j in pairs]
+    basis = [unit_matrix(n, i, j) for i, j in pairs]
     rows = np.zeros((len(boxes), size))
     for place, E in enumerate(basis):
         rows[:, place] = np.einsum("ri,ij,rj->r", boxes, E, boxes)
@@ -54,21 +54,21 @@ def largest_set(
     after = 0
     for which, (rates, outer) in enumerate(loops):
         k = counts[which]
-        parts = [*_by_Q(rates, outer, basis, FASTER * decay), *_by_multipliers(rates, outer)]
+        parts = [*by_function(rates, outer, basis, FASTER * decay), *by_multipliers(rates, outer)]
         of = [*range(len(pairs)), *range(starts[which], starts[which] + k)]
         blank = np.zeros((n + k) * (n + k + 1) // 2)
         held = dict(zip(of, parts, strict=True))
         for column in range(size):
-            columns[column].append(_packed(held[column]) if column in held else blank)
+            columns[column].append(packed(held[column]) if column in held else blank)
         constants.append(np.zeros(len(blank)))
         cones.append(Cone(n + k, 1, after))
         after += (n + k) * (n + k + 1) // 2
     # Q - q I >= 0.
     for column in range(size):
         if column < len(pairs):
-            columns[column].append(-_packed(basis[column]))
+            columns[column].append(-packed(basis[column]))
         else:
-            columns[column].append(_packed(np.eye(n)) * float(column == size - 1))
+            columns[column].append(packed(np.eye(n)) * float(column == size - 1))
     constants.append(np.zeros(n * (n + 1) // 2))
     cones.append(Cone(n, 1, after))
     A = np.vstack([rows, np.column_stack([np.concatenate(column) for column in columns])])
@@ -85,7 +85,9 @@ def largest_set(
     return np.linalg.inv(Q), [1 / s for s in S]
 
 
-def _by_Q(rates: Floats, outer: Floats, basis: list[Floats], decay: float) -> Iterator[Floats]:
+def by_function(
+    rates: Floats, outer: Floats, basis: list[Floats], decay: float
+) -> Iterator[Floats]:
     """Yield the contribution of each entry of Q to the inequality of one piece."""
     n = len(rates)
     A, C = rates[:, :n], outer[:, :n]
@@ -94,23 +96,24 @@ def _by_Q(rates: Floats, outer: Floats, basis: list[Floats], decay: float) -> It
         yield np.block([[AQ + AQ.T + 2 * decay * E, QC], [QC.T, np.zeros((len(C), len(C)))]])
 
 
-def _by_multipliers(rates: Floats, outer: Floats) -> Iterator[Floats]:
+def by_multipliers(rates: Floats, outer: Floats) -> Iterator[Floats]:
     """Yield the contribution of each 1/tau to the same inequality."""
     n, k = len(rates), len(outer)
-    along = np.vstack([rates[:, n:], outer[:, n:]])
+    along = np.vstack([rates[:, -k:], outer[:, -k:]]) if k else np.zeros((n, 0))
     for i in range(k):
         found = np.outer(along[:, i], along[:, i])
         found[n + i, n + i] -= 1 - MARGIN
         yield found
 
 
-def _unit(n: int, i: int, j: int) -> Floats:
+def unit_matrix(n: int, i: int, j: int) -> Floats:
+    """Return the symmetric matrix with ones at (i, j) and (j, i)."""
     found = np.zeros((n, n))
     found[i, j] = found[j, i] = 1.0
     return found
 
 
-def _packed(matrix: Floats) -> Floats:
+def packed(matrix: Floats) -> Floats:
     """Return the upper triangle by columns, off-diagonal entries times sqrt(2)."""
     n = len(matrix)
     columns, rows = np.tril_indices(n)

@@ -20,6 +20,7 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.inputs import STATED, Machine, Sides, Span
+from takagi.certificates.checker.turbine.running_loop.moving_claim import MovingCell
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.claims.turbine.running_loop.candidate import (
     SIZES,
@@ -55,23 +56,7 @@ def running_loop_claim(
     ------
     Refused : the law has no filter of the measured speed or of the wind, or no cell was found.
     """
-    if "measurement" not in controller or "observer" not in controller:
-        raise Refused("the gain file has no observer, or no low-pass on the measured speed")
-    if not gains["wind_filter"] > 0:
-        raise Refused("the law has no filter of the wind estimate")
-    radius = float(model["rotor_radius"])
-    head = {
-        "kind": "running-loop",
-        "decay_rate": DECAY,
-        "uncertainty": {
-            "inertia": list(inertia),
-            "wake_length": [float(f"{share * radius:.2g}") for share in WAKE],
-        },
-        **{
-            part: {name: controller[part][name] for name in names if name in controller[part]}
-            for part, names in STATED.items()
-        },
-    }
+    head = claim_head(model, gains, controller, inertia)
     subject = loop_subject(model, gains, head)
     cells = list(cells_over_winds(subject))
     if not cells:
@@ -83,6 +68,37 @@ def running_loop_claim(
         **head,
         "winds": [_row(pair) for pair in winds],
         "cells": [_data(cell) for cell in cells],
+    }
+
+
+def claim_head(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+) -> dict[str, Any]:
+    """Return what a claim about the running loop states of machine and family.
+
+    Raises
+    ------
+    Refused : the law has no filter of the measured speed or of the wind.
+    """
+    if "measurement" not in controller or "observer" not in controller:
+        raise Refused("the gain file has no observer, or no low-pass on the measured speed")
+    if not gains["wind_filter"] > 0:
+        raise Refused("the law has no filter of the wind estimate")
+    radius = float(model["rotor_radius"])
+    return {
+        "kind": "running-loop",
+        "decay_rate": DECAY,
+        "uncertainty": {
+            "inertia": list(inertia),
+            "wake_length": [float(f"{share * radius:.2g}") for share in WAKE],
+        },
+        **{
+            part: {name: controller[part][name] for name in names if name in controller[part]}
+            for part, names in STATED.items()
+        },
     }
 
 
@@ -145,7 +161,7 @@ def _place(cell: StatedCell) -> int:
     return SIZES.index(size_of_box(cell.sides))
 
 
-def joined(cells: list[StatedCell]) -> list[Span]:
+def joined(cells: Sequence[StatedCell | MovingCell]) -> list[Span]:
     """Return the ranges of winds that cells cover."""
     found: list[Span] = []
     for low, high in (cell.winds for cell in cells):

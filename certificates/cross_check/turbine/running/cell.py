@@ -154,7 +154,7 @@ class RunningCell:
     def _rest(self) -> fmpq:
         side = self.box["effort"]
         least = self._least_gain(self.q + NumberRange(-side, side))
-        left = residual(_short_cell(self))
+        left = self.residual = residual(_short_cell(self))
         if least <= 0 or left > least * side:
             raise Outside("no rest is known near the trim")
         return _rounded_up(left / least)
@@ -179,6 +179,26 @@ class RunningCell:
             # Affine in each of F and sigma: the least is at a corner.
             found.append((m + share * (sigma - m)).low)
         return min(found)
+
+    # The point that moves with the wind.
+
+    @property
+    def own(self) -> int:
+        """The interval of the tables in which the cell lies."""
+        nodes = self.rotor.wind
+        return next(k for k in range(len(nodes) - 1) if self.v.high <= nodes[k + 1])
+
+    def own_slope(self, name: str) -> fmpq:
+        """Return a table's slope at the cell's own winds."""
+        column: list[fmpq] = getattr(self.rotor, name)
+        nodes, k = self.rotor.wind, self.own
+        return (column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k])
+
+    def trim_slope(self) -> NumberRange:
+        """Return the range of b_0 beta*' = b_0 (F q*' - psi b' / b) / b at the trim."""
+        turned = self._share(self.q).times(self.own_slope("effort"))
+        bent = (self._psi(self.q) / self.b).times(self.own_slope("effectiveness"))
+        return _outward(((turned - bent) / self.b).times(self.b0))
 
     # The factors.
 

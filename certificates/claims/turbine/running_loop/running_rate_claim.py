@@ -1,0 +1,213 @@
+"""The candidate of a claim of kind ``running-rate``: ranges of winds in which the wind may move.
+
+First each cell gets a box and the largest rate of the wind, by steps, for which the set of a
+quadratic function fits the box.  Then each end of a cell gets the function that serves the cells on
+both sides, and each cell the largest rate that holds with the functions at its ends.  Where a cell
+has no function, or a rate below ``LEAST_RATE``, the winds are left out, and the wind of the claim
+stays on one side of them.  Nothing is proved here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.running_loop.inputs import Sides, Span
+from takagi.certificates.checker.turbine.running_loop.moving_claim import MovingCell
+from takagi.certificates.checker.turbine.running_loop.signals import Rows
+from takagi.certificates.claims.turbine.running_loop.candidate import Subject, box_of_size
+from takagi.certificates.claims.turbine.running_loop.moving_cell import (
+    Fitted,
+    fitted,
+    function_at,
+    refitted,
+    resized,
+    stated_cell,
+)
+from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
+    PLACES,
+    claim_head,
+    joined,
+    loop_subject,
+)
+
+# Rates of the wind [m/s^2]: the first that is tried, the least that is claimed, and the step.
+FIRST_RATE, LEAST_RATE, STEP = 0.002, 1e-3, 1.3
+# The first box, as a fraction of the largest of the claim at constant winds.
+FIRST_BOX = Fraction(1, 10)
+# A cell is halved where that allows a larger rate, down to these widths [m/s]: the second where
+# the rate is small.
+WIDE, NARROW, SMALL_RATE = Fraction(1, 5), Fraction(1, 25), 2e-3
+# The most by which the rate changes with the wind [m/s^2 per m/s]: a set grows about as the rate,
+# and while the wind moves it can shrink only as fast as motions decay.
+STEEPEST = 0.006
+# Rounds of functions at the ends and boxes that hold their sets.
+ROUNDS = 2
+# Shares of a cell's rate that are tried with the functions at its ends.
+SHARES = (1.3, 1.15, 1.0, 0.85, 0.7, 0.55, 0.4, 0.28)
+
+
+def running_rate_claim(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+    within: Span | None = None,
+) -> dict[str, Any]:
+    """Return the claim as plain data.
+
+    Parameters
+    ----------
+    model, gains, controller, inertia : as ``running_loop_claim`` takes them.
+    within : only intervals of the law's tables inside these winds [m/s]; all unless given.
+
+    Raises
+    ------
+    Refused : the law has no filter of the measured speed or of the wind, or no cell was found.
+    """
+    head = claim_head(model, gains, controller, inertia)
+    subject = loop_subject(model, gains, head)
+    cells = [
+        cell
+        for part in runs(graded(subject, fitted_cells(subject, within)))
+        for cell in _proved(subject, part)
+    ]
+    if not cells:
+        raise Refused("no quadratic function was found in moving wind")
+    nodes = subject.law.wind
+    del head["decay_rate"]
+    functions = {v: P for cell in cells for v, P in zip(cell.winds, cell.ends, strict=True)}
+    return {
+        "name": f"running loop in moving wind, {float(nodes[0]):g} to {float(nodes[-1]):g} m/s",
+        **head,
+        "kind": "running-rate",
+        "winds": [_row(pair) for pair in joined(cells)],
+        "functions": [
+            {"wind": float(v), "P": [_row(row) for row in functions[v]]} for v in sorted(functions)
+        ],
+        "cells": [_data(cell) for cell in cells],
+    }
+
+
+def fitted_cells(subject: Subject, within: Span | None = None) -> list[Fitted]:
+    """Return cells with box and rate, in the order of their winds."""
+    found: list[Fitted] = []
+    for low, high in pairwise(subject.law.wind):
+        if within is None or within[0] <= low < high <= within[1]:
+            found += _cells(subject, (low, high), found[-1] if found else None)
+    return found
+
+
+def _cells(subject: Subject, winds: Span, before: Fitted | None) -> Iterator[Fitted]:
+    """Yield the cells of a range; ``before`` is the last cell below it."""
+    low, high = winds
+    found = _fastest(subject, winds, before)
+    middle = Fraction(round((low + high) / 2 * PLACES), PLACES)
+    slow = found is None or found.rate < SMALL_RATE
+    if high - low > (NARROW if slow else WIDE) * 3 / 2:
+        start = found or before
+        half = _fastest(subject, (low, middle), start)
+        if half is not None and (found is None or half.rate > found.rate * 1.1):
+            for part in ((low, middle), (middle, high)):
+                for cell in _cells(subject, part, half):
+                    half = cell
+                    yield cell
+            return
+        if half is None and found is None and high - low > 3 * NARROW:
+            yield from _cells(subject, (low, middle), before)
+            yield from _cells(subject, (middle, high), before)
+            return
+    if found is not None:
+        yield found
+
+
+def _fastest(subject: Subject, winds: Span, before: Fitted | None) -> Fitted | None:
+    """Return the cell with the largest rate that is found, by steps from its neighbour's."""
+    if before is None:
+        rate, sides = FIRST_RATE, box_of_size(subject, FIRST_BOX)
+    else:
+        rate, sides = before.rate, before.sides
+    found, _ = fitted(subject, winds, rate, sides)
+    while found is None and rate > LEAST_RATE:
+        rate, sides = rate / STEP**2, _times(subject, sides, 1 / STEP**2)
+        found, _ = fitted(subject, winds, rate, sides)
+    while found is not None:
+        larger, _ = fitted(subject, winds, found.rate * STEP, _times(subject, found.sides, STEP))
+        if larger is None:
+            break
+        found = larger
+    return found if found is not None and found.rate >= LEAST_RATE else None
+
+
+def graded(subject: Subject, cells: Sequence[Fitted]) -> list[Fitted]:
+    """Return the cells with rates that change slowly with the wind, and boxes for these rates."""
+    found = []
+    for cell in cells:
+        low, high = cell.winds
+        near = [
+            other.rate
+            + STEEPEST * float(max(other.winds[0] - high, low - other.winds[1], Fraction(0)))
+            for other in cells
+        ]
+        rate = min(near)
+        box = _times(subject, cell.sides, max(rate / cell.rate, 0.3))
+        at, _ = fitted(subject, cell.winds, rate, box)
+        if at is not None:
+            found.append(at)
+    return found
+
+
+def _times(subject: Subject, sides: Sides, factor: float) -> Sides:
+    return resized(subject, sides, {one.name: factor for one in fields(Sides)})
+
+
+def runs(cells: Sequence[Fitted]) -> list[list[Fitted]]:
+    """Return the cells by ranges without a gap."""
+    found: list[list[Fitted]] = []
+    for cell in cells:
+        if found and found[-1][-1].winds[1] == cell.winds[0]:
+            found[-1].append(cell)
+        else:
+            found.append([cell])
+    return found
+
+
+def _proved(subject: Subject, cells: Sequence[Fitted]) -> Iterator[MovingCell]:
+    """Yield the cells of one range that hold with the functions at their ends."""
+    ends: list[Rows | None] = []
+    for _ in range(ROUNDS):
+        ends = [
+            function_at(subject, cells[max(i - 1, 0) : i + 1])[0] for i in range(len(cells) + 1)
+        ]
+        cells = [
+            cell if low is None or high is None else refitted(subject, cell, (low, high))
+            for cell, low, high in zip(cells, ends, ends[1:], strict=False)
+        ]
+    for cell, low, high in zip(cells, ends, ends[1:], strict=False):
+        if low is not None and high is not None:
+            rates = [share * cell.rate for share in SHARES]
+            found, _ = stated_cell(subject, cell, (low, high), rates)
+            if found is not None:
+                yield found
+
+
+def _data(cell: MovingCell) -> dict[str, Any]:
+    """Return a cell as plain data, with floats that print as the short decimals of the cell."""
+    return {
+        "wind": _row(cell.winds),
+        "wind_rate": float(cell.wind_rate),
+        "decay_rate": float(cell.decay),
+        "residual_share": float(cell.residual_share),
+        "sides": {one.name: float(getattr(cell.sides, one.name)) for one in fields(Sides)},
+        "multipliers": [
+            {name: _row(pair) for name, pair in piece.items()} for piece in cell.multipliers
+        ],
+    }
+
+
+def _row(values: Any) -> list[float]:
+    return [float(value) for value in values]
