@@ -113,7 +113,7 @@ def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attem
     asked += _tracking(loop)
     if not decay.proved:
         return asked, ["without decay nothing else was tried"]
-    if len(loop.family.groups()) > MOST_BLENDS:
+    if len(loop.exact.groups()) > MOST_BLENDS:
         return asked, [f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"]
     found: list[Attempt] = []
     notes: list[str] = []
@@ -150,7 +150,7 @@ def _under_noise(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Atte
     """Yield the claim under white noise, the other disturbances in their ranges or else at rest."""
     if demands.horizon is None:
         return
-    names, box = loop.family.disturbances, loop.family.other_box or {}
+    names, box = loop.exact.disturbances, loop.exact.other_box or {}
     for name in demands.noise:
         if name in box:
             raise ModelError(
@@ -191,7 +191,7 @@ def _demanded(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Request
     if demands.region is not None:
         yield Poles(demands.region)
     if demands.input_limits is not None:
-        if not any(side is not None for side in loop.family.box):
+        if not any(side is not None for side in loop.exact.box):
             raise ModelError(
                 f"plant {loop.model.name!r}: its inputs are limited, but no state has a range, so "
                 "there is no set of states to keep the limits on; give the states ranges"
