@@ -1,4 +1,4 @@
-"""The coherent law's gains and its claim's candidate, found together or one after the other.
+"""The effort-sharing law's gains and its claim's candidate, found together or one after the other.
 
 Two-step: gains wind by wind, then the quadratic functions of the loop.  One-step: from there,
 gains and functions together (``lmi.turbine.one_step``).  If this finds nothing better, or its
@@ -60,7 +60,7 @@ def effort_sharing_gain_design(
     steps: int = STEPS,
     tell: Tell | None = None,
 ) -> EffortSharingGainDesign:
-    """Return gains and candidate of the coherent loop; the search starts at the gains of ``law``.
+    """Return gains and candidate of the loop; the search starts at the gains of ``law``.
 
     Parameters
     ----------

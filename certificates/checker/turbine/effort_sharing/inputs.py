@@ -1,4 +1,4 @@
-"""The exact inputs of a claim about the coherent loop: plant, law, box, uncertainty."""
+"""The exact inputs of a claim about the effort-sharing loop: plant, law, box, uncertainty."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Plant:
     def read(cls, model: Any) -> Plant:
         """Return the plant; refuses another kind, and a constant that is not positive."""
         if member(model, "kind", "model") != "turbine":
-            raise CertificateError("model.kind: a coherent loop needs a turbine")
+            raise CertificateError("model.kind: a turbine is needed")
         gear = positive(model, "gear_ratio", "model")
         inertia = number(model, "rotor_inertia", "model")
         inertia += gear**2 * number(model, "generator_inertia", "model")
