@@ -25,7 +25,7 @@ def motion_section(loop: PlantLoop, shown: Sequence[PlantMotion], drawn: Drawn) 
         "responses",
         "Motions of the nonlinear plant",
         {
-            "figures": list(drawn.plates),
+            "figures": list(drawn.captioned_figures),
             "table": _table(loop, shown),
             "lost": [motion.name for motion in shown if not motion.whole],
             "rising": [motion.name for motion in shown if _rises(motion)],
