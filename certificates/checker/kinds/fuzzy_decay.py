@@ -119,7 +119,7 @@ def scheduled_function(
 
     Raises
     ------
-    CertificateError : a polynomial or rates that do not fit, weights that nobody can evaluate, or
+    CertificateError : a polynomial or rates that do not fit, weights that cannot be evaluated, or
         more than can be checked.
     """
     polya = _small(claim, "polya", where)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
-CURES = {
+ADVICE = {
     "observer": (
         "an observer needs the weights",
         "claim it of a sector model whose premises are measured",
@@ -38,10 +38,10 @@ def why_averages_fail(loop: PolytopicLoop, what: str) -> str:
         return ""
     if what == "observer" and all(len(M) <= 1 for M in (loop.A, loop.B, loop.C, loop.D)):
         return ""
-    need, cure = CURES[what]
+    need, advice = ADVICE[what]
     return (
         f"{need}, but the model is a secant embedding, whose weights are averages of slopes "
-        f"between rest and the state: nobody can evaluate them; {cure}"
+        f"between rest and the state: they cannot be evaluated; {advice}"
     )
 
 

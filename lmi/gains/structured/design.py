@@ -130,12 +130,12 @@ def structured_pdc(
     plain = _unstructured(model, search, Q, R, deviations, performance, sample_time)
     if not plain or plain[0].gains is None:
         return without(search, plain[0].answer, ())
-    climb = LocalSearch(search)
-    spot = climb.best(list(_starts(search, plain)), tolerance)
+    local = LocalSearch(search)
+    spot = local.best(list(_starts(search, plain)), tolerance)
     if spot is None:
-        return without(search, unsettled(climb), tuple(climb.steps))
+        return without(search, unsettled(local), tuple(local.steps))
     spot = search.assessed(spot.F, spot.P, value=spot.value, settle=True) or spot
-    return found_at(search, spot, _best_without(search, plain, spot, tolerance), climb)
+    return found_at(search, spot, _best_without(search, plain, spot, tolerance), local)
 
 
 def _bound(gain_bound: float | None) -> float | None:

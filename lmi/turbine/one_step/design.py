@@ -93,21 +93,21 @@ def one_step_gains(
     aim = objective or Objective()
     say("analysing the gains found wind by wind")
     spot = first_point(loop, _theta(loop.law), aim)
-    climb = Iteration(loop, aim, spot)
+    iteration = Iteration(loop, aim, spot)
     for count in range(steps):
         say(f"joint step {count + 1} of {steps}")
-        if not climb.stepped():
+        if not iteration.stepped():
             break
-    theta = climb.spot.theta
+    theta = iteration.spot.theta
     nodes = loop.cells + 1
     rounded = np.concatenate([np.round(theta[:nodes], 5), np.round(theta[nodes:], 6)])
     # The rounded gains are the ones that are emitted, so they are assessed again.  If rounding
     # makes the objective worse than at the start, the starting gains are returned.
-    last = climb.assessed(rounded, climb.spot.functions)
+    last = iteration.assessed(rounded, iteration.spot.functions)
     best = with_largest_decay_rate(loop, spot if last is None or last.value >= spot.value else last)
     law = replace(loop.law, gains=loop.at(best.theta).gains)
     return OneStepDesign(
-        law, best.functions, spot.reached, best.reached, tuple(climb.history), climb.refused
+        law, best.functions, spot.reached, best.reached, tuple(iteration.history), iteration.refused
     )
 
 
