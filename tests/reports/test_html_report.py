@@ -11,18 +11,15 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Claim, TurbineDesign, Verdict
-from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.certificates.document import dumps
 from takagi.models.laws import Measurement
 from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles
-from takagi.reports.page import at_least, significant, with_decimals
-from takagi.reports.page.text import at_most, powers
-from takagi.reports.sections.turbine.cells import cells_section
-from takagi.reports.sections.turbine.verdict import verdict_section
-from tests.reports.html_page import HtmlPage, text_of
+from takagi.reports.page import at_least, at_most, powers, significant, with_decimals
+from takagi.reports.sections.turbine import cells_section, verdict_section
+from tests.reports.html_page import HtmlPage, checked_as, text_of
 
 FIGURES = {
     "wind-class", "power-coefficient", "trim", "gains-partial-load", "gains-full-load", "gains",
@@ -65,7 +62,7 @@ def undecided(design: TurbineDesign) -> TurbineDesign:
         replace(other, verdict=Verdict.UNDECIDED, text="what it rests on is not proved")
         for other in design.checked.claims[1:]
     ]
-    return replace(design, checked=concluded([claim, *resting], []))
+    return replace(design, checked=checked_as([claim, *resting]))
 
 
 def test_page_is_well_formed(page: HtmlPage) -> None:
@@ -190,7 +187,7 @@ def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -
     """Where the checker's list of failures is cut, no cell is taken as proved."""
     design = undecided(turbine_design)
     claim = replace(design.checked.claims[0], text="wind 3 to 4 m/s: x (+58 more)")
-    summary = claim_summary(replace(design, checked=concluded([claim], [])))
+    summary = claim_summary(replace(design, checked=checked_as([claim])))
 
     assert summary is not None
     assert not any(summary.proved)

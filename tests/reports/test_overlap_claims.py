@@ -9,7 +9,6 @@ from typing import Any, cast
 import pytest
 
 from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
-from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models import nrel5mw
@@ -17,10 +16,8 @@ from takagi.models.laws import published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
-from takagi.reports.sections.turbine import gains_section
-from takagi.reports.sections.turbine.loops import poles_section
-from takagi.reports.sections.turbine.verdict import verdict_section
-from tests.reports.html_page import HtmlPage, text_of
+from takagi.reports.sections.turbine import gains_section, poles_section, verdict_section
+from tests.reports.html_page import HtmlPage, checked_as, text_of
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
@@ -50,7 +47,7 @@ def with_paper_law(design: TurbineDesign) -> TurbineDesign:
             "claims": [{"kind": "quadratic-decay", "name": "decay"}],
             "provenance": {"sha256": {}, "versions": {}},
         },
-        checked=concluded([Claim("decay", Verdict.UNDECIDED, "from 12 m/s")], []),
+        checked=checked_as([Claim("decay", Verdict.UNDECIDED, "from 12 m/s")]),
     )
 
 
@@ -88,7 +85,7 @@ def overlap_design(
         law=SimpleNamespace(name=name),
         candidate=None,
         document={"claims": claims, "gains": {"coupling": own}},
-        checked=concluded(checked, []),
+        checked=checked_as(checked),
     )
     return cast(TurbineDesign, stub)
 
