@@ -2,8 +2,8 @@
 
     python benchmarks/equilibria.py [--gains FILE] [--out DIR]
 
-Without a gain file the coherent law has the gains that ``--two-step`` gives it.  Every answer in
-the figure is PROVED by ``takagi check``'s own checker, or the script stops; about four minutes.
+Without a gain file the effort-sharing law has the gains that ``--two-step`` gives it.  Every answer
+in the figure is PROVED by ``takagi check``'s own checker, or the script stops; about four minutes.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ PLACEMENTS = {"paper": (0.0, 0.5, 0.9, 1.0), "paper-two-integrators": (0.0, 0.5)
 def main() -> None:
     """Count the rests of all laws, and draw them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--gains", type=Path, help="gain file of a coherent law")
+    parser.add_argument("--gains", type=Path, help="gain file of an effort-sharing law")
     parser.add_argument("--out", type=Path, default=FIGURES)
     asked = parser.parse_args()
     turbine = nrel5mw()

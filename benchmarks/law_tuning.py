@@ -1,4 +1,4 @@
-"""Chooses the settings of the coherent law together, by what the machine does in turbulence.
+"""Chooses the settings of the effort-sharing law together, by what the machine does in turbulence.
 
     pip install cma
     python benchmarks/law_tuning.py [--evaluations N] [--journal FILE] [--workers N]

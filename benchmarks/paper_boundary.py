@@ -5,7 +5,7 @@
 Simulated: the design model (rigid rotor, first-order pitch drive, equilibrium wake, wind known),
 and the same with the second-order pitch drive of the validation plant; nine starts and gusts per
 wind and overlap.  Proved: a window of 0.03 m/s at each wind, by ``takagi check``'s own checker.
-The coherent law, with its own filter on the wind, is run through the same disturbances.
+The effort-sharing law, with its own filter on the wind, is run through the same disturbances.
 Leaves boundary.json, boundary.csv, boundary-LAW.svg and .png.
 """
 
@@ -108,7 +108,7 @@ def run_laws(laws: list[PublishedLaw], rotor: TrialRotor) -> TrialOutcome:
 
 
 def run_coherent(document: dict[str, Any], rotor: TrialRotor) -> TrialOutcome:
-    """Return the outcome of the coherent law at every wind and disturbance."""
+    """Return the outcome of the effort-sharing law at every wind and disturbance."""
     loop = certified_loop(document)
     cases = [(wind, d) for wind in WINDS for d in DISTURBANCES]
     wind = np.array([wind for wind, _ in cases])
@@ -143,7 +143,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--law", choices=LAWS, action="append")
-    parser.add_argument("--certificate", type=Path, help="of the coherent law, for comparison")
+    parser.add_argument(
+        "--certificate", type=Path, help="of the effort-sharing law, for comparison"
+    )
     asked = parser.parse_args()
     turbine = nrel5mw()
     models, model = regional_design(turbine), turbine_data(turbine, [])

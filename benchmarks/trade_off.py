@@ -1,4 +1,4 @@
-"""Makes the maps of docs/trade-off.md: what limits the coherent law's class, and the trade-off.
+"""Makes the maps of docs/trade-off.md: what limits the law's wind class, and the trade-off.
 
     python benchmarks/trade_off.py [--journals DIR] [--workers N]
 

@@ -98,7 +98,7 @@ def published_trial(
 
 
 def effort_sharing_trial(loop: CertifiedLoop, wind_filter: float) -> TrialLaw:
-    """Return a certificate's coherent law with its low-pass filter; states x and v_s."""
+    """Return a certificate's effort-sharing law with its low-pass filter; states x and v_s."""
 
     def law(speed: Floats, pitch: Floats, own: Floats, wind: Floats) -> TrialCommand:
         x, scheduled = own[0], np.clip(own[1], loop.wind[0], loop.wind[-1])

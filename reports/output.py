@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
+from takagi.models.files.flushed_folder import flush_folder
 from takagi.reports.system_errors import explain
 
 
@@ -122,7 +123,7 @@ def _stage_and_rename(folder: Path, files: Mapping[PurePosixPath, bytes], made: 
                 current = folder / part
                 os.replace(Path(staging) / part, current)
         current = folder
-        _flush_folder(folder)
+        flush_folder(folder)
     except OutputError:
         raise
     except OSError as error:
@@ -135,14 +136,3 @@ def _write_through(path: Path, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
-
-
-def _flush_folder(folder: Path) -> None:
-    # A rename is on disk only when its folder is.  Windows cannot open folders and needs no flush.
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

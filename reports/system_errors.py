@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 
-_CURES = {
+_ADVICE = {
     errno.ENOSPC: "the disk is full; free some space or choose another place",
     errno.EDQUOT: "your disk quota is used up; free some space or choose another place",
     errno.EROFS: "the file system is read-only; choose another place",
@@ -21,6 +21,6 @@ _CURES = {
 
 def explain(error: OSError) -> str:
     """Return what happened and what to do, in one line, after the path if it is known."""
-    what = _CURES.get(error.errno or 0, error.strerror or str(error))
+    what = _ADVICE.get(error.errno or 0, error.strerror or str(error))
     path = error.filename2 or error.filename
     return f"{os.fsdecode(path)}: {what}" if isinstance(path, str | bytes | os.PathLike) else what

@@ -91,7 +91,7 @@ def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:
         kinds = ", ".join(sorted({str(c.get("kind")) for c in found})) or "none"
         raise ModelError(
             f"the certificate has claims of kind {kinds}; a campaign needs one of kind {KIND}, "
-            "which `takagi design TURBINE` makes with the coherent law"
+            "which `takagi design TURBINE` makes with the effort-sharing law"
         )
     try:
         return _read(model, law, claim)

@@ -1,4 +1,4 @@
-"""The claim about the coherent loop in numbers, cell by cell, read from the certificate."""
+"""The claim about the effort-sharing loop in numbers, cell by cell, read from the certificate."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RUNNING = "running-loop"
 
 @dataclass(frozen=True, slots=True)
 class ClaimSummary:
-    """The claim about the coherent loop in numbers.
+    """The claim about the effort-sharing loop in numbers.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class ClaimSummary:
 
 
 def claim_summary(design: TurbineDesign) -> ClaimSummary | None:
-    """Return the certificate's statements about the coherent loop; None without such a claim."""
+    """Return the certificate's statements about the loop; None without such a claim."""
     for stated, checked in zip(design.document["claims"], design.checked.claims, strict=True):
         if stated["kind"] == KIND:
             law = design.document["gains"]

@@ -285,13 +285,13 @@ def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
     """Refuse what the checker cannot read, and a model whose vertices are not those of the data."""
     read = read_text(json.dumps({"model": data}), "model")["model"]
     try:
-        family = plant_loop(read)
+        loop = plant_loop(read)
     except CertificateError as error:
         raise ModelError(
             f"model {model.name!r}: its plant cannot be written into a certificate: {error}"
         ) from error
     for letter in ("A", "B", "C", "D", "E"):
-        stack, given = getattr(family, letter), getattr(model, letter)
+        stack, given = getattr(loop, letter), getattr(model, letter)
         exact = np.array([[[row / M.below for row in line] for line in M.rows] for M in stack])
         if stack and not np.allclose(exact, given, rtol=1e-12, atol=1e-300):
             raise ModelError(

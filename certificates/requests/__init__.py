@@ -23,7 +23,8 @@ weaker claim and reports this.
     attempts_at_all      all requests that apply to a loop
 
 ``loop/`` has the loop and the search tools; ``no_common_decay`` searches evidence that no common
-function exists; ``fuzzy_pieces`` and ``on_pieces`` work on pieces of the weights.
+function exists; ``scheduled_function`` writes one; ``fuzzy_pieces`` and ``on_pieces`` work on
+pieces of the weights.
 
 Importing this package loads no large module: a name is imported when it is first used.
 """

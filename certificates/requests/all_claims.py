@@ -62,7 +62,7 @@ def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Ite
     Rates of inputs are requested only if they need no bound on how fast the memberships change.
     Norms are requested from the model's disturbance to its output, if the model has both.
     """
-    family = loop.family
+    exact = loop.exact
     yield Transient()
     if loop.gains is not None:
         yield GainRounding()
@@ -71,11 +71,11 @@ def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Ite
     if len(box_rows(loop)):
         yield InvariantEllipsoid()
         if loop.gains is not None:
-            yield InputLimits(rates=len(family.K) == 1 or family.is_discrete)
-        bounded = family.other_box or {}
-        if family.E and family.disturbances and all(k in bounded for k in family.disturbances):
+            yield InputLimits(rates=len(exact.K) == 1 or exact.is_discrete)
+        bounded = exact.other_box or {}
+        if exact.E and exact.disturbances and all(k in bounded for k in exact.disturbances):
             yield InvariantEllipsoid(disturbance_bounds="box")
-    if family.E and family.C:
+    if exact.E and exact.C:
         yield L2Gain(energy_bound="largest")
         yield H2Norm()
         yield Peak()

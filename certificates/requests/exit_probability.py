@@ -113,14 +113,14 @@ class ExitProbability:
         return min(known, key=lambda f: f.logarithm(self.horizon, self.start), default=None)
 
     def _evidence(self, loop: ClaimedLoop) -> dict[str, Any]:
-        family = loop.family
-        if family.is_discrete:
+        exact = loop.exact
+        if exact.is_discrete:
             raise ModelError("white noise as it is meant here enters loops in continuous time")
-        found = {"disturbances": bool(family.E), "inputs": bool(family.B)}
+        found = {"disturbances": bool(exact.E), "inputs": bool(exact.B)}
         way = self.disturbance or next((name for name in WAYS if found[name]), "disturbances")
         if not found.get(way, False):
             raise ModelError(f"disturbance {way!r}: the model {loop.model.name!r} has none such")
-        q = (family.E if way == "disturbances" else family.B)[0].shape[1]
+        q = (exact.E if way == "disturbances" else exact.B)[0].shape[1]
         sizes = {"noise": self.noise}
         if self.disturbance_bounds is not None:
             sizes["disturbance_bounds"] = self.disturbance_bounds
@@ -143,7 +143,7 @@ class ExitProbability:
                 f"model {loop.model.name!r} has no box of states, so there is no set to leave; "
                 "give state_limits"
             )
-        stack = loop.family.E if evidence["disturbance"] == "disturbances" else loop.family.B
+        stack = loop.exact.E if evidence["disturbance"] == "disturbances" else loop.exact.B
         E = np.array([floats(blend.of(stack)) for blend in loop.seen.blends()])
         noise = np.array(evidence["noise"])
         bounds = np.array(evidence.get("disturbance_bounds", np.zeros_like(noise)))
@@ -152,9 +152,9 @@ class ExitProbability:
                              E[:, :, noise > 0] * noise[noise > 0], rows)  # fmt: skip
 
     def _limits(self, loop: ClaimedLoop) -> Floats:
-        names = list(loop.family.states)
+        names = list(loop.exact.states)
         short_names = [name.split(" ")[0] for name in names]
-        rows = np.zeros((len(self.state_limits), loop.family.order))
+        rows = np.zeros((len(self.state_limits), loop.exact.order))
         for row, (name, limit) in zip(rows, self.state_limits.items(), strict=True):
             if name not in names and name not in short_names:
                 raise ModelError(f"state_limits: there is no state {name!r}; {', '.join(names)}")
@@ -206,7 +206,7 @@ class ExitProbability:
         from takagi.lmi.analysis.disturbance.exit_exponent import ExitFunction
 
         count = sum(bound > 0 for bound in evidence.get("disturbance_bounds", ()))
-        one = np.eye(loop.family.order)
+        one = np.eye(loop.exact.order)
         nothing = ExitFunction(one, 1.0, self.rate or 1.0, np.ones(count), 1.0)
         return self._claim(evidence, one, nothing, self.probability or 0.5)
 

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.certificates.requests.fuzzy_pieces import cut
-from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, rounded_up, short
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.weight_points import grid
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.scheduled_function import scheduled_function
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class FuzzyDecay:
             premises, which has no weights to schedule with.
         """
         loop.refuse_averages("function")
-        if loop.family.corners is not None and not loop.family.corners[0]:
+        if loop.exact.corners is not None and not loop.exact.corners[0]:
             raise ModelError(
                 "FuzzyDecay was asked for, but the model has no premises, so that a function of "
                 "the weights is a common one: ask for Decay"
@@ -102,7 +103,7 @@ class FuzzyDecay:
 
         idle = self._claim(loop, None, 0.0, DIGITS[0], 0)
         solver = ""
-        points = grid(loop.family, PARTS, MOST_POINTS)
+        points = grid(loop.exact, PARTS, MOST_POINTS)
         for _ in range(ROUNDS if points else 0):
             answer = function_at_points(
                 loop.model,
@@ -117,7 +118,7 @@ class FuzzyDecay:
                 tried = (*tried, f"no P(h) at {len(points)} blends of the loop")
                 break
             claim = self._claim(loop, answer.family, self.decay_rate, DIGITS[-1], 0)
-            found = cut(claim, loop.family)
+            found = cut(claim, loop.exact)
             words = f"P(h) from {len(points)} blends of the loop"
             if found.halvings:
                 claim["halvings"] = found.halvings
@@ -143,36 +144,14 @@ class FuzzyDecay:
     def _claim(
         self,
         loop: ClaimedLoop,
-        family: PolynomialLyapunov | None,
+        function: PolynomialLyapunov | None,
         rate: float,
         digits: int,
         polya: int,
     ) -> dict[str, Any]:
-        from takagi.lmi.varying.parameter_space import membership_rates, space_of
-
-        space = space_of(loop.model, len(loop.model.A))
-        if family is None:
-            degrees = [0] * len(space.sizes)
-            rows = [([[0] * size for size in space.sizes], np.eye(loop.A.shape[1]))]
-        else:
-            degrees = list(family.basis.degrees)
-            starts = np.cumsum([0, *space.sizes])
-            rows = [
-                ([a[s:e].tolist() for s, e in zip(starts[:-1], starts[1:], strict=True)], P)
-                for a, P in zip(family.basis.exponents, family.members, strict=True)
-            ]
-        claim: dict[str, Any] = {
+        return {
             "name": f"decay of {loop.model.name or 'the model'} by a scheduled function",
             "kind": "fuzzy-decay",
             "decay_rate": rate,
-            "degrees": degrees,
-            "polya": polya,
-            "P": [{"powers": a, "matrix": short(P, digits).tolist()} for a, P in rows],
+            **scheduled_function(loop, function, self.rate_bounds, digits=digits, polya=polya),
         }
-        if loop.sample_time is None:
-            bounds = membership_rates(space, self.rate_bounds)
-            claim["rates"] = [
-                [rounded_up(float(bound)) for bound in row] if np.isfinite(row).all() else None
-                for row in bounds
-            ]
-        return claim

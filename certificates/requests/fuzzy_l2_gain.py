@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.requests.loop.decimals import DIGITS, rounded_up, short
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_up
 from takagi.certificates.requests.loop.disturbance_channel import Output, channel_evidence
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.scheduled_function import scheduled_function
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -58,7 +59,7 @@ class FuzzyL2Gain:
             no blend of vertices that P(h) is searched for.
         """
         loop.refuse_averages("function")
-        if loop.family.corners is not None and not loop.family.corners[0]:
+        if loop.exact.corners is not None and not loop.exact.corners[0]:
             raise ModelError(
                 "FuzzyL2Gain was asked for, but the model has no premises, so that a function of "
                 "the weights is a common one: ask for L2Gain"
@@ -111,36 +112,14 @@ class FuzzyL2Gain:
         digits: int,
         polya: int,
     ) -> dict[str, Any]:
-        from takagi.lmi.varying.parameter_space import membership_rates, space_of
-
-        space = space_of(loop.model, len(loop.model.A))
-        if answer is None or answer.family is None:
-            degrees = [0] * len(space.sizes)
-            rows = [([[0] * size for size in space.sizes], np.eye(loop.A.shape[1]))]
-        else:
-            family = answer.family
-            degrees = list(family.basis.degrees)
-            starts = np.cumsum([0, *space.sizes])
-            rows = [
-                ([a[s:e].tolist() for s, e in zip(starts[:-1], starts[1:], strict=True)], P)
-                for a, P in zip(family.basis.exponents, family.members, strict=True)
-            ]
-        claim: dict[str, Any] = {
+        function = None if answer is None else answer.family
+        return {
             "name": "energy gain from disturbance to output, by a scheduled function",
             "kind": "fuzzy-l2-gain",
             **evidence,
             "gain": gain,
-            "degrees": degrees,
-            "polya": polya,
-            "P": [{"powers": a, "matrix": short(P, digits).tolist()} for a, P in rows],
+            **scheduled_function(loop, function, self.rate_bounds, digits=digits, polya=polya),
         }
-        if loop.sample_time is None:
-            bounds = membership_rates(space, self.rate_bounds)
-            claim["rates"] = [
-                [rounded_up(float(bound)) for bound in row] if np.isfinite(row).all() else None
-                for row in bounds
-            ]
-        return claim
 
 
 def _channel(loop: ClaimedLoop, evidence: dict[str, Any]) -> tuple[Floats, Floats, Floats, Floats]:

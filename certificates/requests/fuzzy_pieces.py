@@ -38,22 +38,22 @@ class Cut:
         self.failed: list[Point] = []
 
 
-def cut(claim: dict[str, Any], family: PolytopicLoop) -> Cut:
+def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
     """Return the pieces that prove a claim ``fuzzy-decay``; the longest edges are cut first."""
     found = Cut()
     try:
-        asked, _ = inequalities(read_text(json.dumps(claim), "claim"), family, "claim")
+        asked, _ = inequalities(read_text(json.dumps(claim), "claim"), exact, "claim")
     except CertificateError:
         return found
     tree: list[list[int]] = []
-    left = [([X for X, _ in asked], corners_of(family))]
+    left = [([X for X, _ in asked], corners_of(exact))]
     while left and len(tree) < MOST_PIECES:
         conditions, places = left.pop()
         open_ = [X for X in conditions if X.failing()]
         if not open_:
             tree.append([])
             continue
-        found.failed += [point_at(family, places, rule) for rule in _failing_rules(open_, family)]
+        found.failed += [point_at(exact, places, rule) for rule in _failing_rules(open_, exact)]
         if found.failed:
             return found
         premise, i, j = _longest(places)
@@ -67,9 +67,9 @@ def cut(claim: dict[str, Any], family: PolytopicLoop) -> Cut:
     return found
 
 
-def _failing_rules(conditions: list[Polynomial], family: PolytopicLoop) -> Iterator[int]:
+def _failing_rules(conditions: list[Polynomial], exact: PolytopicLoop) -> Iterator[int]:
     """Yield the corners of a piece, as rules, at which an inequality fails by itself."""
-    corners = family.corners or tuple((i,) for i in range(family.rules))
+    corners = exact.corners or tuple((i,) for i in range(exact.rules))
     for rule, corner in enumerate(corners):
         for X in conditions:
             place = tuple(

@@ -64,7 +64,7 @@ class InputLimits:
         kind = {"name": "inputs within limits", "kind": "input-limits"}
         sets = claimed_sets(loop, P, self.disturbance_bounds) if P is not None else iter(())
         given = ((words, kind | self._limited(loop, claim, limits)) for words, claim in sets)
-        idle = {"P": np.eye(loop.family.order).tolist(), "level": 1.0, "multiplier": 1.0}
+        idle = {"P": np.eye(loop.exact.order).tolist(), "level": 1.0, "multiplier": 1.0}
         none = {"input_limits": (np.zeros(m) if limits is None else limits).tolist()}
         why = found or "no set was found"
         return first_proved(loop, or_else(given, (why, kind | idle | none)), solver)
@@ -89,7 +89,7 @@ class InputLimits:
         self, loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, level: float
     ) -> dict[str, Any]:
         assert loop.gains is not None
-        rows = np.array([floats(row) for row in motion_rows(loop.family, "the model")])
+        rows = np.array([floats(row) for row in motion_rows(loop.exact, "the model")])
         motion = _rounded(_reach(rows, P, level))
         total = np.array(motion)
         if "disturbance_bounds" in evidence:
@@ -97,7 +97,7 @@ class InputLimits:
             total = total + (push @ np.array(evidence["disturbance_bounds"])).max(axis=(0, 1))
         shares: dict[str, Any] = {"motion": motion}
         moving: dict[str, Any] = {}
-        if len(loop.family.K) > 1 and loop.sample_time is None:
+        if len(loop.exact.K) > 1 and loop.sample_time is None:
             phi = self._membership_rates(len(loop.gains))
             corners = np.array(
                 [[float(d) for d in c] for c in membership_corners(phi, "membership_rates")]

@@ -71,7 +71,7 @@ class InvariantEllipsoid:
         name = "invariant ellipsoid in the model's box"
         solver, P, found = candidate_set(loop, self.P, self.decay_rate, self.disturbance_bounds)
         claims = claimed_sets(loop, P, self.disturbance_bounds) if P is not None else iter(())
-        idle = {"P": np.eye(loop.family.order).tolist(), "level": 1.0, "multiplier": 1.0}
+        idle = {"P": np.eye(loop.exact.order).tolist(), "level": 1.0, "multiplier": 1.0}
         why = found or "no disturbance, however small, is withstood"
         kind = {"name": name, "kind": "invariant-ellipsoid"}
         given = ((words, kind | claim) for words, claim in claims)
@@ -93,7 +93,7 @@ def candidate_set(
     """
     if given is not None:
         P = np.asarray(given, dtype=np.float64)
-        if P.shape != (loop.family.order,) * 2 or not np.allclose(P, P.T):
+        if P.shape != (loop.exact.order,) * 2 or not np.allclose(P, P.T):
             raise ModelError(f"P has shape {P.shape}; it must be symmetric, of the states' order")
         return "given", P, ""
     disturbed = bounds is not None
@@ -140,7 +140,7 @@ def claimed_sets(
 
 def _bounds(loop: ClaimedLoop, bounds: ArrayLike) -> tuple[Floats, tuple[float, ...]]:
     """Return (q,) bounds on |w_k|, and the fractions of them that may be claimed instead."""
-    names, box = loop.family.disturbances, loop.family.other_box or {}
+    names, box = loop.exact.disturbances, loop.exact.other_box or {}
     q = loop.E.shape[2]
     if not q:
         raise ModelError(f"model {loop.model.name!r} has no disturbance to bound")
@@ -163,12 +163,12 @@ def _largest(loop: ClaimedLoop, decay_rate: float, limits: Floats | None) -> Ans
     """Return P of about the largest volume in the box, and within the limits."""
     from takagi.lmi import attraction_ellipsoid
 
-    halves, inputs = state_halves(loop), bounded_inputs(loop.family)
+    halves, inputs = state_halves(loop), bounded_inputs(loop.exact)
     if loop.gains is not None and (inputs or limits is not None):
         narrow = np.full(loop.gains.shape[1], LOOSEST) if limits is None else limits.copy()
         for k, side in inputs.items():
             narrow[k] = min(narrow[k], float(min(-side[0], side[1])))
-        if not loop.family.shared_weights:
+        if not loop.exact.shared_weights:
             return _of_own_weights(loop, halves, narrow, decay_rate)
         return attraction_ellipsoid(
             loop.model,

@@ -125,7 +125,7 @@ class L2Gain:
     ) -> float | None:
         if self.energy_bound != "largest":
             return self.energy_bound
-        if evidence["disturbance"] == "inputs" and bounded_inputs(loop.family):
+        if evidence["disturbance"] == "inputs" and bounded_inputs(loop.exact):
             return None
         level = largest_level(loop, P)
         return rounded_down(0.999 * np.sqrt(level / gain), 4) if np.isfinite(level) else None

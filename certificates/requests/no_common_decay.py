@@ -55,9 +55,9 @@ def _evidence(
 
     There is none for a law with its own weights, because its blends are not known.
     """
-    if len(loop.family.K) > 1 and not loop.family.shared_weights:
+    if len(loop.exact.K) > 1 and not loop.exact.shared_weights:
         return
-    points = loop.points or points_of(loop.family)
+    points = loop.points or points_of(loop.exact)
     A = loop.at(points).A
     for k in _slowest(A, rate, loop.sample_time):
         P = equation_function(A[k], rate, loop.sample_time)
@@ -86,7 +86,7 @@ def _evidence(
 
 def _named(loop: ClaimedLoop, point: Point) -> int | list[list[int]]:
     """Return a blend as the claim states it: the number of a rule, or shares."""
-    h = weights_at(loop.family, point)
+    h = weights_at(loop.exact, point)
     return h.index(Fraction(1)) if 1 in h else [list(row) for row in point]
 
 

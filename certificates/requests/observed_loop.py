@@ -63,7 +63,7 @@ class ObservedLoop:
         return first_proved(loop, _claims(loop, kind, G, rows, P, self.decay_rate), solver)
 
     def _limits(self, loop: ClaimedLoop) -> dict[str, Any]:
-        if loop.family.observer is None:
+        if loop.exact.observer is None:
             raise ModelError(
                 "a loop with an observer needs gains.observer; give certify such a law"
             )
@@ -79,17 +79,17 @@ class ObservedLoop:
 def loops_and_limits(loop: ClaimedLoop, limits: dict[str, Any]) -> tuple[Floats, Floats]:
     """Return G (N, 2n, 2n) of z' = G z, and rows r (T, 2n) with |r z| <= 1 inside the limits."""
     read = as_read(limits)
-    G = stack_of(matrix for _, matrix in whole_loops(read, loop.family, "claim"))
+    G = stack_of(matrix for _, matrix in whole_loops(read, loop.exact, "claim"))
     rows = [
         floats(row)[0] / max(float(half), 1e-300)
-        for row, half, _ in ranges_kept(read, loop.family, "claim")
+        for row, half, _ in ranges_kept(read, loop.exact, "claim")
     ]
     return G, np.array(rows).reshape(-1, G.shape[1])
 
 
 def starts_of(loop: ClaimedLoop) -> Floats:
     """Return N (2n, n) of z = N x: the estimate starts at the measured states, else at rest."""
-    return floats(starts(loop.family))
+    return floats(starts(loop.exact))
 
 
 def _candidate(

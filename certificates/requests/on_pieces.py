@@ -63,17 +63,17 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
         return request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
     falls = isinstance(request, FALLING)
-    points = grid(loop.family, PARTS[0], MOST_POINTS) if pairs else []
+    points = grid(loop.exact, PARTS[0], MOST_POINTS) if pairs else []
     tried: tuple[str, ...] = ()
     found = None
-    if len(points) <= loop.family.rules or not falls or _may_fall(loop):
+    if len(points) <= loop.exact.rules or not falls or _may_fall(loop):
         found = request.attempt(loop)
         tried = (WHOLE, *found.tried) if pairs else found.tried
         if found.checked.verdict is not Verdict.UNDECIDED:
             return found
     for parts in () if isinstance(request, FuzzyDecay) else PARTS:
-        points = grid(loop.family, parts, MOST_POINTS) if pairs else []
-        if len(points) <= loop.family.rules:
+        points = grid(loop.exact, parts, MOST_POINTS) if pairs else []
+        if len(points) <= loop.exact.rules:
             break
         for _ in range(ROUNDS):
             at = loop.at(points)

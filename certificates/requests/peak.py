@@ -161,16 +161,16 @@ def least_peak(C: Floats, D: Floats, ellipsoid: Floats) -> tuple[float, float]:
 
 def _fitting(loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, held: float) -> float:
     """Return the largest b <= 1 whose set lies in the model's box; ``held`` is c for b = 1."""
-    family, added = loop.family, evidence["disturbance"] == "inputs"
+    exact, added = loop.exact, evidence["disturbance"] == "inputs"
     limits = [1.0]
     if not added:
         limits += [
             float(min(-side[0], side[1]))
-            for name, side in (family.other_box or {}).items()
-            if name in family.disturbances
-            and loop.model.E[:, :, family.disturbances.index(name)].any()
+            for name, side in (exact.other_box or {}).items()
+            if name in exact.disturbances
+            and loop.model.E[:, :, exact.disturbances.index(name)].any()
         ]
-    sides = bounded_inputs(family) if added and loop.gains is not None else {}
+    sides = bounded_inputs(exact) if added and loop.gains is not None else {}
     for k, side in sides.items():
         # |K x|_k <= b reach, and the disturbance at the input adds b.
         reach = input_bounds(loop, P, held)[k]

@@ -78,7 +78,7 @@ class SampledLoop:
 
     def _undecided(self, loop: ClaimedLoop, why: str) -> Attempt:
         """Return a claim without evidence, for which the checker answers UNDECIDED."""
-        n, m = loop.family.order, loop.model.B.shape[2]
+        n, m = loop.exact.order, loop.model.B.shape[2]
         idle = SampledClaim(np.eye(n), np.stack([np.eye(n + m)] * 2), self.sample_time or 1.0)
         return first_proved(loop, [(why, idle.written(loop, 1.0, 0.0))])
 

@@ -265,7 +265,7 @@ class _Search:
             json.dumps({"model": self.loop.model_data, "gains": self.loop.gains_data}), "claim"
         )
         read = read_text(json.dumps(claim), "claim")
-        return in_words(replay(read, data, self.loop.family, [], "claim"))
+        return in_words(replay(read, data, self.loop.exact, [], "claim"))
 
 
 def jump_shares(plant: Plant, claim: Mapping[str, Any]) -> list[float]:

@@ -95,7 +95,7 @@ class Transient:
             yield claim["settling_time"], words, claim
 
     def _scales(self, loop: ClaimedLoop) -> Floats:
-        n = loop.family.order
+        n = loop.exact.order
         if self.scales is None:
             halves = state_halves(loop)
             return halves if np.isfinite(halves).all() and (halves > 0).all() else np.ones(n)

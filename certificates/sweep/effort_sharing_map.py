@@ -1,4 +1,4 @@
-"""The map of the coherent law: proved claims about its loop, over overlap, gains, plant, class.
+"""The map of the effort-sharing law: what is proved over overlap, gains, plant and class.
 
 At each point the gains are designed wind by wind (two steps), one quadratic function is sought for
 all winds, and its claim is judged by the independent checker on the decimals that a certificate
@@ -28,7 +28,7 @@ Tell = Callable[..., None]
 def build(
     law: str, turbine: Turbine, files: Sequence[Path], axes: Sequence[Axis], tell: Tell
 ) -> SweepMap:
-    """Return the map of the coherent law of a turbine over the axes.
+    """Return the map of the effort-sharing law of a turbine over the axes.
 
     A value that the turbine's tables do not allow is no error here: it is the result of its point,
     which names the wind cell and the change that helps.

@@ -1,4 +1,4 @@
-"""The coherent law as one point, to compare with another law's map at the same winds."""
+"""The effort-sharing law as one point, to compare with another law's map at the same winds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from takagi.models.turbine.data import Turbine
 
 
 def effort_sharing_row(turbine: Turbine, winds: Sequence[Span]) -> SweepMap:
-    """Return the map of one point: the coherent law with gains found in two steps."""
+    """Return the map of one point: the effort-sharing law with gains found in two steps."""
     settings = {
         "model": model_numbers(turbine),
         "design": plain(_settings(turbine)),

@@ -19,6 +19,7 @@ from typing import Any
 from takagi.certificates.sweep.grid import FAILED, SweepMap, canonical
 from takagi.certificates.sweep.lock import hold
 from takagi.models.errors import ModelError
+from takagi.models.files.flushed_folder import flush_folder
 
 FORMAT, VERSION = "takagi-sweep", 1
 NAME = "points.jsonl"
@@ -108,7 +109,7 @@ class Journal:
                 )
             os.ftruncate(self._file, 0)
             self._append(head)
-            _flush_folder(self.path.parent)
+            flush_folder(self.path.parent)
             return
         first, *lines = data[:whole].split(b"\n")[:-1]
         _require_same(self.path, first, swept)
@@ -180,15 +181,3 @@ def _point(
             f"{path}: line {number} is damaged ({error}); remove that line to make its point again"
         ) from error
     return place, result, seconds
-
-
-def _flush_folder(folder: Path) -> None:
-    # A new file is safe on disk only after its folder is flushed too.  Windows cannot open folders
-    # and needs no flush.
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

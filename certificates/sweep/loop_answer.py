@@ -1,4 +1,4 @@
-"""The result of a candidate about the coherent loop: the checker's verdict and its numbers."""
+"""The result of a candidate about the loop: the checker's verdict and its numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the coefficient whose enclosure limits the wind class of the coherent loop in a range.
+"""Finds the coefficient whose enclosure limits the loop's wind class in a range.
 
 Each coefficient of the loop in turn is given zero width, or the value zero, and the set with the
 largest wind errors is searched again.  The increase of the wind errors shows how much that

@@ -1,4 +1,4 @@
-"""The coherent loop at a point of a sweep: turbine, law, box and uncertainty from axis values."""
+"""The loop at a point of a sweep: turbine, law, box and uncertainty from axis values."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def loop_at(turbine: Turbine, asked: DesignSettings, at: Mapping[str, float]) ->
 
     unknown = sorted(set(at) - {kind.name for kind in AXES})
     if unknown:
-        raise ModelError(f"axis {unknown[0]!r} is not one of the coherent law's")
+        raise ModelError(f"axis {unknown[0]!r} is not one of the effort-sharing law's")
     plant = replace(turbine, pitch_time_constant=at.get("pitch-lag", turbine.pitch_time_constant))
     box, uncertainty = _box(asked.box, at), _uncertainty(asked.uncertainty, at)
     effort = asked.effort or EffortSettings()

@@ -1,4 +1,4 @@
-"""The trade-off of the coherent law: wind class against overspeed, all winds at once and by range.
+"""The trade-off of the effort-sharing law: wind class against overspeed, by range and in all.
 
 Each point is a law (overlap, bandwidth) and a box.  Four claims are made there, and the independent
 checker decides each: one about all winds, and one about each range of ``wind_ranges``, for schedule
@@ -37,7 +37,7 @@ Tell = Callable[..., None]
 def build(
     law: str, turbine: Turbine, files: Sequence[Path], axes: Sequence[Axis], tell: Tell
 ) -> SweepMap:
-    """Return the trade-off map of the coherent law of a turbine over the axes."""
+    """Return the trade-off map of the effort-sharing law of a turbine over the axes."""
     return SweepMap(f"{law} trade-off", tuple(axes), loop_settings(turbine), point, turbine)
 
 

@@ -1,4 +1,4 @@
-"""Winds in ranges: partial load, transition, full load; the coherent law on one of them alone."""
+"""Winds in ranges: partial load, transition, full load; the law on one of them alone."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 given                  which options were given, and their text on a command line
 design_options         all options of a turbine's design
+law_names              names of the laws as they are typed, and in files
 law_options            options of its law: set-points, schedule, ramps
 filter_options         options of its filters on the measured rotor speed
 synthesis_options      options of the search for its gains
@@ -17,6 +18,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.cli.options.law_names import IN_FILES as IN_FILES
+    from takagi.cli.options.law_names import law_in_files as law_in_files
+    from takagi.cli.options.law_names import typed_name as typed_name
     from takagi.cli.options.plant_options import plant_settings as plant_settings
 
 __getattr__, __dir__ = lazy_names(__name__)

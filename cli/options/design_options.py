@@ -21,6 +21,7 @@ from takagi.cli.options.filter_options import (
     filter_settings,
 )
 from takagi.cli.options.given import defaults_of, option_of
+from takagi.cli.options.law_names import law_in_files, typed_name
 from takagi.cli.options.law_options import (
     OF_COHERENT,
     OF_PAPER,
@@ -65,9 +66,11 @@ Law = Annotated[
     str | None,
     typer.Option(
         "--law",
-        help="Turbines: coherent (one law for all winds, which hands its effort from torque to "
-        "pitch), or the published law of regions with filters between them: paper (one "
-        f"integrator) or paper-two-integrators (one a region); {COHERENT} unless given.",
+        help="Turbines: effort-sharing (one law for all winds, which hands its effort from torque "
+        "to pitch), or the published law of regions with filters between them: published (one "
+        "integrator) or published-two-integrators (one a region); effort-sharing unless given. "
+        "Their names in files, coherent, paper and paper-two-integrators, may be given too.",
+        callback=law_in_files,
         metavar="NAME",
     ),
 ]
@@ -75,21 +78,21 @@ Overlap = Annotated[
     float | None,
     typer.Option(
         help="Turbines: half the width of effort over which torque and pitch both act [rad/s^2]; "
-        "0.01 unless given. Law coherent."
+        "0.01 unless given. Law effort-sharing."
     ),
 ]
 SpeedOverlap = Annotated[
     float | None,
     typer.Option(
         help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless given. "
-        "Laws of the paper."
+        "Published laws."
     ),
 ]
 TorqueOverlap = Annotated[
     float | None,
     typer.Option(
-        help="Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. Laws of "
-        "the paper."
+        help="Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. "
+        "Published laws."
     ),
 ]
 SpeedSetpoint = Annotated[
@@ -103,7 +106,7 @@ SpeedSetpoint = Annotated[
 Bandwidth = Annotated[
     float | None,
     typer.Option(
-        help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Law coherent."
+        help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Law effort-sharing."
     ),
 ]
 
@@ -187,10 +190,10 @@ def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have; ignoring them would mislead the user."""
     for name in _OF_PAPER if law == COHERENT else _OF_COHERENT:
         if given[name] is not None and given[name] is not False:
-            owner = "the laws of the paper" if law == COHERENT else "the law coherent"
+            owner = "the published laws" if law == COHERENT else "the law effort-sharing"
             raise ModelError(
-                f"option {option_of(name)} belongs to {owner}, but --law {law} was asked for; "
-                "leave it out or choose the other law"
+                f"option {option_of(name)} belongs to {owner}, but --law {typed_name(law)} "
+                "was asked for; leave it out or choose the other law"
             )
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from takagi.cli.options.law_names import typed_name
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ PitchEffectivenessShare = Annotated[
     typer.Option(
         metavar="SHARE",
         help="Turbines: pitch effectiveness that the law divides by, over the frozen wake's [-]; "
-        "1 unless given. Less moves pitch more. Law coherent.",
+        "1 unless given. Less moves pitch more. Law effort-sharing.",
     ),
 ]
 RampShape = Annotated[
@@ -34,7 +35,7 @@ RampShape = Annotated[
     typer.Option(
         metavar="NAME",
         help="Turbines: ramp of the coupling filter in speed: smooth (C1) or linear; smooth unless "
-        "given. Laws of the paper.",
+        "given. Published laws.",
     ),
 ]
 RampPlacement = Annotated[
@@ -42,7 +43,7 @@ RampPlacement = Annotated[
     typer.Option(
         metavar="SHARE",
         help="Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; 0.5 "
-        "unless given. Laws of the paper.",
+        "unless given. Published laws.",
     ),
 ]
 TrackingTime = Annotated[
@@ -59,7 +60,7 @@ WindFilter = Annotated[
         metavar="SECONDS",
         help="Turbines: low-pass on the wind estimate [s]; 12 unless given. A fast one, 0.05, is "
         "for a wind that is measured, by a lidar say: the wind rate that is proved is then larger, "
-        "but with an estimate from rotor speed the loop oscillates. Law coherent.",
+        "but with an estimate from rotor speed the loop oscillates. Law effort-sharing.",
     ),
 ]
 # The options that only one kind of law has.
@@ -105,8 +106,8 @@ def law_settings(
     if (time := tracking_time) is not None:
         _require(
             law == "paper-two-integrators",
-            "--tracking-time belongs to the law paper-two-integrators, but "
-            f"--law {law} was asked for; leave it out or choose that law",
+            "--tracking-time belongs to the law published-two-integrators, but "
+            f"--law {typed_name(law)} was asked for; leave it out or choose that law",
         )
         _require(0 < time < math.inf, f"--tracking-time: {time:g} was given; it must be positive")
         found["tracking_time"] = time

@@ -8,7 +8,7 @@ import typer
 
 from takagi.models.errors import ModelError
 
-# Options that only the law coherent has.
+# Options that only the effort-sharing law has.
 OF_SYNTHESIS = ("two_step", "one_step", "objective")
 
 TwoStep = Annotated[
@@ -16,7 +16,7 @@ TwoStep = Annotated[
     typer.Option(
         "--two-step",
         help="Turbines: find the gains wind by wind and prove them afterwards, as is done unless "
-        "--one-step or --objective is given. Law coherent.",
+        "--one-step or --objective is given. Law effort-sharing.",
     ),
 ]
 OneStep = Annotated[
@@ -25,7 +25,7 @@ OneStep = Annotated[
         "--one-step",
         help="Turbines: move gains and proof together, from the two-step gains on: about two "
         "minutes more, for a larger wind class and faster decay; pitch then travels more. Law "
-        "coherent.",
+        "effort-sharing.",
     ),
 ]
 ObjectiveName = Annotated[
@@ -36,7 +36,7 @@ ObjectiveName = Annotated[
         help="Turbines: what gains found in one step make better: balanced (wind class, and some "
         "decay), wind-class, decay, calm-pitch or calm-tower; --one-step alone means balanced. The "
         "first three give up no wind class that the two-step gains have on average or "
-        "at the weakest wind, the calm ones up to 15 %. Law coherent.",
+        "at the weakest wind, the calm ones up to 15 %. Law effort-sharing.",
     ),
 ]
 

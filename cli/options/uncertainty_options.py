@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
     from takagi.models.loops.effort_sharing.loop_cell import LoopUncertainty
 
-# Options that only the law coherent has.
+# Options that only the effort-sharing law has.
 OF_UNCERTAINTY = ("inertia", "power_coefficient", "equilibrium_wake")
 
 Inertia = Annotated[
@@ -20,7 +20,7 @@ Inertia = Annotated[
     typer.Option(
         metavar="LOW HIGH",
         help="Turbines: true over nominal inertia that gains and certificate must cover; 0.9 1.1 "
-        "unless given. Law coherent.",
+        "unless given. Law effort-sharing.",
     ),
 ]
 PowerCoefficient = Annotated[
@@ -28,7 +28,7 @@ PowerCoefficient = Annotated[
     typer.Option(
         metavar="LOW HIGH",
         help="Turbines: true over tabulated power coefficient that the certificate must cover, "
-        "such as 0.99 1.01; the table's own unless given. Law coherent.",
+        "such as 0.99 1.01; the table's own unless given. Law effort-sharing.",
     ),
 ]
 EquilibriumWake = Annotated[

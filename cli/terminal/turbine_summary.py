@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
-    """Return the summary as plain data: verdict, claims, and the numbers of the coherent law."""
+    """Return the summary as plain data: verdict, claims, and the effort-sharing law's numbers."""
     from takagi.certificates.design.claim_summary import claim_summary
 
     found = claim_summary(design)
@@ -34,7 +34,7 @@ def as_data(design: TurbineDesign) -> dict[str, Any]:
 def as_text(design: TurbineDesign) -> str:
     """Return the summary in a few lines.
 
-    A claim about the coherent law that is not proved is quoted in full.  Of the claims about a
+    A claim about the effort-sharing law that is not proved is quoted in full. Of the claims about a
     published law, the one for the law's own overlaps is shown, and each other one in one line.
     """
     from takagi.certificates.design.claim_summary import claim_summary

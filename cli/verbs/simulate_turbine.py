@@ -10,6 +10,7 @@ import typer
 
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, defaults_of
+from takagi.cli.options.law_names import law_in_files
 from takagi.cli.options.plant_options import time_asked
 from takagi.cli.options.simulation_options import shared_simulation
 from takagi.cli.progress import progress
@@ -28,9 +29,11 @@ def turbine_simulation(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Turbines: coherent (one law for all winds), paper or paper-two-integrators (the "
-            "published law, with one integrator or one a region), or baseline (the reference's "
-            "own); may be repeated. Without it: coherent, paper and baseline.",
+            help="Turbines: effort-sharing (one law for all winds), published or "
+            "published-two-integrators (with one integrator or one a region), or baseline (the "
+            "reference's own); may be repeated. Without it: effort-sharing, published and "
+            "baseline. Tables name the first three coherent, paper and paper-two-integrators.",
+            callback=law_in_files,
         ),
     ] = None,
     law_from: Annotated[
@@ -38,7 +41,7 @@ def turbine_simulation(
         typer.Option(
             metavar="FILE",
             help="Turbines: simulate the law of a gain file, with its observer; of the named laws, "
-            "only baseline can stand beside it.",
+            "only baseline can be simulated with it.",
         ),
     ] = None,
     scenario: Annotated[

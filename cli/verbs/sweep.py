@@ -14,6 +14,7 @@ import typer
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.design_options import Model
+from takagi.cli.options.law_names import law_in_files, typed_name
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import MAKERS
@@ -39,7 +40,7 @@ def sweep(
         typer.Option(
             metavar="AXIS",
             help="NAME=LOW:HIGH:COUNT or NAME=VALUE,VALUE,...; numbers in SI, or with their unit "
-            "(0.5kNm). Give it once for each axis. Laws of the paper: speed-overlap [rad/s], "
+            "(0.5kNm). Give it once for each axis. Published laws: speed-overlap [rad/s], "
             "torque-overlap [N m], wind [m/s]; another law's are told when a name is not known.",
         ),
     ] = None,
@@ -48,16 +49,19 @@ def sweep(
         str | None,
         typer.Option(
             metavar="NAME",
-            help=f"One of {', '.join(law.law for law in LAWS)}; {LAWS[0].law} unless given, "
-            f"{TRADE_OFF.law} with --trade-off.",
+            help=f"One of {', '.join(typed_name(law.law) for law in LAWS)}; "
+            f"{typed_name(LAWS[0].law)} unless given, {typed_name(TRADE_OFF.law)} with "
+            "--trade-off.",
+            callback=law_in_files,
         ),
     ] = None,
     trade_off: Annotated[
         bool,
         typer.Option(
             "--trade-off",
-            help="Law coherent: the largest wind class against its overspeed bound, for all winds "
-            "and by range, over overlap, bandwidth and speed-error unless --over says otherwise.",
+            help="Law effort-sharing: the largest wind class against its overspeed bound, for all "
+            "winds and by range, over overlap, bandwidth and speed-error unless --over says "
+            "otherwise.",
         ),
     ] = False,
     workers: Annotated[

@@ -29,5 +29,5 @@ LAWS = (
     SweptLaw("coherent", "takagi.certificates.sweep.effort_sharing_map", _COHERENT),
 )
 
-# The coherent law's ready-made set: its module also names axes, ``READY_MADE``.
+# The effort-sharing law's ready-made set: its module also names axes, ``READY_MADE``.
 TRADE_OFF = SweptLaw("coherent", "takagi.certificates.sweep.trade_off", _COHERENT)

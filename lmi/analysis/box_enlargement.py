@@ -134,17 +134,17 @@ def wide_box(
     s = state_units(
         np.concatenate([loops.nominal, loops.base + loops.direction]), scales, step=step
     )
-    family = loops.scaled(s)
-    first = common_lyapunov(family.nominal, decay_rate=alpha, scales=np.ones(n), sample_time=step)
+    scaled = loops.scaled(s)
+    first = common_lyapunov(scaled.nominal, decay_rate=alpha, scales=np.ones(n), sample_time=step)
     if first.P is None:
-        where = "the law in its own box" if family.begin else "the nominal point"
+        where = "the law in its own box" if scaled.begin else "the nominal point"
         why = first.diagnosis.replace("vertex", "matrix")
         return replace(first, coordinates=s, diagnosis=f"not even {where} has what is asked: {why}")
     P = first.P / np.linalg.eigvalsh(first.P)[-1]
-    size = np.abs(family.nominal).max() + np.abs(family.base).max()
-    if np.abs(family.direction).max() <= STILL * size:
-        return _answer(family, P, s, alpha, step, replace(first, bound=np.inf))
-    found, tries = _search(family, P, alpha, step, tolerance)
+    size = np.abs(scaled.nominal).max() + np.abs(scaled.base).max()
+    if np.abs(scaled.direction).max() <= STILL * size:
+        return _answer(scaled, P, s, alpha, step, replace(first, bound=np.inf))
+    found, tries = _search(scaled, P, alpha, step, tolerance)
     bound = 1.0 / found.bound if found.bound > 0 else np.inf
     answer = Answer(
         status="candidate",
@@ -155,20 +155,20 @@ def wide_box(
         condition=found.condition,
         tries=(*first.tries, *tries),
     )
-    return _answer(family, found.outcome.values["P"][0], s, alpha, step, answer)
+    return _answer(scaled, found.outcome.values["P"][0], s, alpha, step, answer)
 
 
 def _search(
-    family: EnlargedLoops, P: Floats, alpha: float, step: float | None, tolerance: float
+    scaled: EnlargedLoops, P: Floats, alpha: float, step: float | None, tolerance: float
 ) -> tuple[Extreme, list[Try]]:
     """Return the least mu over all matrices; the solver gets a few of them, and all are checked."""
-    count = len(family.base)
-    allowed = growth_allowed(family, P, decay_rate=alpha, sample_time=step)
+    count = len(scaled.base)
+    allowed = growth_allowed(scaled, P, decay_rate=alpha, sample_time=step)
     chosen = np.arange(count) if count <= ALL_AT_ONCE else np.argsort(allowed)[:ADDED]
     tries: list[Try] = []
     for _ in range(ROUNDS):
         found = extreme_parameter(
-            box_enlargement_condition(family.of(chosen), decay_rate=alpha, sample_time=step),
+            box_enlargement_condition(scaled.of(chosen), decay_rate=alpha, sample_time=step),
             "reciprocal",
             largest=False,
             start={"P": P[None]},
@@ -177,7 +177,7 @@ def _search(
         )
         tries.extend(found.outcome.tries)
         P = found.outcome.values["P"][0]
-        allowed = growth_allowed(family, P, decay_rate=alpha, sample_time=step)
+        allowed = growth_allowed(scaled, P, decay_rate=alpha, sample_time=step)
         order = np.argsort(allowed)
         fresh = order[~np.isin(order, chosen)][:ADDED]
         if not len(fresh) or allowed[fresh[0]] >= allowed[chosen].min() * (1 - tolerance):
@@ -187,20 +187,20 @@ def _search(
 
 
 def _answer(
-    family: EnlargedLoops, P: Floats, s: Floats, alpha: float, step: float | None, plain: Answer
+    scaled: EnlargedLoops, P: Floats, s: Floats, alpha: float, step: float | None, plain: Answer
 ) -> Answer:
     """Return the answer with what P shows, recomputed, and P in the model's states."""
-    allowed = growth_allowed(family, P, decay_rate=alpha, sample_time=step)
+    allowed = growth_allowed(scaled, P, decay_rate=alpha, sample_time=step)
     s_most = float(allowed.min())
     P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
-    grown = family.nominal
+    grown = scaled.nominal
     if np.isfinite(s_most):
-        grown = family.base + s_most * family.direction
+        grown = scaled.base + s_most * scaled.direction
     return replace(
         plain,
         P=P / s / s[:, None],
         decay_rate=rate_of(grown, P, step=step),
-        enlargement=family.begin + s_most,
+        enlargement=scaled.begin + s_most,
         coordinates=s,
         diagnosis="",
     )

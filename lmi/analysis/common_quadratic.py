@@ -30,7 +30,7 @@ from takagi.lmi.condition.definite import bounded, positive
 from takagi.lmi.condition.term import LMI, Array, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.diagnosis import asks_for_decay, binding_items, cure_of_limit
+from takagi.lmi.decision.diagnosis import advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.decision.vertex_rounds import CHUNK, decide_by_rounds
 from takagi.lmi.solver.time_limit import limited, out_of_time
@@ -283,7 +283,7 @@ def _no_by_one_vertex(
 
 def _diagnosis(condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
-        return outcome.unsettled(f"{cure_of_limit(condition)}, or give scales")
+        return outcome.unsettled(f"{advice_about_limit(condition)}, or give scales")
     slower = "lower the decay rate, " if asks_for_decay(condition) else ""
     return (
         f"no common P: {binding_items(condition, outcome.multipliers, 'vertex')}; {slower}"

@@ -128,7 +128,7 @@ def fast_decay(
     chosen, P = first_vertices(search.A), np.eye(A.shape[1])
     tries: list[Try] = []
     for _ in range(ROUNDS):
-        P, upper = search.climb(search.A[chosen], P, tries)
+        P, upper = search.ascend(search.A[chosen], P, tries)
         rates = rates_of(search.A, P, step=step)
         order = np.argsort(rates)
         fresh = order[~np.isin(order, chosen)][:ADDED]
@@ -170,7 +170,7 @@ class _Search:
         with np.errstate(divide="ignore"):
             return float((-np.log(least) / self.step).min())
 
-    def climb(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
+    def ascend(self, A: Floats, P: Floats, tries: list[Try]) -> tuple[Floats, float]:
         """Return the P that shows the largest rate of these vertices, and a bound on that rate."""
         upper, rate = np.inf, rate_of(A, P, step=self.step)
         for _ in range(ATTEMPTS):

@@ -230,7 +230,7 @@ class Equality:
         self.frame()  # checks the shapes
 
     def frame(self) -> LMI:
-        """Return the symmetric matrix whose block (0, 1) is E, as an LMI that nobody solves."""
+        """Return the symmetric matrix whose block (0, 1) is E, as an LMI, not to be solved."""
         return LMI(
             name=self.name,
             blocks=self.shape,

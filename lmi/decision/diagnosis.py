@@ -45,7 +45,7 @@ def asks_for_decay(condition: Condition) -> bool:
     return given.get("alpha", 0.0) > 0 or given.get("contraction", 1.0) < 1
 
 
-def cure_of_limit(condition: Condition) -> str:
+def advice_about_limit(condition: Condition) -> str:
     """Return what to change a little where a condition is at its limit."""
     if asks_for_decay(condition):
         return "lower the decay rate a little"

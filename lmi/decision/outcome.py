@@ -64,11 +64,11 @@ class Outcome:
             tries=self.tries,
         )
 
-    def unsettled(self, cures: str) -> str:
+    def unsettled(self, advice: str) -> str:
         """Return in words that nothing was decided, and what to do."""
         return (
             f"no solver settled it: the best margin was {self.margin:.2g}, the bound on it "
-            f"{self.bound:.2g}; the condition is at its limit or badly scaled: {cures}"
+            f"{self.bound:.2g}; the condition is at its limit or badly scaled: {advice}"
         )
 
 

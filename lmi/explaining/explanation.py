@@ -88,11 +88,11 @@ class Explanation:
             lines.append(f"  the no rests on {shares_in_words(self.binding[:NAMED])}")
         lines += [f"    {rule}" for rule in self.rules]
         lines += [f"  {self.stuck}"] if self.stuck is not None else []
-        lines += [f"  {line}" for line in _cures(self)]
+        lines += [f"  {line}" for line in _advice(self)]
         return "\n".join(lines)
 
 
-def _cures(told: Explanation) -> list[str]:
+def _advice(told: Explanation) -> list[str]:
     lines = []
     if told.relaxations:
         words = {True: "has gains", False: "has none", None: "does not apply or is too large"}

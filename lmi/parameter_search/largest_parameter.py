@@ -154,8 +154,8 @@ def extreme_parameter(
     value, start, arrived = follow_path(pencil, start, value, hair)
     # The size of what is left at the value, not of the parts of it that cancel there.
     tau = max(pencil.size(start, value), 1e-4 * whole) if np.isfinite(value) else whole
-    climb = _Climb(pencil, tau, hair, limit, tries)
-    value, best, bound, converged = climb.run(value, start, steps, arrived)
+    ascent = _Ascent(pencil, tau, hair, limit, tries)
+    value, best, bound, converged = ascent.run(value, start, steps, arrived)
     if centre and np.isfinite(value):
         found = _centred(pencil, value, bound, best, hair(value), tries)
         return replace(found, converged=converged)
@@ -180,7 +180,7 @@ def _centred(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Climb:
+class _Ascent:
     """One search, with the solver kept between the steps; ``tries`` grows.
 
     A score is d times the parameter, so that larger is better.

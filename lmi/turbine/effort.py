@@ -1,4 +1,4 @@
-r"""Gains of the coherent law: at each wind a guaranteed-cost LMI for the effort loop.
+r"""Gains of the effort-sharing law: at each wind a guaranteed-cost LMI for the effort loop.
 
 Around the trim at wind v the loop seen by the effort u is e' = a e - G u, x_I' = -e, with a in the
 range that dT_r/domega / J has on the speed band, and 1/G in the range of the inertia.  The LMI

@@ -36,17 +36,17 @@ def why_none(task: RegionRequest, condition: Condition, outcome: Outcome) -> str
     )
     free = decide(task.condition(asked, bounded=False)).status == "candidate"
     unboxed = decide(task.condition(asked, boxed=False)).status == "candidate"
-    cures = [f"lower the decay rate to {slower * asked.decay_rate:.3g} 1/s"] if slower else []
+    advice = [f"lower the decay rate to {slower * asked.decay_rate:.3g} 1/s"] if slower else []
     if smaller:
-        cures.append(f"shrink the operating set to {smaller:.0%}")
+        advice.append(f"shrink the operating set to {smaller:.0%}")
     if free:
-        cures.append("widen the actuator limits (without them there are gains)")
+        advice.append("widen the actuator limits (without them there are gains)")
     if unboxed:
-        cures.append(
+        advice.append(
             "give the model wider bands, if its bounds allow (the ellipsoid does not fit into them)"
         )
-    cures.append("narrow the wind range, so that the rules differ less")
-    return f"{said}; relax one of these: {', or '.join(cures)}"
+    advice.append("narrow the wind range, so that the rules differ less")
+    return f"{said}; relax one of these: {', or '.join(advice)}"
 
 
 def _largest_share(task: RegionRequest, scaled: Callable[[float], Requirement]) -> float:

@@ -10,7 +10,7 @@ from takagi.lmi.answer import Answer
 from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.diagnosis import binding_items, cure_of_limit
+from takagi.lmi.decision.diagnosis import advice_about_limit, binding_items
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
 from takagi.lmi.polynomials.simplex_polynomials import Basis
@@ -19,14 +19,14 @@ from takagi.models.arrays import Floats
 
 
 def decided_lyapunov(
-    condition: Condition, loop: VaryingLoop, s: Floats, basis: Basis, cures: str
+    condition: Condition, loop: VaryingLoop, s: Floats, basis: Basis, advice: str
 ) -> Answer:
     """Return the answer of a condition that is posed in states xhat = x / s.
 
     Parameters
     ----------
     basis : of P; the coefficients are the unknown ``P``.
-    cures : what to do where none exists.
+    advice : what to do where none exists.
     """
     outcome = decide(condition)
     good = outcome.status == "candidate"
@@ -34,7 +34,7 @@ def decided_lyapunov(
         outcome.as_answer(condition, s),
         family=lyapunov_in_states(outcome, loop, s, basis) if good else None,
         decay_rate=shown_rate(condition, outcome.values, loop.sample_time) if good else None,
-        diagnosis="" if good else _diagnosis(condition, outcome, cures),
+        diagnosis="" if good else _diagnosis(condition, outcome, advice),
     )
 
 
@@ -62,9 +62,9 @@ def no_lyapunov(condition: Condition, s: Floats, why: str) -> Answer:
     )
 
 
-def _diagnosis(condition: Condition, outcome: Outcome, cures: str) -> str:
+def _diagnosis(condition: Condition, outcome: Outcome, advice: str) -> str:
     if outcome.status == "unknown":
-        return outcome.unsettled(f"{cure_of_limit(condition)}, or give scales")
+        return outcome.unsettled(f"{advice_about_limit(condition)}, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names[1:])
-    return f"no P(h) by these LMIs, which says nothing of others: {binding}; {cures}"
+    return f"no P(h) by these LMIs, which says nothing of others: {binding}; {advice}"

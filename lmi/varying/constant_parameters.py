@@ -115,8 +115,8 @@ def polynomial_lyapunov(
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)
-    cures = "raise the degree or polya, lower the decay rate, or shrink the box"
-    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), cures)
+    advice = "raise the degree or polya, lower the decay rate, or shrink the box"
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), advice)
 
 
 def _posed(

@@ -312,8 +312,8 @@ class _Path:
             parameters=rate_parameter(0.0, self.path.sample_time),
             source=SOURCE,
         )
-        cures = "raise the degree or polya, lower the rate bounds, or shrink the box"
-        return decided_lyapunov(condition, self.loop, s, sought.basis, cures)
+        advice = "raise the degree or polya, lower the rate bounds, or shrink the box"
+        return decided_lyapunov(condition, self.loop, s, sought.basis, advice)
 
     def known(self, vertices: Floats, sought: SoughtPolynomial) -> Known:
         return sought.motion.known(self.space.known(vertices))

@@ -127,11 +127,11 @@ def fuzzy_lyapunov(
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)
-    cures = (
+    advice = (
         "lower the rate bounds or the decay rate, raise the degree, or take a richer relaxation "
         '("polya-2")'
     )
-    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, question.degrees), cures)
+    return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, question.degrees), advice)
 
 
 def _question(

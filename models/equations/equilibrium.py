@@ -75,7 +75,7 @@ def check_equilibrium(
     ]
     if not left:
         return
-    cure = (
+    advice = (
         "no input makes it vanish; give rest values of the states at which one does"
         if how == "solve inputs"
         else "give rest values at which every row vanishes exactly; where those of the source are "
@@ -85,7 +85,7 @@ def check_equilibrium(
     )
     if any(not residual.is_rational or _has_table(row) for _, row, residual in left):
         # exp(350) is not a decimal: a ball around one is proved, or a parameter is the rest itself.
-        cure += (
+        advice += (
             "; where no decimals do, write rest = 'solve' for a state or input, and its rest is "
             "found in a proved ball; or write the equation with its value at rest, such as "
             "k*exp(b/T0 - b/T) for a*exp(-b/T), or f(p0) for what flows in"
@@ -96,7 +96,7 @@ def check_equilibrium(
     )
     raise ModelError(
         f"plant {plant.name!r}, equation of {first}: at rest ({rest_text(rest)}) {told}, so the "
-        f"model cannot be written around this point; {cure}"
+        f"model cannot be written around this point; {advice}"
     )
 
 

@@ -83,12 +83,12 @@ def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> In
 
     from takagi.models.ranges.expression_range import expression_range
 
-    cure = "shrink the ranges, or remove the state whose mass vanishes"
+    advice = "shrink the ranges, or remove the state whose mass vanishes"
     if not det.free_symbols:
         if det == 0:
             raise ModelError(
                 f"plant {plant.name!r}: the mass matrix is singular everywhere in the rows of "
-                f"{labels}; {cure}"
+                f"{labels}; {advice}"
             )
         return None
     try:
@@ -102,7 +102,7 @@ def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> In
         where = _zero(det, plant) if domain.rectangle is not None else ""
         raise ModelError(
             f"plant {plant.name!r}: the mass matrix may be singular: its determinant in the rows "
-            f"of {labels}, {det}, has the range {found.outer} on the box{where}; {cure}"
+            f"of {labels}, {det}, has the range {found.outer} on the box{where}; {advice}"
         )
     return found.outer
 

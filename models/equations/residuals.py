@@ -58,7 +58,7 @@ def refuse_residuals(
     plant: Plant,
     sizes: Mapping[Variable, Fraction | None],
     at: Mapping[sp.Symbol, Fraction],
-    cure: str,
+    advice: str,
 ) -> None:
     """Raise ModelError with every residual that is not 0, its equation and its unit."""
     import sympy as sp
@@ -71,4 +71,4 @@ def refuse_residuals(
         if size is None or abs(size) > 0
     ]
     where = rest_text({s: sp.Float(float(v)) for s, v in at.items()})
-    raise ModelError(f"plant {plant.name!r}: at ({where}) {'; '.join(told)}; {cure}")
+    raise ModelError(f"plant {plant.name!r}: at ({where}) {'; '.join(told)}; {advice}")

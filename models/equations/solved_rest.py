@@ -225,8 +225,8 @@ class _Search:
         for variable, row in zip(self.plant.states, self.rows, strict=True):
             sizes[variable] = _number(row, at)
         names = ", ".join(v.name for v in self.wanted)
-        cure = f"no rest of {names} was found; give other values at rest, or let more be found"
-        refuse_residuals(self.plant, sizes, at, cure)
+        advice = f"no rest of {names} was found; give other values at rest, or let more be found"
+        refuse_residuals(self.plant, sizes, at, advice)
 
 
 def _number(row: sp.Expr, at: Found) -> Fraction | None:

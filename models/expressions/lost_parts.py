@@ -8,7 +8,7 @@ otherwise the file is refused.
 A quotient that cancels, such as x^2/x, has the value of its limit where its denominator vanishes,
 if the denominator is a product of deviations from the equilibrium or of sums of multiples of them.
 The checker, which reads the file too, does the same.  0/x and 0 (1/x) are not given such a value,
-because nobody needs to write them.
+because they need not be written.
 """
 
 from __future__ import annotations

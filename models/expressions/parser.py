@@ -243,12 +243,12 @@ class _Parser:
         if table is None and token.text not in FUNCTIONS:
             known = [*FUNCTIONS, *self.scope.tables]
             variable = token.text in self.scope.symbols
-            cure = (
+            advice = (
                 f"; {token.text} is a variable or parameter: write {token.text}*(...)"
                 if variable
                 else f"{did_you_mean(token.text, known)}; functions are {', '.join(sorted(known))}"
             )
-            raise self.error(token, f"{token.text!r} is not a function{cure}")
+            raise self.error(token, f"{token.text!r} is not a function{advice}")
         wanted = 1 if table is None else len(table.orders)
         if len(arguments) != wanted:
             raise self.error(

@@ -87,7 +87,7 @@ def number_of(token: Token, text: str) -> Fraction:
 
 
 def _strange(letter: str) -> str:
-    cures = {
+    known = {
         "=": "an expression has no '='; write what stands on its right",
         "[": "use round brackets",
         "]": "use round brackets",
@@ -99,5 +99,7 @@ def _strange(letter: str) -> str:
         "π": "write 'pi'",
         "%": "write a number such as 0.05",
     }
-    cure = cures.get(letter, "names are of the letters a-z, A-Z, digits and _, signs are + - * / ^")
-    return f"{letter!r} cannot stand in an expression; {cure}"
+    advice = known.get(
+        letter, "names are of the letters a-z, A-Z, digits and _, signs are + - * / ^"
+    )
+    return f"{letter!r} cannot stand in an expression; {advice}"

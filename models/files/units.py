@@ -117,7 +117,7 @@ _PREFIXES = {
     "n": Fraction(1, 10**9),
 }
 _PREFIXED = frozenset(_COHERENT) - {"kg", "cd"} | {"g", "L", "bar"}
-_CURES = {
+_ADVICE = {
     "Hz": "it may mean 1/s or 2 pi rad/s: write '1/s' or 'rad/s'",
     "Nm": "write 'N m'",
     "degC": "temperatures are in K, counted from 0 K",
@@ -195,13 +195,13 @@ def _meaning(text: str, name: str) -> tuple[Fraction, int, dict[str, int]]:
 
 def _refused(text: str, part: str) -> ModelError:
     known = [*_COHERENT, *_OTHER]
-    cure = _CURES.get(part)
-    if cure is None:
+    advice = _ADVICE.get(part)
+    if advice is None:
         prefixes = ", ".join(_PREFIXES)
         near = did_you_mean(part, known)
-        cure = f"known are {', '.join(known)}, with {prefixes} before them, and '-'{near}"
+        advice = f"known are {', '.join(known)}, with {prefixes} before them, and '-'{near}"
     what = "" if part == text.strip() else f": {part!r}"
-    return ModelError(f"unit {text!r}{what} is not known; {cure}")
+    return ModelError(f"unit {text!r}{what} is not known; {advice}")
 
 
 def _written(parts: Iterable[tuple[str, Fraction]]) -> str:

@@ -11,8 +11,8 @@ and the plant sees sent_k from t_k + T_c to t_{k+1} + T_c, with T_c the computat
 and holding delay a command by T / 2 on average, computing by T_c: ``delay`` is their sum, to be
 compared with the loop's delay margin.
 
-A law that has ``sample`` discretises itself: the coherent law its filter exactly, feeding forward
-the filter's mean rate until the next sample.  Any other one takes an Euler step.
+A law that has ``sample`` discretises itself: the effort-sharing law its filter exactly, feeding
+forward the mean rate of the filter until the next sample.  Any other one takes an Euler step.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from takagi.models.files.units import PURE, Dimension, parse_unit
 if TYPE_CHECKING:
     import sympy as sp
 
-CURE = 'correct the expression or a unit, or turn checking off with units = "unchecked"'
+ADVICE = 'correct the expression or a unit, or turn checking off with units = "unchecked"'
 KEPT = ("Abs", "Max", "Min")  # the value has the unit of the arguments
 NUMBERS = (
     "sin cos tan exp log asin acos atan sinh cosh tanh asinh acosh atanh sinc erf sign".split()
@@ -76,7 +76,7 @@ class _Reader:
             if first is not None and found != first[1]:
                 raise ModelError(
                     f"{self.place}: {short(first[0])} has the unit {first[1]} and {short(part)} "
-                    f"has {found}, but they are {how}; {CURE}"
+                    f"has {found}, but they are {how}; {ADVICE}"
                 )
             first = first or (part, found)
         return None if first is None else first[1]
@@ -90,7 +90,7 @@ class _Reader:
         if not exponent.is_Rational:
             raise ModelError(
                 f"{self.place}: {short(expression.base)} has the unit {base}, so its exponent "
-                f"must be a rational number, not {short(exponent)}; {CURE}"
+                f"must be a rational number, not {short(exponent)}; {ADVICE}"
             )
         return base.power(Fraction(int(exponent.p), int(exponent.q)))
 
@@ -102,7 +102,7 @@ class _Reader:
             return self.same(expression.args, "compared")
         if name not in NUMBERS:
             raise ModelError(
-                f"{self.place}: {name} in {short(expression)} has no unit rule; {CURE}"
+                f"{self.place}: {name} in {short(expression)} has no unit rule; {ADVICE}"
             )
         for argument in expression.args:
             self.pure(argument, f"the argument of {name}")
@@ -113,7 +113,7 @@ class _Reader:
         if found not in (None, PURE):
             raise ModelError(
                 f"{self.place}: {what}, {short(expression)}, has the unit {found}; it must be a "
-                f"pure number or in rad; {CURE}"
+                f"pure number or in rad; {ADVICE}"
             )
 
     def table(self, expression: Any) -> Dimension:
@@ -127,7 +127,7 @@ class _Reader:
                 raise ModelError(
                     f"{self.place}: argument {number} of the table {expression.title}, "
                     f"{short(argument)}, has the unit {given}; {unit!r} ({wanted}) is needed; "
-                    f"{CURE}"
+                    f"{ADVICE}"
                 )
             found = found.times(wanted.power(Fraction(-order)))
         return found

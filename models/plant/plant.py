@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.dimensions import CURE, dimension_of, short
+from takagi.models.plant.dimensions import ADVICE, dimension_of, short
 from takagi.models.plant.variables import Output, Parameter, Reference, Variable
 
 if TYPE_CHECKING:
@@ -217,7 +217,7 @@ def _check_units(plant: Plant) -> None:
         if dimension is not None and found is not None and found != dimension:
             left = "the left side" if plant.mass is not None else _left(plant, variable.name)
             raise ModelError(
-                f"{place}: {short(row)} has the unit {found}, but {left} has {dimension}; {CURE}"
+                f"{place}: {short(row)} has the unit {found}, but {left} has {dimension}; {ADVICE}"
             )
     for output in plant.outputs:
         place = f"output {output.name}"
@@ -226,7 +226,7 @@ def _check_units(plant: Plant) -> None:
         if found is not None and found != stated:
             raise ModelError(
                 f"{place}: {short(output.expression)} has the unit {found}, but {output.unit!r} "
-                f"is stated ({stated}); {CURE}"
+                f"is stated ({stated}); {ADVICE}"
             )
     for symbol, expression in plant.premises.items():
         dimension_of(expression, units, values, place=f"premise {symbol}")
@@ -261,7 +261,7 @@ def _rate_dimensions(
             if seen is not None and seen[1] != total:
                 raise ModelError(
                     f"{place}: {seen[0]} has the unit {seen[1]} and {term} has {total}, but they "
-                    f"are added; {CURE}"
+                    f"are added; {ADVICE}"
                 )
             seen = seen or (term, total)
         found.append(None if seen is None else seen[1])

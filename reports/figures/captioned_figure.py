@@ -14,6 +14,6 @@ if TYPE_CHECKING:
 def captioned_figure(
     figure: Figure, name: str, *, caption: str, alternative: str
 ) -> CaptionedFigure:
-    """Return a drawn figure as a plate; its SVG stands in the page and in a file of its own."""
+    """Return a drawn figure with its caption; its SVG is in the page and in a file of its own."""
     svg = figure_to_svg(figure, name=name, description=alternative)
     return CaptionedFigure(name, svg, caption, alternative)

@@ -66,7 +66,7 @@ class OverlapClaim:
 
 
 def overlap_claims(design: TurbineDesign) -> tuple[OverlapClaim, ...]:
-    """Return the claims about a law of the paper in the file's order; none for another law."""
+    """Return the claims about a published law in the file's order; none for another law."""
     coupling = design.document["gains"].get("coupling", {})
     own = coupling.get("speed_overlap"), coupling.get("torque_overlap")
     pairs = zip(design.document["claims"], design.checked.claims, strict=True)

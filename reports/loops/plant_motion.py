@@ -166,7 +166,7 @@ def motions(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outside:
-    """What comes to a loop from outside, and how its law runs.
+    """Disturbances and references of a loop, and how its law runs.
 
     Attributes
     ----------

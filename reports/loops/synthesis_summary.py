@@ -1,4 +1,4 @@
-"""How the coherent law's gains were found, and the improvement by the one-step synthesis."""
+"""How the effort-sharing law's gains were found, and the improvement by the one-step synthesis."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class SynthesisSummary:
 
 
 def synthesis_summary(design: TurbineDesign) -> SynthesisSummary | None:
-    """Return how the gains were found; None for the laws of the paper."""
+    """Return how the gains were found; None for the published laws."""
     found = design.synthesis
     if found is None:
         return None
@@ -43,7 +43,7 @@ def synthesis_summary(design: TurbineDesign) -> SynthesisSummary | None:
 
 
 def synthesis_words(design: TurbineDesign) -> str:
-    """Return a line about how the gains were found; empty for the laws of the paper."""
+    """Return a line about how the gains were found; empty for the published laws."""
     found = synthesis_summary(design)
     if found is None:
         return ""

@@ -1,4 +1,4 @@
-"""Figures of the coherent law's map: what is proved over one axis, or over two."""
+"""Figures of the effort-sharing law's map: what is proved over one axis, or over two."""
 
 from __future__ import annotations
 

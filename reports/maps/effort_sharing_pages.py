@@ -1,4 +1,4 @@
-"""The files of the coherent law's maps: figures, tables, data and a page."""
+"""The files of the effort-sharing law's maps: figures, tables, data and a page."""
 
 from __future__ import annotations
 

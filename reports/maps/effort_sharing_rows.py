@@ -1,4 +1,4 @@
-"""What the figures and pages of the coherent law's maps read of a point's result."""
+"""What the figures and pages of the effort-sharing law's maps read of a point's result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's map over both overlaps: how many winds, how many at the trim, what fails, decay."""
+"""The published law's map over both overlaps: winds, those at the trim, failures, decay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files of the paper's map: figures, tables, data and a page."""
+"""The files of the published law's map: figures, tables, data and a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures and tables of the paper's map read of its points."""
+"""What the figures and tables of the published law's map read of its points."""
 
 from __future__ import annotations
 

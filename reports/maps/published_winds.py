@@ -1,4 +1,4 @@
-"""Slices of the paper's map over wind: one mark a window, for a few torque overlaps."""
+"""Slices of the published law's map over wind: one mark a window, for a few torque overlaps."""
 
 from __future__ import annotations
 

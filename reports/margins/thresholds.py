@@ -134,10 +134,10 @@ def modes_met(rows: Sequence[RunningMargins]) -> tuple[str, ...]:
     for (loop, name), met in places.items():
         winds = wind_ranges([row.wind for row in met], [row.wind for row in rows])
         less_lag = "a band-stop below it (--torsion-filter), less lag (less computing time) or "
-        cure = f"{less_lag if name == 'torsion' else ''}a smaller gain helps"
+        advice = f"{less_lag if name == 'torsion' else ''}a smaller gain helps"
         found.append(
             f"the {name} mode ({frequency[name] / 2 / math.pi:.2f} Hz) lies inside the crossover "
-            f"of the {loop} loop at {winds}: {cure}"
+            f"of the {loop} loop at {winds}: {advice}"
         )
     return tuple(found)
 

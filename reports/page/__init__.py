@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from takagi.reports.page.readable_latex import readable as readable
     from takagi.reports.page.text import Section as Section
     from takagi.reports.page.text import at_least as at_least
+    from takagi.reports.page.text import at_most as at_most
     from takagi.reports.page.text import decimal as decimal
+    from takagi.reports.page.text import powers as powers
     from takagi.reports.page.text import significant as significant
     from takagi.reports.page.text import with_decimals as with_decimals
 

@@ -57,7 +57,11 @@ def report_files(
             sections=[(section, render(section, room)) for section in sections],
         )
     )
-    figures = {f"{plate.name}.svg": plate.file for one in sections for plate in one.plates}
+    figures = {
+        f"{captioned.name}.svg": captioned.file
+        for one in sections
+        for captioned in one.captioned_figures
+    }
     figures |= {name: text.encode("utf-8") for name, text in (data or {}).items()}
     return ReportFiles(html, figures)
 

@@ -64,7 +64,7 @@ class Section:
     content: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def plates(self) -> tuple[CaptionedFigure, ...]:
+    def captioned_figures(self) -> tuple[CaptionedFigure, ...]:
         """The figures of the section, in the order of its content."""
         found: list[CaptionedFigure] = []
         for value in self.content.values():

@@ -139,8 +139,11 @@ def test_a_wrong_field_is_named_with_file_and_line(
         (["--law", "paper", "--speed-overlap", "5"], "at every wind from 3 m/s on; try 0.11"),
         (["--law", "paper", "--ramp-placement", "1"], "no equilibrium at 11.45 to 25 m/s"),
         (["--law", "papr"], "choose one of coherent, paper, paper-two-integrators"),
-        (["--law", "paper", "--overlap", "0.1"], "option --overlap belongs to the law coherent"),
-        (["--speed-overlap", "0.1"], "option --speed-overlap belongs to the laws of the paper"),
+        (
+            ["--law", "paper", "--overlap", "0.1"],
+            "option --overlap belongs to the law effort-sharing",
+        ),
+        (["--speed-overlap", "0.1"], "option --speed-overlap belongs to the published laws"),
         (["--speed-setpoint", "1.2"], "a number with its unit is needed"),
         (["--speed-setpoint", "11knots"], "unit 'knots' is not known"),
         (["--speed-setpoint", "5rpm"], "it must lie above the minimum 0.723322"),
@@ -181,7 +184,7 @@ def test_an_answer_for_machines_stays_json(
     from takagi.models import ModelError
 
     def design_turbine(*_: Any, tell: Callable[[str], None], **__: Any) -> None:
-        tell("gains of the coherent law")
+        tell("gains of the effort-sharing law")
         raise ModelError("no gain at wind 11.4 m/s")
 
     monkeypatch.setattr("takagi.certificates.design.turbine.design.design_turbine", design_turbine)

@@ -181,7 +181,7 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
         (["--objective", "calm-towre"], "did you mean 'calm-tower'"),
         (["--objective", "decay", "--two-step"], "leave one of the two out"),
         (["--one-step", "--two-step"], "leave one of the two out"),
-        (["--two-step", "--law", "paper"], "--two-step belongs to the law coherent"),
+        (["--two-step", "--law", "paper"], "--two-step belongs to the law effort-sharing"),
     ],
 )
 def test_a_synthesis_that_makes_no_sense_is_refused(

@@ -1,4 +1,4 @@
-r"""One sample of the coherent law as a program.
+r"""One sample of the effort-sharing law as a program.
 
 e = omega - omega*(v_s)          s = e - x
 U = q*(v_s) + gamma(v_s) s       the demanded effort
@@ -36,7 +36,7 @@ UNITS = {
 
 
 def effort_sharing_program(law: Any) -> Part:
-    """Return the program of a coherent law, with or without a filter on the wind estimate."""
+    """Return the law's program, with or without a filter on the wind estimate."""
     filtered = float(law["wind_filter"]) > 0
     used = [name for name in UNITS if filtered or name != "wind_filter"]
     return program(

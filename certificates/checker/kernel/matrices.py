@@ -127,10 +127,10 @@ def read_matrix(owner: Any, key: str, where: str, shape: tuple[int, int] | None 
 
 def read_stack(owner: Any, key: str, where: str) -> tuple[Matrix, ...]:
     """Return a list of matrices, all of the first one's shape."""
-    family = member(owner, key, where)
-    if not isinstance(family, list) or not family:
+    stack = member(owner, key, where)
+    if not isinstance(stack, list) or not stack:
         raise CertificateError(f"{where}.{key}: a list of matrices is needed")
-    first = read_matrix({"0": family[0]}, "0", f"{where}.{key}")
+    first = read_matrix({"0": stack[0]}, "0", f"{where}.{key}")
     rest = (read_matrix({f"{i}": M}, f"{i}", f"{where}.{key}", first.shape)
-            for i, M in enumerate(family[1:], start=1))  # fmt: skip
+            for i, M in enumerate(stack[1:], start=1))  # fmt: skip
     return (first, *rest)

@@ -142,6 +142,14 @@ def number(owner: Any, key: str, where: str) -> Fraction:
     return _fraction(member(owner, key, where), f"{where}.{key}")
 
 
+def positive(owner: Any, key: str, where: str) -> Fraction:
+    """Return a number exactly; refuses one that is not positive."""
+    value = number(owner, key, where)
+    if value <= 0:
+        raise CertificateError(f"{where}.{key}: a positive number is needed")
+    return value
+
+
 def integer(owner: Any, key: str, where: str) -> int:
     value = number(owner, key, where)
     if value.denominator != 1:

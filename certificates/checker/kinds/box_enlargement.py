@@ -36,37 +36,37 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 Stack = tuple[Matrix, ...]
 
 
-def check_box_enlargement(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_box_enlargement(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when ``decay`` is for the enlarged vertices, else UNDECIDED."""
     name = text(claim, "name", where)
     theta = number(claim, "enlargement", where)
     if theta < 0:
         return Claim(name, Verdict.UNDECIDED, "the enlargement is negative")
     if theta < 1:  # These are vertices of a part of the model: nothing is claimed about the plant.
-        family = replace(family, box=(), other_box=None)
+        loop = replace(loop, box=(), other_box=None)
     wider = replace(
-        family,
-        A=enlarged(family.A, family, theta),
-        B=enlarged(family.B, family, theta),
+        loop,
+        A=enlarged(loop.A, loop, theta),
+        B=enlarged(loop.B, loop, theta),
         corners=None,
         shared_weights=False,
     )
     found = check_decay(claim, wider, where)
     if found.verdict is not Verdict.PROVED:
         return found
-    what = "vertices moved from their mean" if family.corners is None else "premises' ranges"
+    what = "vertices moved from their mean" if loop.corners is None else "premises' ranges"
     said = {"what": what, "theta": theta, "decay": found}
     return Found(found.verdict, "box_enlargement", said)
 
 
-def enlarged(stack: Stack, family: PolytopicLoop, theta: Fraction) -> Stack:
+def enlarged(stack: Stack, loop: PolytopicLoop, theta: Fraction) -> Stack:
     """Return A_i(theta), or B_i(theta), of the module's formula."""
     if len(stack) <= 1:
         return stack
-    if family.corners is None:
+    if loop.corners is None:
         middle = mean(stack)
         return tuple((middle + theta * (one - middle)).reduced() for one in stack)
-    corners = family.corners
+    corners = loop.corners
     sizes = [len(set(column)) for column in zip(*corners, strict=True)]
     near, far = (1 + theta) / 2, (1 - theta) / 2
     values = dict(zip(corners, stack, strict=True))

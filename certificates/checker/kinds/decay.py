@@ -27,27 +27,27 @@ from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_decay(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
-    P = read_matrix(claim, "P", where, (family.order, family.order))
+    P = read_matrix(claim, "P", where, (loop.order, loop.order))
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(family, alpha)
-    blends = blends_of(family, claim, where)
+    factor = decrease_factor(loop, alpha)
+    blends = blends_of(loop, claim, where)
     for blend in blends:
-        if not decrease(family, P, blend.A, factor).is_positive_definite:
+        if not decrease(loop, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    said = {"name": name, "family": family, "alpha": alpha, "blends": len(blends)}
+    said = {"name": name, "loop": loop, "alpha": alpha, "blends": len(blends)}
     return Found(Verdict.PROVED, "decay", said)
 
 
-def decrease_factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
+def decrease_factor(loop: PolytopicLoop, alpha: Fraction) -> Fraction:
     """Return 2 alpha in continuous time, rho^2 <= e^(-2 alpha T) in discrete time."""
-    if family.sample_time is None:
+    if loop.sample_time is None:
         return 2 * alpha
     if not alpha:
         # e^0 = 1 is exact; a rounded value below 1 would claim more than stability.
@@ -56,12 +56,12 @@ def decrease_factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
     from takagi.certificates.checker.arithmetic.exponential import exp_below
 
     # Rounded down: a smaller rho^2 makes the inequality stronger.
-    return exp_below(2 * alpha * family.sample_time)
+    return exp_below(2 * alpha * loop.sample_time)
 
 
-def decrease(family: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:
+def decrease(loop: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:
     """Return the matrix of the module's formula that must be positive definite."""
     PG = P @ G
-    if family.is_discrete:
+    if loop.is_discrete:
         return factor * P - G.T @ PG
     return -(PG + PG.T + factor * P)

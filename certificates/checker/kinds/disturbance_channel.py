@@ -55,7 +55,7 @@ def zero(rows: int, columns: int) -> Matrix:
 
 
 def disturbance_channels(
-    claim: Any, family: PolytopicLoop, where: str
+    claim: Any, loop: PolytopicLoop, where: str
 ) -> Iterator[DisturbanceChannel]:
     """Yield the channel of every blend.
 
@@ -63,16 +63,16 @@ def disturbance_channels(
     ------
     CertificateError : an unknown disturbance, or a matrix that is missing or does not fit.
     """
-    whole, entering_stack, direct = channel_stacks(claim, family, where)
+    whole, entering_stack, direct = channel_stacks(claim, loop, where)
     blends = blends_of(replace(whole, more=(entering_stack, *direct)), claim, where)
     bounded(len(blends), whole.order + entering_stack[0].shape[1])
     for blend in blends:
-        B, *through = map(blend.of, blend.family.more)
+        B, *through = map(blend.of, blend.loop.more)
         D = sum(through[1:], through[0]) if through else None
         yield DisturbanceChannel(blend.label, blend.A, B, blend.C, D)
 
 
-def entrance(claim: Any, family: PolytopicLoop, where: str) -> tuple[str, Stack]:
+def entrance(claim: Any, loop: PolytopicLoop, where: str) -> tuple[str, Stack]:
     """Return "disturbances" or "inputs", as the claim states, and the matrices of w: E, or B.
 
     Raises
@@ -82,14 +82,14 @@ def entrance(claim: Any, family: PolytopicLoop, where: str) -> tuple[str, Stack]
     way = text(claim, "disturbance", where)
     if way not in ("disturbances", "inputs"):
         raise CertificateError(f"{where}.disturbance: {way!a} is not 'disturbances' or 'inputs'")
-    stack = family.E if way == "disturbances" else family.B
+    stack = loop.E if way == "disturbances" else loop.B
     if not stack:
         raise CertificateError(f"{where}.disturbance: the model has no {way}")
     return way, stack
 
 
 def channel_stacks(
-    claim: Any, family: PolytopicLoop, where: str
+    claim: Any, loop: PolytopicLoop, where: str
 ) -> tuple[PolytopicLoop, Stack, list[Stack]]:
     """Return the loop with the claim's output, the matrices of w, and those of w in y.
 
@@ -100,8 +100,8 @@ def channel_stacks(
     ------
     CertificateError : as ``disturbance_channels``.
     """
-    way, entering = entrance(claim, family, where)
-    whole, F = _with_output(claim, family, entering[0].shape[1], where)
+    way, entering = entrance(claim, loop, where)
+    whole, F = _with_output(claim, loop, entering[0].shape[1], where)
     if not whole.C:
         raise CertificateError(f"{where}: the model has no output, and the claim gives none")
     direct: list[Stack] = [F] if F else []
@@ -111,25 +111,25 @@ def channel_stacks(
 
 
 def _with_output(
-    claim: Any, family: PolytopicLoop, width: int, where: str
+    claim: Any, loop: PolytopicLoop, width: int, where: str
 ) -> tuple[PolytopicLoop, Stack]:
     """Return the loop with the claim's output instead of the model's, and F; see the module."""
     if "output" not in claim:
-        return family, ()
+        return loop, ()
     place = f"{where}.output"
     given = member(claim, "output", where)
     C = read_stack(given, "C", place)
     D = read_stack(given, "D", place) if "D" in given else ()
     F = read_stack(given, "F", place) if "F" in given else ()
-    height, inputs = C[0].shape[0], family.B[0].shape[1] if family.B else 0
-    for key, stack, columns in (("C", C, family.order), ("D", D, inputs), ("F", F, width)):
-        if stack and (stack[0].shape != (height, columns) or len(stack) not in (1, family.rules)):
+    height, inputs = C[0].shape[0], loop.B[0].shape[1] if loop.B else 0
+    for key, stack, columns in (("C", C, loop.order), ("D", D, inputs), ("F", F, width)):
+        if stack and (stack[0].shape != (height, columns) or len(stack) not in (1, loop.rules)):
             raise CertificateError(
-                f"{place}.{key}: {height} by {columns} is needed, one or {family.rules} of them"
+                f"{place}.{key}: {height} by {columns} is needed, one or {loop.rules} of them"
             )
     if any(len(stack) > 1 for stack in (C, D, F)):
-        refuse_averages(family, "output", place)
-    return replace(family, C=C, D=D), F
+        refuse_averages(loop, "output", place)
+    return replace(loop, C=C, D=D), F
 
 
 def quadratic_change(

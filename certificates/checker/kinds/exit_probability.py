@@ -70,17 +70,17 @@ class NoisyMotion:
     bounds: list[Fraction]
 
     def inequalities(
-        self, family: PolytopicLoop, claim: Any, where: str
+        self, loop: PolytopicLoop, claim: Any, where: str
     ) -> Iterator[tuple[str, Matrix, Fraction]]:
         """Yield label, minus the module's matrix, and tr(S'PS) of every blend."""
         noisy, pushed = _columns(self.noise), _columns(self.bounds)
         both = Matrix.blocks([[pushed, noisy]]) if self.multipliers else noisy
         q = noisy.shape[1]
         corner = _diagonal([*self.multipliers, *[1 / (2 * self.exponent)] * q])
-        blends = blends_of(replace(family, more=(self.E,)), claim, where)
-        bounded(len(blends), family.order + len(corner.rows))
+        blends = blends_of(replace(loop, more=(self.E,)), claim, where)
+        bounded(len(blends), loop.order + len(corner.rows))
         for blend in blends:
-            E = blend.of(blend.family.more[0])
+            E = blend.of(blend.loop.more[0])
             PA, side, S = self.P @ blend.A, self.P @ (E @ both), E @ noisy
             energy = S.T @ (self.P @ S)
             trace = sum((energy[k, k] for k in range(q)), Fraction(0))
@@ -88,10 +88,10 @@ class NoisyMotion:
             yield blend.label, Matrix.blocks([[falling, -side], [-side.T, corner]]), trace
 
 
-def check_exit_probability(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_exit_probability(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name = text(claim, "name", where)
-    moved = _read(claim, family, where)
+    moved = _read(claim, loop, where)
     start, horizon, probability = (
         number(claim, key, where) for key in ("start", "horizon", "probability")
     )
@@ -99,10 +99,10 @@ def check_exit_probability(claim: Any, family: PolytopicLoop, where: str) -> Out
         raise CertificateError(f"{where}: 0 <= start < 1, horizon > 0, 0 < probability < 1")
     if not moved.P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    if why := _beyond_model(moved, family):
+    if why := _beyond_model(moved, loop):
         return Claim(name, Verdict.UNDECIDED, why)
     largest = Fraction(0)
-    for label, left, trace in moved.inequalities(family, claim, where):
+    for label, left, trace in moved.inequalities(loop, claim, where):
         if not left.is_positive_semidefinite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
         largest = max(largest, trace)
@@ -115,7 +115,7 @@ def check_exit_probability(claim: Any, family: PolytopicLoop, where: str) -> Out
     )
     if bound is None or bound > probability:
         return Claim(name, Verdict.UNDECIDED, "the bound of the probability is above the claim's")
-    said = {"name": name, "family": family, "moved": moved, "start": start}
+    said = {"name": name, "loop": loop, "moved": moved, "start": start}
     return Found(
         Verdict.PROVED,
         "exit_probability",
@@ -140,10 +140,10 @@ def exit_bound(
     return None if less < 0 else first + rate * horizon * exp_above(less)
 
 
-def _read(claim: Any, family: PolytopicLoop, where: str) -> NoisyMotion:
-    if family.is_discrete:
+def _read(claim: Any, loop: PolytopicLoop, where: str) -> NoisyMotion:
+    if loop.is_discrete:
         raise CertificateError(f"{where}: the claim is about loops in continuous time")
-    way, E = entrance(claim, family, where)
+    way, E = entrance(claim, loop, where)
     q = E[0].shape[1]
     noise = numbers(claim, "noise", where, q)
     bounds = [Fraction(0)] * q
@@ -156,22 +156,22 @@ def _read(claim: Any, family: PolytopicLoop, where: str) -> NoisyMotion:
         raise CertificateError(f"{where}: noise, bounds and multipliers >= 0, some noise above 0")
     if rate <= 0 or exponent <= 0:
         raise CertificateError(f"{where}: a positive rate and a positive exponent are needed")
-    P = read_matrix(claim, "P", where, (family.order, family.order))
+    P = read_matrix(claim, "P", where, (loop.order, loop.order))
     return NoisyMotion(P, rate, exponent, multipliers, way, E, noise, bounds)
 
 
-def _beyond_model(moved: NoisyMotion, family: PolytopicLoop) -> str:
+def _beyond_model(moved: NoisyMotion, loop: PolytopicLoop) -> str:
     """Return why the model may not be the plant on {V <= 1} under this noise; empty if it is."""
-    names = family.disturbances if moved.way == "disturbances" else family.inputs
+    names = loop.disturbances if moved.way == "disturbances" else loop.inputs
     noisy = [name for name, size in zip(names, moved.noise, strict=bool(names)) if size]
-    limited = {*(family.other_box or {}), *(family.scheduled_by or ())}
+    limited = {*(loop.other_box or {}), *(loop.scheduled_by or ())}
     if found := [name for name in noisy if name in limited]:
         return f"{found[0]} is white noise, which has no range and may be in no premise"
     added = moved.way == "inputs"
-    idle = (Fraction(0),) * len(family.disturbances)
-    if why := beyond_range(family, idle if added else moved.bounds):
+    idle = (Fraction(0),) * len(loop.disturbances)
+    if why := beyond_range(loop, idle if added else moved.bounds):
         return why
-    return outside_of(family, moved.P, Fraction(1), moved.bounds if added else ())
+    return outside_of(loop, moved.P, Fraction(1), moved.bounds if added else ())
 
 
 def _columns(sizes: list[Fraction]) -> Matrix:

@@ -48,44 +48,44 @@ Rates = list[list[Fraction] | None]
 HIGHEST, MOST_CORNERS = 8, 4096
 
 
-def check_fuzzy_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_fuzzy_decay(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED if every coefficient is definite, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    asked, rates = inequalities(claim, family, where)
+    asked, rates = inequalities(claim, loop, where)
     for condition, words in asked:
-        for piece in leaves(claim, family, where, condition, Polynomial.halved):
+        for piece in leaves(claim, loop, where, condition, Polynomial.halved):
             fault = piece.failing()
             if fault:
                 return Claim(name, Verdict.UNDECIDED, f"{words} {fault}")
-    said = {"name": name, "family": family, "alpha": alpha, "rates": rates}
+    said = {"name": name, "loop": loop, "alpha": alpha, "rates": rates}
     return Found(Verdict.PROVED, "fuzzy_decay", said)
 
 
 def inequalities(
-    claim: Any, family: PolytopicLoop, where: str
+    claim: Any, loop: PolytopicLoop, where: str
 ) -> tuple[list[tuple[Polynomial, str]], Rates | None]:
     """Return the polynomials to be positive definite, each with a message, and the weights' rates.
 
     The rates are None in discrete time, where weights may change by any amount.
     """
     polya = _small(claim, "polya", where)
-    P, coefficients = _scheduled(claim, family, where)
+    P, coefficients = _scheduled(claim, loop, where)
     if any(P.degrees):
-        refuse_averages(family, "function", where)
+        refuse_averages(loop, "function", where)
     # An empty list of pieces is refused later; until then the work is bounded as for one piece.
     cut = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
     raise_by = [polya] * len(P.sizes)
-    _bounded(cut * len(exponents(P.sizes, [d + polya for d in P.degrees])), family.order, where)
-    G = _loop(family, where)
-    factor = decrease_factor(family, number(claim, "decay_rate", where))
+    _bounded(cut * len(exponents(P.sizes, [d + polya for d in P.degrees])), loop.order, where)
+    G = _loop(loop, where)
+    factor = decrease_factor(loop, number(claim, "decay_rate", where))
     degrees = [d + e + polya for d, e in zip(P.degrees, G.degrees, strict=True)]
     terms = cut * len(exponents(P.sizes, degrees))
     asked, rates = [(P, "P is not shown to be positive:")], None
-    if family.is_discrete:
-        _bounded(terms * len(coefficients), 2 * family.order, where)
+    if loop.is_discrete:
+        _bounded(terms * len(coefficients), 2 * loop.order, where)
         words = "the inequality at the next sample fails at"
         asked += [(_next(P, G, b, factor), words) for b in coefficients]
     else:
@@ -93,7 +93,7 @@ def inequalities(
         still = P @ G
         fixed = still + still.T + P.scaled(factor)
         corners = _corners(rates, where)
-        _bounded(terms * len(corners), family.order, where)
+        _bounded(terms * len(corners), loop.order, where)
         words = "the inequality at a corner of the rates fails at"
         asked += [(-(fixed + P.derivative(v)), words) for v in corners]
     return [(X.raised(raise_by), words) for X, words in asked], rates
@@ -113,55 +113,55 @@ class ScheduledFunction(NamedTuple):
 
 
 def scheduled_function(
-    claim: Any, family: PolytopicLoop, where: str, order: int
+    claim: Any, loop: PolytopicLoop, where: str, order: int
 ) -> ScheduledFunction:
     """Return P(w) and the speeds of its weights, for inequalities of the given order.
 
     Raises
     ------
-    CertificateError : a polynomial or rates that do not fit, weights that nobody can evaluate, or
+    CertificateError : a polynomial or rates that do not fit, weights that cannot be evaluated, or
         more than can be checked.
     """
     polya = _small(claim, "polya", where)
-    P, coefficients = _scheduled(claim, family, where)
-    refuse_averages(family, "function", where)
-    rates = None if family.is_discrete else _rates(claim, P, where)
+    P, coefficients = _scheduled(claim, loop, where)
+    refuse_averages(loop, "function", where)
+    rates = None if loop.is_discrete else _rates(claim, P, where)
     speeds = [] if rates is None else _corners(rates, where)
     cut = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
     terms = exponents(P.sizes, [d + 2 + polya for d in P.degrees])
-    several = len(coefficients) if family.is_discrete else len(speeds)
+    several = len(coefficients) if loop.is_discrete else len(speeds)
     _bounded(cut * len(terms) * several, order, where)
     return ScheduledFunction(P, coefficients, rates, speeds, polya)
 
 
 def closed_polynomial(
-    family: PolytopicLoop, X: tuple[Matrix, ...], Y: tuple[Matrix, ...], where: str
+    loop: PolytopicLoop, X: tuple[Matrix, ...], Y: tuple[Matrix, ...], where: str
 ) -> Polynomial:
     """Return X(w) - Y(w) K(w); X(w) where there are no gains or no Y."""
-    first = _stack(family, X)
-    if not family.K or not Y:
+    first = _stack(loop, X)
+    if not loop.K or not Y:
         return first
-    if len(family.K) > 1 and not family.shared_weights:
+    if len(loop.K) > 1 and not loop.shared_weights:
         raise CertificateError(f"{where}: a law with weights of its own has no P(h) for both")
-    return first + -(_stack(family, Y) @ _stack(family, family.K))
+    return first + -(_stack(loop, Y) @ _stack(loop, loop.K))
 
 
-def constant_polynomial(family: PolytopicLoop, X: Matrix) -> Polynomial:
+def constant_polynomial(loop: PolytopicLoop, X: Matrix) -> Polynomial:
     """Return the polynomial that is X at every w."""
-    sizes = _sizes(family)
+    sizes = _sizes(loop)
     return Polynomial(sizes, (0,) * len(sizes), {_flat(sizes): X})
 
 
 def _next(P: Polynomial, G: Polynomial, b: Matrix, factor: Fraction) -> Polynomial:
     """Return the module's Schur complement for one P_b."""
     degrees = tuple(map(max, P.degrees, G.degrees))
-    now, loop = P.to(degrees), G.to(degrees)
+    now, closed = P.to(degrees), G.to(degrees)
     zero = 0 * b
     found: dict[Exponent, Matrix] = {}
     one = Polynomial(P.sizes, (0,) * len(P.sizes), {_flat(P.sizes): b}).to(degrees)
     for a in exponents(P.sizes, degrees):
         Pa = factor * now.terms[a] if a in now.terms else zero
-        PG = b @ loop.terms[a] if a in loop.terms else zero
+        PG = b @ closed.terms[a] if a in closed.terms else zero
         found[a] = Matrix.blocks([[Pa, PG.T], [PG, one.terms[a]]])
     return Polynomial(P.sizes, degrees, found)
 
@@ -170,32 +170,32 @@ def _flat(sizes: tuple[int, ...]) -> Exponent:
     return tuple((0,) * size for size in sizes)
 
 
-def _sizes(family: PolytopicLoop) -> tuple[int, ...]:
+def _sizes(loop: PolytopicLoop) -> tuple[int, ...]:
     """Return the corners of each simplex: of every premise, or of the rules alone."""
-    if family.corners is None:
-        return (family.rules,)
-    sizes = tuple(max(column) + 1 for column in zip(*family.corners, strict=True))
-    if len(exponents(sizes, (1,) * len(sizes))) != family.rules:
+    if loop.corners is None:
+        return (loop.rules,)
+    sizes = tuple(max(column) + 1 for column in zip(*loop.corners, strict=True))
+    if len(exponents(sizes, (1,) * len(sizes))) != loop.rules:
         raise CertificateError("the rules leave out a combination of corners")
     return sizes
 
 
-def _loop(family: PolytopicLoop, where: str) -> Polynomial:
+def _loop(loop: PolytopicLoop, where: str) -> Polynomial:
     """Return G(w) = A(w) - B(w) K(w)."""
-    A = _stack(family, family.A)
-    if not family.K:
+    A = _stack(loop, loop.A)
+    if not loop.K:
         return A
-    if len(family.K) > 1 and not family.shared_weights:
+    if len(loop.K) > 1 and not loop.shared_weights:
         raise CertificateError(f"{where}: a law with weights of its own has no P(h) for both")
-    return A + -(_stack(family, family.B) @ _stack(family, family.K))
+    return A + -(_stack(loop, loop.B) @ _stack(loop, loop.K))
 
 
-def _stack(family: PolytopicLoop, stack: tuple[Matrix, ...]) -> Polynomial:
+def _stack(loop: PolytopicLoop, stack: tuple[Matrix, ...]) -> Polynomial:
     """Return sum_i h_i X_i as a polynomial; it has degree 0 where all rules share one matrix."""
-    sizes = _sizes(family)
+    sizes = _sizes(loop)
     if len(stack) == 1:
         return Polynomial(sizes, (0,) * len(sizes), {_flat(sizes): stack[0]})
-    rows = family.corners or tuple((i,) for i in range(len(stack)))
+    rows = loop.corners or tuple((i,) for i in range(len(stack)))
     terms = {
         tuple(_unit(size, corner) for size, corner in zip(sizes, row, strict=True)): X
         for row, X in zip(rows, stack, strict=True)
@@ -207,9 +207,9 @@ def _unit(size: int, corner: int) -> tuple[int, ...]:
     return tuple(int(c == corner) for c in range(size))
 
 
-def _scheduled(claim: Any, family: PolytopicLoop, where: str) -> tuple[Polynomial, list[Matrix]]:
+def _scheduled(claim: Any, loop: PolytopicLoop, where: str) -> tuple[Polynomial, list[Matrix]]:
     """Return P(w), and its Bernstein coefficients."""
-    sizes, n = _sizes(family), family.order
+    sizes, n = _sizes(loop), loop.order
     given = numbers(claim, "degrees", where, len(sizes))
     if any(d.denominator != 1 or not 0 <= d <= HIGHEST for d in given):
         raise CertificateError(f"{where}.degrees: whole numbers from 0 to {HIGHEST} are needed")

@@ -63,38 +63,38 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 Asked = list[tuple[Polynomial, str]]
 
 
-def check_fuzzy_l2_gain(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_fuzzy_l2_gain(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED if every coefficient is definite, else UNDECIDED with the first that fails."""
     name, gain = text(claim, "name", where), number(claim, "gain", where)
     if gain <= 0:
         raise CertificateError(f"{where}.gain: a positive number is needed")
-    asked, function = gain_inequalities(claim, family, where)
+    asked, function = gain_inequalities(claim, loop, where)
     for condition, words in asked:
-        for piece in leaves(claim, family, where, condition, Polynomial.halved):
+        for piece in leaves(claim, loop, where, condition, Polynomial.halved):
             fault = piece.failing()
             if fault:
                 return Claim(name, Verdict.UNDECIDED, f"{words} {fault}")
-    said = {"name": name, "claim": claim, "family": family, "gain": gain}
+    said = {"name": name, "claim": claim, "loop": loop, "gain": gain}
     return Found(Verdict.PROVED, "fuzzy_l2_gain", said | {"rates": function.rates})
 
 
 def gain_inequalities(
-    claim: Any, family: PolytopicLoop, where: str
+    claim: Any, loop: PolytopicLoop, where: str
 ) -> tuple[Asked, ScheduledFunction]:
     """Return the polynomials to be positive definite, each with a message, and P(w)."""
     gain = number(claim, "gain", where)
-    whole, entering, direct = channel_stacks(claim, family, where)
-    n, q, p = family.order, entering[0].shape[1], whole.C[0].shape[0]
-    order = 2 * n + q + p if family.is_discrete else n + q + p
-    found = scheduled_function(claim, family, where, order)
-    G = closed_polynomial(family, family.A, family.B, where)
+    whole, entering, direct = channel_stacks(claim, loop, where)
+    n, q, p = loop.order, entering[0].shape[1], whole.C[0].shape[0]
+    order = 2 * n + q + p if loop.is_discrete else n + q + p
+    found = scheduled_function(claim, loop, where, order)
+    G = closed_polynomial(loop, loop.A, loop.B, where)
     E = closed_polynomial(whole, entering, (), where)
     C = closed_polynomial(whole, whole.C, whole.D, where)
-    D = constant_polynomial(family, zero(p, q))
+    D = constant_polynomial(loop, zero(p, q))
     for stack in direct:
         D = D + closed_polynomial(whole, stack, (), where)
     asked: Asked = [(found.P, "P is not shown to be positive:")]
-    if family.is_discrete:
+    if loop.is_discrete:
         words = "the inequality at the next sample fails at"
         asked += [(_jump(found.P, b, G, E, C, D, gain), words) for b in found.coefficients]
     else:

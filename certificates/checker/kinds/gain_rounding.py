@@ -37,12 +37,12 @@ from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 
-def check_gain_rounding(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_gain_rounding(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
-    if not family.K:
+    if not loop.K:
         raise CertificateError(f"{where}: there are no gains that could be rounded")
-    m, n = family.K[0].shape
+    m, n = loop.K[0].shape
     alpha, relative = (number(claim, key, where) for key in ("decay_rate", "relative"))
     P, absolute = (
         read_matrix(claim, key, where, shape)
@@ -53,27 +53,27 @@ def check_gain_rounding(claim: Any, family: PolytopicLoop, where: str) -> Outcom
         return Claim(name, Verdict.UNDECIDED, "rate and steps must be >= 0, and every tau > 0")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(family, alpha)
-    effects = [_effect(P @ B, tau) for B in family.B]
-    steps = [_step(absolute, relative, K, tau) for K in family.K]
+    factor = decrease_factor(loop, alpha)
+    effects = [_effect(P @ B, tau) for B in loop.B]
+    steps = [_step(absolute, relative, K, tau) for K in loop.K]
     # Effect and step are convex in B and K: on a piece of the weights the means of their values at
     # the rules are upper bounds.
-    blends = blends_of(replace(family, more=(tuple(effects), tuple(steps))), claim, where)
-    bounded(len(blends), 2 * n if family.is_discrete else n)
+    blends = blends_of(replace(loop, more=(tuple(effects), tuple(steps))), claim, where)
+    bounded(len(blends), 2 * n if loop.is_discrete else n)
     for blend in blends:
-        effect, step = (blend.of(blend.family.more[side], side) for side in (0, 1))
-        if not _left_side(family, P, blend.A, factor, effect, step).is_positive_definite:
+        effect, step = (blend.of(blend.loop.more[side], side) for side in (0, 1))
+        if not _left_side(loop, P, blend.A, factor, effect, step).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    said = {"name": name, "family": family, "alpha": alpha}
+    said = {"name": name, "loop": loop, "alpha": alpha}
     said |= {"absolute": absolute, "relative": relative}
     return Found(Verdict.PROVED, "gain_rounding", said)
 
 
 def _left_side(
-    family: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction, effect: Matrix, step: Matrix
+    loop: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction, effect: Matrix, step: Matrix
 ) -> Matrix:
     PG = P @ G
-    if family.is_discrete:
+    if loop.is_discrete:
         return Matrix.blocks([[factor * P - step, PG.T], [PG, P - effect]])
     return -(PG + PG.T + factor * P + effect + step)
 

@@ -39,37 +39,37 @@ from takagi.certificates.checker.kinds.disturbance_channel import (
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_h2_norm(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_h2_norm(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``norm`` and a ``disturbance_channel``."""
     name = text(claim, "name", where)
-    norm, n = number(claim, "norm", where), family.order
+    norm, n = number(claim, "norm", where), loop.order
     P = read_matrix(claim, "P", where, (n, n))
     if norm <= 0:
         raise CertificateError(f"{where}.norm: a positive number is needed")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    for path in disturbance_channels(claim, family, where):
-        F, _, _ = quadratic_change(path.A, path.B, P, discrete=family.is_discrete)
+    for path in disturbance_channels(claim, loop, where):
+        F, _, _ = quadratic_change(path.A, path.B, P, discrete=loop.is_discrete)
         if not (F - path.C.T @ path.C).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {path.label}")
         through = _trace(path.through.T @ path.through)
-        if through and not family.is_discrete:
+        if through and not loop.is_discrete:
             return Claim(
                 name, Verdict.UNDECIDED, f"white noise reaches the output directly at {path.label}"
             )
         if _trace(path.B.T @ P @ path.B) + through > norm**2:
             return Claim(name, Verdict.UNDECIDED, f"the variance exceeds norm^2 at {path.label}")
-    if known := _of_the_noise(claim, family):
+    if known := _of_the_noise(claim, loop):
         return Claim(name, Verdict.UNDECIDED, f"premises depend on {known}, which is the noise")
-    said = {"name": name, "claim": claim, "family": family, "norm": norm}
-    entering = entrance(claim, family, where)[1]
+    said = {"name": name, "claim": claim, "loop": loop, "norm": norm}
+    entering = entrance(claim, loop, where)[1]
     return Found(Verdict.PROVED, "h2_norm", said | {"entering": entering})
 
 
-def _of_the_noise(claim: Any, family: PolytopicLoop) -> str:
+def _of_the_noise(claim: Any, loop: PolytopicLoop) -> str:
     """Return the premise variables that contain noise of the same instant; empty if none."""
-    noisy = family.disturbances if claim["disturbance"] == "disturbances" else family.inputs
-    return ", ".join(name for name in family.scheduled_by or () if name in noisy)
+    noisy = loop.disturbances if claim["disturbance"] == "disturbances" else loop.inputs
+    return ", ".join(name for name in loop.scheduled_by or () if name in noisy)
 
 
 def _trace(matrix: Matrix) -> Fraction:

@@ -27,35 +27,35 @@ from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, ro
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 
-def check_input_limits(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_input_limits(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name = text(claim, "name", where)
-    if not family.K:
+    if not loop.K:
         raise CertificateError(f"{where}: limits are about u = -Kx, but there are no gains")
-    limits = numbers(claim, "input_limits", where, family.K[0].shape[0])
-    held = read_invariant_set(claim, family, where)
-    why = held.why_not(family)
+    limits = numbers(claim, "input_limits", where, loop.K[0].shape[0])
+    held = read_invariant_set(claim, loop, where)
+    why = held.why_not(loop)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    bounded(len(family.K) * len(limits), family.order + 1)
-    for j, gain in enumerate(family.K):
+    bounded(len(loop.K) * len(limits), loop.order + 1)
+    for j, gain in enumerate(loop.K):
         for k, limit in enumerate(limits):
             if not reaches_at_most(held.P, held.level, row_of(gain, k), limit):
                 return Claim(
                     name, Verdict.UNDECIDED, f"gain {j + 1} may exceed the limit of input {k + 1}"
                 )
-    rates, moving, why = _rates(claim, family, held, where)
+    rates, moving, why = _rates(claim, loop, held, where)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    said = {"name": name, "family": family, "held": held, "limits": limits}
+    said = {"name": name, "loop": loop, "held": held, "limits": limits}
     return Found(Verdict.PROVED, "input_limits", said | {"rates": rates, "moving": moving})
 
 
 def _rates(
-    claim: Any, family: PolytopicLoop, held: InvariantSet, where: str
+    claim: Any, loop: PolytopicLoop, held: InvariantSet, where: str
 ) -> tuple[list[Fraction] | None, list[Fraction], str]:
     """Return (rate limits, their assumptions, why they fail); None for no limits."""
     if "rate_limits" not in claim:
         return None, [], ""
-    limits = numbers(claim, "rate_limits", where, family.K[0].shape[0])
-    return limits, *why_rate_fails(claim, family, held, limits, where)
+    limits = numbers(claim, "rate_limits", where, loop.K[0].shape[0])
+    return limits, *why_rate_fails(claim, loop, held, limits, where)

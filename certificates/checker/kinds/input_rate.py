@@ -42,7 +42,7 @@ MOST_RULES, MOST_MOVING = 24, 10
 
 
 def why_rate_fails(
-    claim: Any, family: PolytopicLoop, held: InvariantSet, limits: Sequence[Fraction], where: str
+    claim: Any, loop: PolytopicLoop, held: InvariantSet, limits: Sequence[Fraction], where: str
 ) -> tuple[list[Fraction], str]:
     """Return (assumed rates of memberships, reason); the reason is empty if the limits are proved.
 
@@ -53,20 +53,20 @@ def why_rate_fails(
     m = len(limits)
     shares = member(claim, "rate_shares", where)
     motion = numbers(shares, "motion", f"{where}.rate_shares", m)
-    for piece in pieces(claim, family, where):
-        for row in motion_rows(piece, where, later=family.K):
+    for piece in pieces(claim, loop, where):
+        for row in motion_rows(piece, where, later=loop.K):
             for k in range(m):
                 if not reaches_at_most(held.P, held.level, row_of(row, k), motion[k]):
                     return [], f"input {k + 1} may move faster than its share with the state"
-    total = [a + b for a, b in zip(motion, _pushed(family, held, m), strict=True)]
+    total = [a + b for a, b in zip(motion, _pushed(loop, held, m), strict=True)]
     phi: list[Fraction] = []
-    if len(family.K) > 1 and not family.is_discrete:
+    if len(loop.K) > 1 and not loop.is_discrete:
         moving = numbers(shares, "memberships", f"{where}.rate_shares", m)
-        phi = numbers(claim, "membership_rates", where, len(family.K))
-        bounded(m * len(phi) << min(len(phi), MOST_MOVING), family.order + 1)
+        phi = numbers(claim, "membership_rates", where, len(loop.K))
+        bounded(m * len(phi) << min(len(phi), MOST_MOVING), loop.order + 1)
         total = [a + b for a, b in zip(total, moving, strict=True)]
         for corner in membership_corners(phi, where):
-            row = _combined(corner, family.K)
+            row = _combined(corner, loop.K)
             for k in range(m):
                 if not reaches_at_most(held.P, held.level, row_of(row, k), moving[k]):
                     return [], f"input {k + 1} may move faster than its share with memberships"
@@ -76,50 +76,50 @@ def why_rate_fails(
     return phi, ""
 
 
-def motion_rows(family: PolytopicLoop, where: str, later: Stack | None = None) -> Iterator[Matrix]:
+def motion_rows(loop: PolytopicLoop, where: str, later: Stack | None = None) -> Iterator[Matrix]:
     """Yield the matrices of which u', or u(x+) - u(x), is a blend times x, for h' = 0.
 
     Parameters
     ----------
-    later : the gains K_l at the next sample if ``family`` is a piece of the weights: the gains of
+    later : the gains K_l at the next sample if ``loop`` is a piece of the weights: the gains of
         all rules, because h+ may lie outside the piece of h.
     """
-    r, (m, n) = family.rules, family.K[0].shape
-    if len(family.K) == 1:
-        blends = family.blends()
+    r, (m, n) = loop.rules, loop.K[0].shape
+    if len(loop.K) == 1:
+        blends = loop.blends()
         bounded(m * len(blends), n + 1)
         for blend in blends:
-            one = Matrix.identity(family.order)
-            yield family.K[0] @ (blend.A - one if family.is_discrete else blend.A)
+            one = Matrix.identity(loop.order)
+            yield loop.K[0] @ (blend.A - one if loop.is_discrete else blend.A)
         return
     if r > MOST_RULES:
         raise CertificateError(f"{where}: rates of more than {MOST_RULES} rules are not claimed")
-    if family.is_discrete:
-        blends = family.blends()
-        later = later or family.K
+    if loop.is_discrete:
+        blends = loop.blends()
+        later = later or loop.K
         bounded(m * len(later) * len(blends), n + 1)
         for gain in later:
             for blend in blends:
                 yield gain @ blend.A - blend.K
         return
-    if not family.shared_weights:
+    if not loop.shared_weights:
         raise CertificateError(f"{where}: rates of a law with weights of its own are not claimed")
     bounded(m * comb(r + 2, 3), n + 1)
-    loops = [[_at(family.A, i) - _at(family.B, i) @ K for K in family.K] for i in range(r)]
+    loops = [[_at(loop.A, i) - _at(loop.B, i) @ K for K in loop.K] for i in range(r)]
     for chosen in combinations_with_replacement(range(r), 3):
         orders = sorted(set(permutations(chosen)))
-        yield mean([family.K[j] @ loops[i][k] for j, i, k in orders])
+        yield mean([loop.K[j] @ loops[i][k] for j, i, k in orders])
 
 
 def _at(stack: tuple[Matrix, ...], i: int) -> Matrix:
     return stack[i if len(stack) > 1 else 0]
 
 
-def _pushed(family: PolytopicLoop, held: InvariantSet, m: int) -> list[Fraction]:
+def _pushed(loop: PolytopicLoop, held: InvariantSet, m: int) -> list[Fraction]:
     """Return (m,): max_ji sum_l |K_j E_i|_kl b_l."""
     bounds = held.each_bound
     most = [Fraction(0)] * m
-    for gain, entering in product(family.K, held.E):
+    for gain, entering in product(loop.K, held.E):
         effect = gain @ entering
         for k in range(m):
             size = sum((abs(effect[k, i]) * b for i, b in enumerate(bounds)), Fraction(0))

@@ -18,12 +18,12 @@ from takagi.certificates.checker.kinds.invariant_set import read_invariant_set
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_invariant_ellipsoid(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_invariant_ellipsoid(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the evidence of ``invariant_set``."""
     name = text(claim, "name", where)
-    held = read_invariant_set(claim, family, where)
-    why = held.why_not(family)
+    held = read_invariant_set(claim, loop, where)
+    why = held.why_not(loop)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    said = {"name": name, "family": family, "held": held}
+    said = {"name": name, "loop": loop, "held": held}
     return Found(Verdict.PROVED, "invariant_ellipsoid", said)

@@ -35,7 +35,7 @@ from itertools import product
 from typing import Any
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, numbers
+from takagi.certificates.checker.kernel.reader import number, numbers, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.disturbance_channel import (
     entrance,
@@ -69,19 +69,19 @@ class InvariantSet:
     claim: Any = None
     where: str = ""
 
-    def why_not(self, family: PolytopicLoop) -> str:
+    def why_not(self, loop: PolytopicLoop) -> str:
         """Return why the set is not proved invariant and inside the box; empty if it is proved."""
         if not self.P.is_positive_definite:
             return "P is not symmetric positive definite"
-        for label, whole in self._inequalities(family):
+        for label, whole in self._inequalities(loop):
             if not whole.is_positive_semidefinite:
                 return f"the inequality of invariance fails at {label}"
         bounds = self.each_bound
-        idle = (Fraction(0),) * len(family.disturbances)
-        beyond = beyond_range(family, bounds if self.way == "disturbances" else idle)
+        idle = (Fraction(0),) * len(loop.disturbances)
+        beyond = beyond_range(loop, bounds if self.way == "disturbances" else idle)
         if beyond:
             return beyond
-        return outside_of(family, self.P, self.level, bounds if self.way == "inputs" else ())
+        return outside_of(loop, self.P, self.level, bounds if self.way == "inputs" else ())
 
     @property
     def each_bound(self) -> tuple[Fraction, ...]:
@@ -91,22 +91,20 @@ class InvariantSet:
         # |w|_2 <= b implies |w_k| <= b for every k.
         return self.bounds * self.E[0].shape[1] if self.is_ball else self.bounds
 
-    def _inequalities(self, family: PolytopicLoop) -> Iterator[tuple[str, Matrix]]:
-        entering = replace(family, E=self.E) if self.E else family
+    def _inequalities(self, loop: PolytopicLoop) -> Iterator[tuple[str, Matrix]]:
+        entering = replace(loop, E=self.E) if self.E else loop
         corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
         wide = self.E[0].shape[1] if self.is_ball else 1
         blends = blends_of(entering, self.claim, self.where)
-        bounded(len(blends) * corners, family.order + wide)
+        bounded(len(blends) * corners, loop.order + wide)
         for blend in blends:
             if self.bounds is None:
-                idle = Matrix([[0]] * family.order)
-                F, _, _ = quadratic_change(blend.A, idle, self.P, discrete=family.is_discrete)
+                idle = Matrix([[0]] * loop.order)
+                F, _, _ = quadratic_change(blend.A, idle, self.P, discrete=loop.is_discrete)
                 yield blend.label, F - self.multiplier * self.P
                 continue
             for W in self._corners():
-                F, G, H = quadratic_change(
-                    blend.A, blend.E @ W, self.P, discrete=family.is_discrete
-                )
+                F, G, H = quadratic_change(blend.A, blend.E @ W, self.P, discrete=loop.is_discrete)
                 rest = scaled_identity(W.shape[1], self.multiplier * self.level) - H
                 yield (
                     blend.label,
@@ -124,7 +122,7 @@ class InvariantSet:
             yield Matrix.of([[s * b] for s, b in zip((1, *signs), self.bounds, strict=True)])
 
 
-def read_invariant_set(claim: Any, family: PolytopicLoop, where: str) -> InvariantSet:
+def read_invariant_set(claim: Any, loop: PolytopicLoop, where: str) -> InvariantSet:
     """Return the claim's set.
 
     Raises
@@ -132,15 +130,15 @@ def read_invariant_set(claim: Any, family: PolytopicLoop, where: str) -> Invaria
     CertificateError : wrong shapes, numbers that are not positive, or a disturbance that the model
         does not have.
     """
-    n = family.order
+    n = loop.order
     P = read_matrix(claim, "P", where, (n, n))
-    level, multiplier = (_positive(claim, key, where) for key in ("level", "multiplier"))
+    level, multiplier = (positive(claim, key, where) for key in ("level", "multiplier"))
     # V(x+) <= (1 - s) V + s c keeps V <= c from V <= c only for s <= 1.
-    if family.is_discrete and multiplier > 1:
+    if loop.is_discrete and multiplier > 1:
         raise CertificateError(f"{where}.multiplier: at most 1 in discrete time")
     if "disturbance" not in claim:
         return InvariantSet(P, level, multiplier, claim=claim, where=where)
-    way, E = entrance(claim, family, where)
+    way, E = entrance(claim, loop, where)
     ball = "disturbance_norm" in claim
     if ball:
         bounds = [number(claim, "disturbance_norm", where)]
@@ -163,10 +161,3 @@ def read_invariant_set(claim: Any, family: PolytopicLoop, where: str) -> Invaria
         claim=claim,
         where=where,
     )
-
-
-def _positive(claim: Any, key: str, where: str) -> Fraction:
-    value = number(claim, key, where)
-    if value <= 0:
-        raise CertificateError(f"{where}.{key}: a positive number is needed")
-    return value

@@ -34,17 +34,17 @@ from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, out
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_l2_gain(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_l2_gain(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with ``P``, ``gain`` and a ``disturbance_channel``."""
     name = text(claim, "name", where)
-    gain, n = number(claim, "gain", where), family.order
+    gain, n = number(claim, "gain", where), loop.order
     P = read_matrix(claim, "P", where, (n, n))
     if gain <= 0:
         raise CertificateError(f"{where}.gain: a positive number is needed")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    for path in disturbance_channels(claim, family, where):
-        F, G, H = quadratic_change(path.A, path.B, P, discrete=family.is_discrete)
+    for path in disturbance_channels(claim, loop, where):
+        F, G, H = quadratic_change(path.A, path.B, P, discrete=loop.is_discrete)
         C, D = path.C, path.through
         side = -(G + 1 / gain * (C.T @ D))
         corner = scaled_identity(D.shape[1], gain) - H - 1 / gain * (D.T @ D)
@@ -56,10 +56,10 @@ def check_l2_gain(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
         energy = number(claim, "energy_bound", where)
         if energy <= 0:
             raise CertificateError(f"{where}.energy_bound: a positive number is needed")
-        if claim["disturbance"] == "inputs" and bounded_inputs(family):
+        if claim["disturbance"] == "inputs" and bounded_inputs(loop):
             return Claim(name, Verdict.UNDECIDED, "no bound of energy keeps an input in its range")
-        why = outside_of(family, P, gain * energy**2)
+        why = outside_of(loop, P, gain * energy**2)
         if why:
             return Claim(name, Verdict.UNDECIDED, why)
-    said = {"name": name, "claim": claim, "family": family, "gain": gain, "energy": energy}
+    said = {"name": name, "claim": claim, "loop": loop, "gain": gain, "energy": energy}
     return Found(Verdict.PROVED, "l2_gain", said)

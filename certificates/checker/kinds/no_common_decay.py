@@ -51,39 +51,39 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack
 Weights = list[Fraction]
 
 
-def check_no_common_decay(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_no_common_decay(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return DISPROVED when the evidence excludes a common P, else UNDECIDED."""
     name = text(claim, "name", where)
     alpha = number(claim, "decay_rate", where)
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    if len(family.K) > 1 and not family.shared_weights:
+    if len(loop.K) > 1 and not loop.shared_weights:
         words = "the law has weights of its own: which gain meets which rule is not known"
         return Claim(name, Verdict.UNDECIDED, words)
-    factor = _factor(family, alpha)
+    factor = _factor(loop, alpha)
     if "multipliers" in claim:
-        blends, shown = _multipliers_exclude(claim, family, factor, alpha > 0, where)
+        blends, shown = _multipliers_exclude(claim, loop, factor, alpha > 0, where)
     else:
-        h, G = _blend(claim, family, where)
-        P = read_matrix(claim, "P", where, (family.order, family.order))
-        falls = decrease(family, P, G, factor).is_positive_definite
+        h, G = _blend(claim, loop, where)
+        P = read_matrix(claim, "P", where, (loop.order, loop.order))
+        falls = decrease(loop, P, G, factor).is_positive_definite
         blends, shown = [h], P.is_symmetric and falls and not P.is_positive_definite
     if not shown:
         return Claim(name, Verdict.UNDECIDED, "the evidence does not exclude a common P")
-    said = {"name": name, "family": family, "alpha": alpha, "blends": blends}
+    said = {"name": name, "loop": loop, "alpha": alpha, "blends": blends}
     return Found(Verdict.DISPROVED, "no_common_decay", said)
 
 
-def _factor(family: PolytopicLoop, alpha: Fraction) -> Fraction:
+def _factor(loop: PolytopicLoop, alpha: Fraction) -> Fraction:
     """Return 2 alpha in continuous time, rho^2 >= e^(-2 alpha T) in discrete time."""
-    if family.sample_time is None:
+    if loop.sample_time is None:
         return 2 * alpha
     # Rounded up: a larger rho^2 makes it harder to disprove a common P.
-    return exp_above(2 * alpha * family.sample_time) if alpha else Fraction(1)
+    return exp_above(2 * alpha * loop.sample_time) if alpha else Fraction(1)
 
 
 def _multipliers_exclude(
-    claim: Any, family: PolytopicLoop, factor: Fraction, nonzero: bool, where: str
+    claim: Any, loop: PolytopicLoop, factor: Fraction, nonzero: bool, where: str
 ) -> tuple[list[Weights], bool]:
     """Return the blends' weights, and whether S >= 0 with multipliers that are not all zero.
 
@@ -92,48 +92,48 @@ def _multipliers_exclude(
     listed = member(claim, "multipliers", where)
     if not listed or not isinstance(listed, list):
         raise CertificateError(f"{where}.multipliers: a list of them is needed")
-    bounded(len(listed), family.order)
-    total, size, blends = 0 * Matrix.identity(family.order), Fraction(0), []
+    bounded(len(listed), loop.order)
+    total, size, blends = 0 * Matrix.identity(loop.order), Fraction(0), []
     for i, entry in enumerate(listed):
         place = f"{where}.multipliers[{i}]"
-        h, G = _blend(entry, family, place)
+        h, G = _blend(entry, loop, place)
         L = read_matrix(entry, "factor", place)
         Z = L @ L.T
         blends.append(h)
         size += sum(Z[k, k] for k in range(len(Z.rows)))
-        total = (total + _dual(family, G, Z, factor)).reduced()
+        total = (total + _dual(loop, G, Z, factor)).reduced()
     # For alpha > 0 the claimed decay allows equality, so a zero sum would not contradict it.
     if nonzero and not any(any(row) for row in total.rows):
         return blends, False
     return blends, size > 0 and total.is_positive_semidefinite
 
 
-def _dual(family: PolytopicLoop, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
+def _dual(loop: PolytopicLoop, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
     GZ = G @ Z
-    if family.is_discrete:
+    if loop.is_discrete:
         return GZ @ G.T - factor * Z
     return GZ + GZ.T + factor * Z
 
 
-def _blend(owner: Any, family: PolytopicLoop, where: str) -> tuple[Weights, Matrix]:
+def _blend(owner: Any, loop: PolytopicLoop, where: str) -> tuple[Weights, Matrix]:
     """Return the weights h of a blend, and G(h)."""
-    h = _weights(owner, family, where)
-    A = _at(family.A, h)
-    return h, A - _at(family.B, h) @ _at(family.K, h) if family.K and family.B else A
+    h = _weights(owner, loop, where)
+    A = _at(loop.A, h)
+    return h, A - _at(loop.B, h) @ _at(loop.K, h) if loop.K and loop.B else A
 
 
-def _weights(owner: Any, family: PolytopicLoop, where: str) -> Weights:
+def _weights(owner: Any, loop: PolytopicLoop, where: str) -> Weights:
     """Return h, (rules,)."""
     if isinstance(member(owner, "blend", where), Number):
         k = integer(owner, "blend", where)
-        if not 0 <= k < family.rules:
-            raise CertificateError(f"{where}.blend: 0 to {family.rules - 1} is needed")
-        return [Fraction(i == k) for i in range(family.rules)]
-    corners = family.corners or tuple((i,) for i in range(family.rules))
+        if not 0 <= k < loop.rules:
+            raise CertificateError(f"{where}.blend: 0 to {loop.rules - 1} is needed")
+        return [Fraction(i == k) for i in range(loop.rules)]
+    corners = loop.corners or tuple((i,) for i in range(loop.rules))
     rows = owner["blend"]
     if not isinstance(rows, list) or len(rows) != len(corners[0]):
         raise CertificateError(f"{where}.blend: a rule, or {len(corners[0])} rows are needed")
-    size = 2 if family.corners else family.rules
+    size = 2 if loop.corners else loop.rules
     w = [numbers({"blend": row}, "blend", where, size) for row in rows]
     if any(min(row) < 0 or sum(row) == 0 for row in w):
         raise CertificateError(f"{where}.blend: shares >= 0, not all 0, are needed")

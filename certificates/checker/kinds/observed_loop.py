@@ -61,41 +61,41 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bound
 Bound = tuple[Matrix, Fraction, str]
 
 
-def check_observed_loop(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_observed_loop(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED if every inequality of the module holds, else UNDECIDED with the first."""
-    name, n = text(claim, "name", where), family.order
+    name, n = text(claim, "name", where), loop.order
     alpha, level = number(claim, "decay_rate", where), number(claim, "level", where)
     P = read_matrix(claim, "P", where, (2 * n, 2 * n))
     if alpha < 0 or level <= 0:
         raise CertificateError(f"{where}: decay_rate >= 0 and level > 0 are needed")
-    law = _law(family, where)
-    hidden = _unknown_premise(family, law)
+    law = _law(loop, where)
+    hidden = _unknown_premise(loop, law)
     if hidden:
         return Claim(name, Verdict.UNDECIDED, hidden)
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(family, alpha)
-    for label, G in whole_loops(claim, family, where):
-        if not decrease(family, P, G, factor).is_positive_definite:
+    factor = decrease_factor(loop, alpha)
+    for label, G in whole_loops(claim, loop, where):
+        if not decrease(loop, P, G, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
-    if beyond := beyond_range(family, (Fraction(0),) * len(family.disturbances)):
+    if beyond := beyond_range(loop, (Fraction(0),) * len(loop.disturbances)):
         return Claim(name, Verdict.UNDECIDED, beyond)
-    for row, half, what in ranges_kept(claim, family, where):
+    for row, half, what in ranges_kept(claim, loop, where):
         if not reaches_at_most(P, level, row, half):
             return Claim(name, Verdict.UNDECIDED, f"{what} may leave its range in the model's box")
-    said = {"name": name, "family": family, "P": P, "level": level, "alpha": alpha}
-    said["limits"] = input_limits(claim, family, where)
+    said = {"name": name, "loop": loop, "P": P, "level": level, "alpha": alpha}
+    said["limits"] = input_limits(claim, loop, where)
     return Found(Verdict.PROVED, "observed_loop", said)
 
 
-def whole_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
+def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the matrices of z', each with a name."""
-    law = _law(family, where)
+    law = _law(loop, where)
     if not law.at_estimate:
-        yield from joint_loops(claim, family, where, law.L)
+        yield from joint_loops(claim, loop, where, law.L)
         return
-    (L,), n = law.L, family.order
-    blends = blends_of(replace(family, C=(), D=(), E=()), claim, where)
+    (L,), n = law.L, loop.order
+    blends = blends_of(replace(loop, C=(), D=(), E=()), claim, where)
     bounded(len(blends) * len(law.slopes), 2 * n)
     errors = [(L @ R, S - L @ R) for S, R in law.slopes]
     for blend in blends:
@@ -104,59 +104,59 @@ def whole_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple
             yield f"{blend.label}, slope {k + 1}", Matrix.blocks([[A, push], [zero(n, n), error]])
 
 
-def ranges_kept(claim: Any, family: PolytopicLoop, where: str) -> Iterator[Bound]:
+def ranges_kept(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[Bound]:
     """Yield the quantities with a range, and the inputs with limits in the claim."""
-    law, n = _law(family, where), family.order
+    law, n = _law(loop, where), loop.order
     one, none = Matrix.identity(n), zero(n, n)
-    if len({*family.states, *family.inputs}) < len(family.states) + len(family.inputs):
+    if len({*loop.states, *loop.inputs}) < len(loop.states) + len(loop.inputs):
         raise CertificateError(f"{where}: a state and an input have one name, also in the box")
     plant = Matrix.blocks([[one, one if law.at_estimate else none]])
-    for k, side in enumerate(family.box):
+    for k, side in enumerate(loop.box):
         if side is None:
             continue
         half = min(-side[0], side[1])
-        yield row_of(plant, k), half, family.states[k]
+        yield row_of(plant, k), half, loop.states[k]
         if law.at_estimate:
             estimate = Matrix.blocks([[one, none]])
-            yield row_of(estimate, k), half, f"the estimate of {family.states[k]}"
-    halves = [(k, min(-side[0], side[1])) for k, side in bounded_inputs(family).items()]
-    halves += enumerate(input_limits(claim, family, where))
-    for j, K in enumerate(family.K):
+            yield row_of(estimate, k), half, f"the estimate of {loop.states[k]}"
+    halves = [(k, min(-side[0], side[1])) for k, side in bounded_inputs(loop).items()]
+    halves += enumerate(input_limits(claim, loop, where))
+    for j, K in enumerate(loop.K):
         whole = Matrix.blocks([[K, zero(*K.shape) if law.at_estimate else -K]])
         for k, half in halves:
-            name = family.inputs[k] if family.inputs else f"input {k + 1}"
+            name = loop.inputs[k] if loop.inputs else f"input {k + 1}"
             yield row_of(whole, k), half, f"{name} by gain {j + 1}"
 
 
-def input_limits(claim: Any, family: PolytopicLoop, where: str) -> list[Fraction]:
+def input_limits(claim: Any, loop: PolytopicLoop, where: str) -> list[Fraction]:
     """Return the limits of the claim on |u_k|; none if it has none."""
     if "input_limits" not in claim:
         return []
-    return numbers(claim, "input_limits", where, family.K[0].shape[0])
+    return numbers(claim, "input_limits", where, loop.K[0].shape[0])
 
 
-def _law(family: PolytopicLoop, where: str) -> ObserverLaw:
-    refuse_averages(family, "observer", where)
-    if family.observer is None:
+def _law(loop: PolytopicLoop, where: str) -> ObserverLaw:
+    refuse_averages(loop, "observer", where)
+    if loop.observer is None:
         raise CertificateError(f"{where}: gains with an observer are needed (gains.observer)")
-    if not family.C:
+    if not loop.C:
         raise CertificateError(f"{where}: the model has no output to observe from")
-    if not family.K or not family.shared_weights:
+    if not loop.K or not loop.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
-    return family.observer
+    return loop.observer
 
 
-def _unknown_premise(family: PolytopicLoop, law: ObserverLaw) -> str:
+def _unknown_premise(loop: PolytopicLoop, law: ObserverLaw) -> str:
     """Return why the observer cannot compute its weights; empty if it can.
 
     It evaluates its premises before it commands, so that it does not know an input.
     """
-    commanded = [name for name in family.scheduled_by or () if name in family.inputs]
+    commanded = [name for name in loop.scheduled_by or () if name in loop.inputs]
     if commanded:
         return f"premises depend on {commanded[0]}, which the law knows after it has commanded"
     if not law.at_estimate:
-        hidden = hidden_premises(family)
+        hidden = hidden_premises(loop)
         return f"premises depend on {hidden}, which is not measured" if hidden else ""
     # With weights at the estimate the observer knows estimated states, but no outside signals.
-    outside = [name for name in family.scheduled_by or () if name not in family.states]
+    outside = [name for name in loop.scheduled_by or () if name not in loop.states]
     return f"premises depend on {outside[0]}, which the observer does not know" if outside else ""

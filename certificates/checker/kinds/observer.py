@@ -48,25 +48,25 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bound
 Stack = tuple[Matrix, ...]
 
 
-def check_observer(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_observer(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``observer``."""
-    refuse_averages(family, "observer", where)
+    refuse_averages(loop, "observer", where)
     secants = "secants" in claim
-    loops = (secant_loops if secants else error_loops)(claim, family, where)
+    loops = (secant_loops if secants else error_loops)(claim, loop, where)
     about = {"feedback": False, "secants": secants}
-    return _verdict(claim, family, family.order, loops, about, where)
+    return _verdict(claim, loop, loop.order, loops, about, where)
 
 
-def check_observed_feedback(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_observed_feedback(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``observed-feedback``."""
-    refuse_averages(family, "observer", where)
-    loops, about = joint_loops(claim, family, where), {"feedback": True, "secants": False}
-    return _verdict(claim, family, 2 * family.order, loops, about, where)
+    refuse_averages(loop, "observer", where)
+    loops, about = joint_loops(claim, loop, where), {"feedback": True, "secants": False}
+    return _verdict(claim, loop, 2 * loop.order, loops, about, where)
 
 
 def _verdict(
     claim: Any,
-    family: PolytopicLoop,
+    loop: PolytopicLoop,
     order: int,
     loops: Iterator[tuple[str, Matrix]],
     about: dict[str, bool],
@@ -76,39 +76,39 @@ def _verdict(
     P = read_matrix(claim, "P", where, (order, order))
     if alpha < 0:
         return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    hidden = hidden_premises(family)
+    hidden = hidden_premises(loop)
     if hidden:
         return Claim(name, Verdict.UNDECIDED, f"premises depend on {hidden}, which is not measured")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(family, alpha)
+    factor = decrease_factor(loop, alpha)
     for label, G in loops:
-        if not decrease(family, P, G, factor).is_positive_definite:
+        if not decrease(loop, P, G, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
-    said = {"name": name, "family": family, "alpha": alpha, **about}
+    said = {"name": name, "loop": loop, "alpha": alpha, **about}
     return Found(Verdict.PROVED, "observer", said)
 
 
-def hidden_premises(family: PolytopicLoop) -> str:
+def hidden_premises(loop: PolytopicLoop) -> str:
     """Return a premise variable that no output measures directly; empty if all are measured."""
-    for name in family.scheduled_by or ():
-        if name in family.inputs:
+    for name in loop.scheduled_by or ():
+        if name in loop.inputs:
             continue
-        k = family.states.index(name) if name in family.states else -1
-        count = family.C[0].shape[0] if family.C else 0
-        if not any(_shows(family, i, k) for i in range(count)):
+        k = loop.states.index(name) if name in loop.states else -1
+        count = loop.C[0].shape[0] if loop.C else 0
+        if not any(_shows(loop, i, k) for i in range(count)):
             return name
     return ""
 
 
-def _shows(family: PolytopicLoop, i: int, k: int) -> bool:
+def _shows(loop: PolytopicLoop, i: int, k: int) -> bool:
     """Return whether output i is a multiple of state k, the same in all rules, and nothing else.
 
     A feedthrough that differs by rule could not be subtracted from the output.
     """
-    alone = all(_only(C.rows[i]) == k for C in family.C)
-    fed = any(any(row) for D in family.D for row in D.rows[i : i + 1])
-    return alone and not fed and len({C[i, k] for C in family.C}) == 1
+    alone = all(_only(C.rows[i]) == k for C in loop.C)
+    fed = any(any(row) for D in loop.D for row in D.rows[i : i + 1])
+    return alone and not fed and len({C[i, k] for C in loop.C}) == 1
 
 
 def _only(row: list[int]) -> int | None:
@@ -117,43 +117,43 @@ def _only(row: list[int]) -> int | None:
     return places[0] if len(places) == 1 else None
 
 
-def _gains(claim: Any, family: PolytopicLoop, where: str) -> Stack:
+def _gains(claim: Any, loop: PolytopicLoop, where: str) -> Stack:
     """Return L, and check that it fits the outputs."""
-    if not family.C:
+    if not loop.C:
         raise CertificateError(f"{where}: the model has no output to observe from")
     L = read_stack(claim, "L", where)
-    needed = (family.order, family.C[0].shape[0])
-    if L[0].shape != needed or len(L) not in (1, family.rules):
+    needed = (loop.order, loop.C[0].shape[0])
+    if L[0].shape != needed or len(L) not in (1, loop.rules):
         raise CertificateError(
-            f"{where}.L: {needed[0]} by {needed[1]} is needed, one or {family.rules} of them"
+            f"{where}.L: {needed[0]} by {needed[1]} is needed, one or {loop.rules} of them"
         )
     return L
 
 
-def secant_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
+def secant_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield A_i + S_k - L C_i."""
-    L = _gains(claim, family, where)
-    if family.scheduled_by is not None:
+    L = _gains(claim, loop, where)
+    if loop.scheduled_by is not None:
         raise CertificateError(f"{where}.secants: this model is a whole plant, with no f besides")
-    secants, n = read_stack(claim, "secants", where), family.order
+    secants, n = read_stack(claim, "secants", where), loop.order
     if len(L) != 1 or secants[0].shape != (n, n):
         raise CertificateError(f"{where}: one L and secants of {n} by {n} are needed")
-    bounded(family.rules * len(secants), n)
-    for i in range(family.rules):
-        error = _at(family.A, i) - L[0] @ _at(family.C, i)
+    bounded(loop.rules * len(secants), n)
+    for i in range(loop.rules):
+        error = _at(loop.A, i) - L[0] @ _at(loop.C, i)
         for k, secant in enumerate(secants):
             yield f"rule {i + 1} and secant {k + 1}", error + secant
 
 
-def error_loops(claim: Any, family: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
+def error_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of A_i - L_j C_i over each group of pairs with equal weights."""
-    L = _gains(claim, family, where)
-    for blend in blends_of(_of_error(family, L), claim, where):
+    L = _gains(claim, loop, where)
+    for blend in blends_of(_of_error(loop, L), claim, where):
         yield blend.label, blend.A.T
 
 
 def joint_loops(
-    claim: Any, family: PolytopicLoop, where: str, L: Stack | None = None
+    claim: Any, loop: PolytopicLoop, where: str, L: Stack | None = None
 ) -> Iterator[tuple[str, Matrix]]:
     """Yield the mean of the matrix of z = (x, e) over each group of pairs with equal weights.
 
@@ -161,31 +161,31 @@ def joint_loops(
     ----------
     L : gains of an observer that is a part of the law; None takes those of the claim.
     """
-    L = _gains(claim, family, where) if L is None else L
-    if not family.K or not family.shared_weights:
+    L = _gains(claim, loop, where) if L is None else L
+    if not loop.K or not loop.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
-    rest = zero(family.order, family.order)
-    error, both = _of_error(family, L), replace(family, C=(), D=(), E=())
+    rest = zero(loop.order, loop.order)
+    error, both = _of_error(loop, L), replace(loop, C=(), D=(), E=())
     if len(both.groups()) != len(error.groups()):
         # One of the two loops is affine in h and would be tested rule by rule; both must have the
         # same groups of pairs to form one matrix.
         error, both = _pair_by_pair(error), _pair_by_pair(both)
     blends = blends_of(both, claim, where)
-    bounded(len(blends), 2 * family.order)
+    bounded(len(blends), 2 * loop.order)
     for one, other in zip(blends, blends_of(error, claim, where), strict=True):
-        push = one.of(one.family.A) - one.A
+        push = one.of(one.loop.A) - one.A
         yield one.label, Matrix.blocks([[one.A, push], [rest, other.A.T]])
 
 
-def _of_error(family: PolytopicLoop, L: Stack) -> PolytopicLoop:
+def _of_error(loop: PolytopicLoop, L: Stack) -> PolytopicLoop:
     """Return (A_i - L_j C_i)' as the closed loop of A_i' and C_i' with gains L_j'."""
-    A, C, K = (tuple(M.T for M in stack) for stack in (family.A, family.C, L))
-    return replace(family, A=A, B=C, C=(), D=(), E=(), K=K, shared_weights=True)
+    A, C, K = (tuple(M.T for M in stack) for stack in (loop.A, loop.C, L))
+    return replace(loop, A=A, B=C, C=(), D=(), E=(), K=K, shared_weights=True)
 
 
-def _pair_by_pair(family: PolytopicLoop) -> PolytopicLoop:
-    B, K = (stack if len(stack) > 1 else stack * family.rules for stack in (family.B, family.K))
-    return replace(family, B=B, K=K)
+def _pair_by_pair(loop: PolytopicLoop) -> PolytopicLoop:
+    B, K = (stack if len(stack) > 1 else stack * loop.rules for stack in (loop.B, loop.K))
+    return replace(loop, B=B, K=K)
 
 
 def _at(stack: Stack, i: int) -> Matrix:

@@ -34,23 +34,23 @@ from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_i
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_peak(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_peak(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
     name = text(claim, "name", where)
-    held = read_invariant_set(claim, family, where)
+    held = read_invariant_set(claim, loop, where)
     if held.bounds is None or not held.is_ball or held.bounds[0] == 0:
         raise CertificateError(f"{where}.disturbance_norm: a positive bound on |w|_2 is needed")
     gain = number(claim, "gain", where)
     share = number(claim, "share", where) if "share" in claim else Fraction(0)
     if gain <= 0 or not 0 <= share <= 1:
         raise CertificateError(f"{where}: gain > 0 and 0 <= share <= 1 are needed")
-    why = held.why_not(family)
+    why = held.why_not(loop)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    for path in disturbance_channels(claim, family, where):
+    for path in disturbance_channels(claim, loop, where):
         if not _left(path, held, gain, share).is_positive_semidefinite:
             return Claim(name, Verdict.UNDECIDED, f"the output exceeds its bound at {path.label}")
-    said = {"name": name, "claim": claim, "family": family, "held": held, "gain": gain}
+    said = {"name": name, "claim": claim, "loop": loop, "held": held, "gain": gain}
     return Found(Verdict.PROVED, "peak", said | {"bound": held.bounds[0]})
 
 

@@ -22,25 +22,25 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 def check_quadratic(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
     """Return the verdict on a claim of kind ``quadratic-decay``."""
-    family = _loop(claim, where)
+    loop = _loop(claim, where)
     if "K" not in claim:
-        return _of_own(check_decay(claim, family, where), "own_matrices")
+        return _of_own(check_decay(claim, loop, where), "own_matrices")
     B, K = read_stack(claim, "B", where), read_stack(claim, "K", where)
-    n, m = family.order, len(B[0].rows[0])
-    if not len(K) == len(B) == family.rules or B[0].shape != (n, m) or K[0].shape != (m, n):
+    n, m = loop.order, len(B[0].rows[0])
+    if not len(K) == len(B) == loop.rules or B[0].shape != (n, m) or K[0].shape != (m, n):
         raise CertificateError(f"{where}: one B, {n} by {m}, and one K per rule are needed")
-    found = check_decay(claim, PolytopicLoop(family.A, B=B, K=K), where)
+    found = check_decay(claim, PolytopicLoop(loop.A, B=B, K=K), where)
     return _of_own(found, "own_matrices")
 
 
 def check_impossibility(claim: Any, _model: Any, _gains: Any, where: str) -> Outcome:
     """Return DISPROVED when the multipliers show that no common P exists, else UNDECIDED."""
-    family = _loop(claim, where)
+    loop = _loop(claim, where)
     factors = member(claim, "multiplier_factors", where)
-    if not isinstance(factors, list) or len(factors) != family.rules:
+    if not isinstance(factors, list) or len(factors) != loop.rules:
         raise CertificateError(f"{where}: one of multiplier_factors per vertex is needed")
     listed = [{"blend": Number(i), "factor": L} for i, L in enumerate(factors)]
-    found = check_no_common_decay({**claim, "multipliers": listed}, family, where)
+    found = check_no_common_decay({**claim, "multipliers": listed}, loop, where)
     return _of_own(found, "no_common_quadratic")
 
 

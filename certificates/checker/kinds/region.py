@@ -28,22 +28,22 @@ Part = tuple[Matrix, Matrix]
 MOST_PARTS, LARGEST_PART = 8, 4
 
 
-def check_region(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_region(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
-    P = read_matrix(claim, "P", where, (family.order, family.order))
+    P = read_matrix(claim, "P", where, (loop.order, loop.order))
     parts = _parts(claim, where)
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    blends = blends_of(family, claim, where)
-    bounded(len(blends), sum(len(L.rows) for L, _ in parts) * family.order)
+    blends = blends_of(loop, claim, where)
+    bounded(len(blends), sum(len(L.rows) for L, _ in parts) * loop.order)
     for blend in blends:
         PG = P @ blend.A
         for L, M in parts:
             if not _left_side(L, M, P, PG).is_positive_definite:
-                said = {"name": name, "family": family, "parts": [(L, M)]}
+                said = {"name": name, "loop": loop, "parts": [(L, M)]}
                 return Found(Verdict.UNDECIDED, "region", said | {"fails_at": blend.label})
-    return Found(Verdict.PROVED, "region", {"name": name, "family": family, "parts": parts})
+    return Found(Verdict.PROVED, "region", {"name": name, "loop": loop, "parts": parts})
 
 
 def _left_side(L: Matrix, M: Matrix, P: Matrix, PG: Matrix) -> Matrix:

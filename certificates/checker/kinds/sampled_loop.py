@@ -51,31 +51,31 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bound
 HIGHEST = 20  # degree of Q
 
 
-def check_sampled_loop(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_sampled_loop(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
     name = text(claim, "name", where)
-    if family.is_discrete or not family.K or not family.B:
+    if loop.is_discrete or not loop.K or not loop.B:
         raise CertificateError(f"{where}: inputs and gains are needed, in continuous time")
     step, level, alpha = (number(claim, k, where) for k in ("sample_time", "level", "decay_rate"))
     if step <= 0 or level <= 0 or alpha < 0:
         raise CertificateError(f"{where}: sample_time, level > 0 and decay_rate >= 0 are needed")
-    m, n = family.K[0].shape
+    m, n = loop.K[0].shape
     P, Q = read_matrix(claim, "P", where, (n, n)), read_stack(claim, "functions", where)
     if Q[0].shape != (n + m, n + m) or not 2 <= len(Q) <= HIGHEST + 1:
         raise CertificateError(f"{where}.functions: 2 to {HIGHEST + 1} of order {n + m} are needed")
-    why = _why_not_falling(family, P, Q, step, alpha) or _why_leaving(family, P, Q, level)
+    why = _why_not_falling(loop, P, Q, step, alpha) or _why_leaving(loop, P, Q, level)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    said = {"name": name, "family": family, "step": step, "P": P, "level": level, "alpha": alpha}
+    said = {"name": name, "loop": loop, "step": step, "P": P, "level": level, "alpha": alpha}
     return Found(Verdict.PROVED, "sampled_loop", said)
 
 
 def _why_not_falling(
-    family: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], step: Fraction, alpha: Fraction
+    loop: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], step: Fraction, alpha: Fraction
 ) -> str:
     """Return which inequality of the module fails; empty if none does."""
-    m, n = family.K[0].shape
-    bounded(family.rules * len(Q) + len(family.K), n + m)
+    m, n = loop.K[0].shape
+    bounded(loop.rules * len(Q) + len(loop.K), n + m)
     # If P_0 is symmetric and semidefinite, the other inequalities imply that P > 0 and that P and
     # all functions are symmetric: these need no test of their own.
     if not Q[0].is_positive_semidefinite:
@@ -84,13 +84,13 @@ def _why_not_falling(
     if not (Q[-1] - corner).is_positive_semidefinite:
         return "the last function may be below V"
     factor = exp_below(2 * alpha * step)
-    for j, K in enumerate(family.K):
+    for j, K in enumerate(loop.K):
         L = Matrix.blocks([[Matrix.identity(n)], [-K]])
         if not (factor * P - L.T @ Q[0] @ L).is_positive_definite:
             return f"V may not fall from sample to sample with gain {j + 1}"
     changes = list(_changes(Q))
-    for i in range(family.rules):
-        A, B = (stack[i if len(stack) > 1 else 0] for stack in (family.A, family.B))
+    for i in range(loop.rules):
+        A, B = (stack[i if len(stack) > 1 else 0] for stack in (loop.A, loop.B))
         M = step * Matrix.blocks([[A, B], [_zeros(m, n), _zeros(m, m)]])
         for function, change in zip(Q, changes, strict=True):
             moved = function @ M
@@ -99,17 +99,17 @@ def _why_not_falling(
     return ""
 
 
-def _why_leaving(family: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], level: Fraction) -> str:
+def _why_leaving(loop: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], level: Fraction) -> str:
     """Return which range of the box may be left, at samples or between them; empty for none."""
-    idle = (Fraction(0),) * len(family.disturbances)
-    why = beyond_range(family, idle) or outside_of(family, P, level)
+    idle = (Fraction(0),) * len(loop.disturbances)
+    why = beyond_range(loop, idle) or outside_of(loop, P, level)
     rows = Matrix.identity(len(Q[0].rows))
-    for k, side in enumerate(family.box):
+    for k, side in enumerate(loop.box):
         if why or side is None:
             continue
         room = min(-side[0], side[1])
         if not all(reaches_at_most(one, level, row_of(rows, k), room) for one in Q):
-            why = f"{family.states[k]} may leave its range in the model's box between samples"
+            why = f"{loop.states[k]} may leave its range in the model's box between samples"
     return why
 
 

@@ -35,38 +35,38 @@ from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def check_transient(claim: Any, family: PolytopicLoop, where: str) -> Outcome:
+def check_transient(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
     """Return the verdict on a claim with the module's evidence."""
-    name, n = text(claim, "name", where), family.order
+    name, n = text(claim, "name", where), loop.order
     P = read_matrix(claim, "P", where, (n, n))
     scales = numbers(claim, "scales", where, n)
     keys = ("decay_rate", "lower", "overshoot", "settled_share", "settling_time")
     alpha, lower, kappa, share, time = (number(claim, key, where) for key in keys)
     if min(alpha, lower, kappa, share, time, *scales) <= 0:
         raise CertificateError(f"{where}: {', '.join(keys)} and scales are positive numbers")
-    if family.sample_time is not None and (time / family.sample_time).denominator != 1:
+    if loop.sample_time is not None and (time / loop.sample_time).denominator != 1:
         raise CertificateError(f"{where}.settling_time: a whole number of samples is needed")
     if not P.is_positive_definite:
         return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    why = _why_not(family, P, scales, lower, kappa)
+    why = _why_not(loop, P, scales, lower, kappa)
     if why:
         return Claim(name, Verdict.UNDECIDED, why)
-    factor = decrease_factor(family, alpha)
-    for blend in blends_of(family, claim, where):
-        if not decrease(family, P, blend.A, factor).is_positive_definite:
+    factor = decrease_factor(loop, alpha)
+    for blend in blends_of(loop, claim, where):
+        if not decrease(loop, P, blend.A, factor).is_positive_definite:
             return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
     # e^(-alpha t_s) is rounded up, which makes the test stronger.
     if kappa * exp_above(alpha * time) > share:
         return Claim(name, Verdict.UNDECIDED, "the state may not have settled by then")
-    said = {"name": name, "family": family, "alpha": alpha, "scales": scales}
+    said = {"name": name, "loop": loop, "alpha": alpha, "scales": scales}
     return Found(Verdict.PROVED, "transient", said | {"kappa": kappa, "share": share, "time": time})
 
 
 def _why_not(
-    family: PolytopicLoop, P: Matrix, scales: list[Fraction], lower: Fraction, kappa: Fraction
+    loop: PolytopicLoop, P: Matrix, scales: list[Fraction], lower: Fraction, kappa: Fraction
 ) -> str:
     weight = Matrix.of(
-        [[1 / s**2 if i == j else Fraction(0) for j in range(family.order)]
+        [[1 / s**2 if i == j else Fraction(0) for j in range(loop.order)]
          for i, s in enumerate(scales)]
     )  # fmt: skip
     if not (P - lower * weight).is_positive_semidefinite:

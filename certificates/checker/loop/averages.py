@@ -11,7 +11,7 @@ from __future__ import annotations
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
-CURES = {
+ADVICE = {
     "observer": (
         "an observer needs the weights",
         "claim it of a sector model whose premises are measured",
@@ -27,25 +27,25 @@ CURES = {
 }
 
 
-def why_averages_fail(family: PolytopicLoop, what: str) -> str:
+def why_averages_fail(loop: PolytopicLoop, what: str) -> str:
     """Return why a claim is impossible for this model, and what to do; empty if it is possible.
 
     Parameters
     ----------
     what : "observer", "function" or "output".
     """
-    if not family.averaged:
+    if not loop.averaged:
         return ""
-    if what == "observer" and all(len(M) <= 1 for M in (family.A, family.B, family.C, family.D)):
+    if what == "observer" and all(len(M) <= 1 for M in (loop.A, loop.B, loop.C, loop.D)):
         return ""
-    need, cure = CURES[what]
+    need, advice = ADVICE[what]
     return (
         f"{need}, but the model is a secant embedding, whose weights are averages of slopes "
-        f"between rest and the state: nobody can evaluate them; {cure}"
+        f"between rest and the state: they cannot be evaluated; {advice}"
     )
 
 
-def refuse_averages(family: PolytopicLoop, what: str, where: str) -> None:
+def refuse_averages(loop: PolytopicLoop, what: str, where: str) -> None:
     """Raise CertificateError where ``why_averages_fail`` has a reason."""
-    if why := why_averages_fail(family, what):
+    if why := why_averages_fail(loop, what):
         raise CertificateError(f"{where}: {why}")

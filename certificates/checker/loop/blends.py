@@ -7,7 +7,7 @@ from typing import Any
 from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop
 
 
-def blends_of(family: PolytopicLoop, claim: Any, where: str) -> list[Blend]:
+def blends_of(loop: PolytopicLoop, claim: Any, where: str) -> list[Blend]:
     """Return the groups of the loop, on every piece of the weights that the claim has.
 
     Raises
@@ -18,5 +18,5 @@ def blends_of(family: PolytopicLoop, claim: Any, where: str) -> list[Blend]:
         # Imported here: few claims cut their weights into pieces.
         from takagi.certificates.checker.loop.halvings import pieces
 
-        return [blend for piece in pieces(claim, family, where) for blend in piece.blends()]
-    return family.blends()
+        return [blend for piece in pieces(claim, loop, where) for blend in piece.blends()]
+    return loop.blends()

@@ -35,7 +35,7 @@ def row_of(matrix: Matrix, k: int) -> Matrix:
 
 
 def outside_of(
-    family: PolytopicLoop, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()
+    loop: PolytopicLoop, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()
 ) -> str:
     """Return the side of the box that {x'Px <= level} may cross; empty if it crosses none.
 
@@ -43,52 +43,50 @@ def outside_of(
     ----------
     added : bounds on what is added to each input from outside, (m,); () for nothing.
     """
-    one = Matrix.identity(family.order)
-    if len({*family.states, *family.inputs}) < len(family.states) + len(family.inputs):
+    one = Matrix.identity(loop.order)
+    if len({*loop.states, *loop.inputs}) < len(loop.states) + len(loop.inputs):
         return "a state and an input have one name, so that the box does not say which it bounds"
-    bounded(len(family.box) + len(bounded_inputs(family)) * len(family.K), family.order + 1)
-    for k, side in enumerate(family.box):
+    bounded(len(loop.box) + len(bounded_inputs(loop)) * len(loop.K), loop.order + 1)
+    for k, side in enumerate(loop.box):
         if side is not None and not reaches_at_most(P, level, row_of(one, k), _half(side)):
-            return f"the ellipsoid may leave the range of {family.states[k]} in the model's box"
-    for k, side in bounded_inputs(family).items():
+            return f"the ellipsoid may leave the range of {loop.states[k]} in the model's box"
+    for k, side in bounded_inputs(loop).items():
         room = _half(side) - (added[k] if added else 0)
         if room < 0:
-            return f"what is added to {family.inputs[k]} may leave its range in the model's box"
-        for j, gain in enumerate(family.K):
+            return f"what is added to {loop.inputs[k]} may leave its range in the model's box"
+        for j, gain in enumerate(loop.K):
             if not reaches_at_most(P, level, row_of(gain, k), room):
-                return (
-                    f"gain {j + 1} may take {family.inputs[k]} out of its range in the model's box"
-                )
+                return f"gain {j + 1} may take {loop.inputs[k]} out of its range in the model's box"
     return ""
 
 
-def bounded_inputs(family: PolytopicLoop) -> dict[int, Range]:
+def bounded_inputs(loop: PolytopicLoop) -> dict[int, Range]:
     """Return the ranges of the inputs that the box bounds, by the input's place."""
     return {
-        family.inputs.index(name): side
-        for name, side in (family.other_box or {}).items()
-        if name in family.inputs
+        loop.inputs.index(name): side
+        for name, side in (loop.other_box or {}).items()
+        if name in loop.inputs
     }
 
 
-def beyond_range(family: PolytopicLoop, bounds: Sequence[Fraction]) -> str:
+def beyond_range(loop: PolytopicLoop, bounds: Sequence[Fraction]) -> str:
     """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
 
     A signal that only schedules (its column of E is zero) is left to ``words.validity``.
     """
-    moved = pushing(family)
-    for name, side in (family.other_box or {}).items():
-        if name in moved and bounds[family.disturbances.index(name)] > _half(side):
+    moved = pushing(loop)
+    for name, side in (loop.other_box or {}).items():
+        if name in moved and bounds[loop.disturbances.index(name)] > _half(side):
             return f"{name} is bounded less tightly than in the model's box"
     return ""
 
 
-def pushing(family: PolytopicLoop) -> set[str]:
+def pushing(loop: PolytopicLoop) -> set[str]:
     """Return the disturbances with a nonzero column of E."""
     return {
         name
-        for k, name in enumerate(family.disturbances)
-        if any(row[k] for E in family.E for row in E.rows)
+        for k, name in enumerate(loop.disturbances)
+        if any(row[k] for E in loop.E for row in E.rows)
     }
 
 

@@ -32,18 +32,18 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack
 Piece = TypeVar("Piece")
 
 
-def pieces(claim: Any, family: PolytopicLoop, where: str) -> Iterator[PolytopicLoop]:
+def pieces(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[PolytopicLoop]:
     """Yield the loop on every piece of its weights.
 
     Raises
     ------
     CertificateError : not a whole tree, weights that are not the law's, rules without all corners.
     """
-    return leaves(claim, family, where, family, halved)
+    return leaves(claim, loop, where, loop, halved)
 
 
 def leaves(
-    claim: Any, family: PolytopicLoop, where: str, whole: Piece, halve: Callable[..., Piece]
+    claim: Any, loop: PolytopicLoop, where: str, whole: Piece, halve: Callable[..., Piece]
 ) -> Iterator[Piece]:
     """Yield ``whole`` on every piece; ``halve(piece, premise, kept, moved)`` is half of a piece.
 
@@ -54,15 +54,15 @@ def leaves(
     if "halvings" not in claim:
         yield whole
         return
-    listed, corners = claim["halvings"], family.corners
-    if not family.shared_weights and len(family.K) > 1:
+    listed, corners = claim["halvings"], loop.corners
+    if not loop.shared_weights and len(loop.K) > 1:
         raise CertificateError(f"{where}.halvings: the law has weights of its own")
-    premises, sides = (len(corners[0]), 2) if corners else (1, family.rules)
-    if sides**premises != family.rules:
+    premises, sides = (len(corners[0]), 2) if corners else (1, loop.rules)
+    if sides**premises != loop.rules:
         raise CertificateError(f"{where}.halvings: the rules leave out corners")
     if not isinstance(listed, list):
         raise CertificateError(f"{where}.halvings: a list is needed")
-    bounded(len(listed) * len(family.groups()), family.order)
+    bounded(len(listed) * len(loop.groups()), loop.order)
     left = [whole]
     for entry in listed:
         if not left:
@@ -80,9 +80,9 @@ def leaves(
         raise CertificateError(f"{where}.halvings: {len(left)} pieces are left out")
 
 
-def halved(family: PolytopicLoop, premise: int, kept: int, moved: int) -> PolytopicLoop:
+def halved(loop: PolytopicLoop, premise: int, kept: int, moved: int) -> PolytopicLoop:
     """Return the loop on half of its weights: corner ``moved`` goes to the middle of the two."""
-    corners = family.corners or tuple((i,) for i in range(family.rules))
+    corners = loop.corners or tuple((i,) for i in range(loop.rules))
     place = {corner: i for i, corner in enumerate(corners)}
     other = [place[(*c[:premise], kept, *c[premise + 1 :])] if c[premise] == moved else i
              for i, c in enumerate(corners)]  # fmt: skip
@@ -93,5 +93,5 @@ def halved(family: PolytopicLoop, premise: int, kept: int, moved: int) -> Polyto
         return tuple(stack[i] if i == j else mean([stack[i], stack[j]]).reduced()
                      for i, j in enumerate(other))  # fmt: skip
 
-    A, B, C, D, E, K = map(half, (family.A, family.B, family.C, family.D, family.E, family.K))
-    return replace(family, A=A, B=B, C=C, D=D, E=E, K=K, more=tuple(map(half, family.more)))
+    A, B, C, D, E, K = map(half, (loop.A, loop.B, loop.C, loop.D, loop.E, loop.K))
+    return replace(loop, A=A, B=B, C=C, D=D, E=E, K=K, more=tuple(map(half, loop.more)))

@@ -125,34 +125,34 @@ class PolytopicLoop:
 class Blend:
     """A group of pairs with the mean matrices over the pairs; A and C are of the closed loop."""
 
-    family: PolytopicLoop
+    loop: PolytopicLoop
     label: str
     pairs: Pairs
 
     @property
     def A(self) -> Matrix:
         """A_i - B_i K_j."""
-        return self._closed(self.family.A, self.family.B)
+        return self._closed(self.loop.A, self.loop.B)
 
     @property
     def C(self) -> Matrix:
         """C_i - D_i K_j."""
-        return self._closed(self.family.C, self.family.D)
+        return self._closed(self.loop.C, self.loop.D)
 
     @property
     def E(self) -> Matrix:
-        return self.of(self.family.E)
+        return self.of(self.loop.E)
 
     @property
     def K(self) -> Matrix:
-        return self.of(self.family.K, 1)
+        return self.of(self.loop.K, 1)
 
     def of(self, stack: Stack, side: int = 0) -> Matrix:
         """Return the mean of the matrices of the vertices, or of the gains for ``side`` = 1."""
         return mean([_at(stack, pair[side]) for pair in self.pairs])
 
     def _closed(self, X: Stack, Y: Stack) -> Matrix:
-        K = self.family.K
+        K = self.loop.K
         if not K or not Y:
             return self.of(X)
         return mean([_at(X, i) - _at(Y, i) @ _at(K, j) for i, j in self.pairs])

@@ -21,7 +21,7 @@ checker proves:
 4. A law with gains K_i depends only on signals that it knows: rules that differ only in premises
    with an actuator error have equal gains.  The law knows F, which follows from its own state U.
 
-Source: derived here; the ramp is that of the coherent law of a wind turbine.
+Source: derived here; the ramp is that of the effort-sharing law of a wind turbine.
 """
 
 from __future__ import annotations

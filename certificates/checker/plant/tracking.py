@@ -45,7 +45,14 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
-from takagi.certificates.checker.kernel.reader import canonical, member, number, numbers, text
+from takagi.certificates.checker.kernel.reader import (
+    canonical,
+    member,
+    number,
+    numbers,
+    positive,
+    text,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded, closed_by
@@ -72,8 +79,8 @@ class Evidence:
     def __init__(self, claim: Any, n: int, count: int, q: int, where: str) -> None:
         self.P = read_matrix(claim, "P", where, (n, n))
         self.D = read_matrix(claim, "slope", where, (n, count))
-        self.rate = _positive(claim, "decay_rate", where)
-        self.radius = _positive(claim, "radius", where)
+        self.rate = positive(claim, "decay_rate", where)
+        self.radius = positive(claim, "radius", where)
         self.residuals = numbers(claim, "residuals", where, n)
         self.residual_norm = number(claim, "residual_norm", where)
         self.slope_norms = numbers(claim, "slope_norms", where, count)
@@ -130,13 +137,6 @@ def check_tracking(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
 def ranged(plant: PlantNodes) -> list[Variable]:
     """Return the signals with a range, in the model's order: the columns of D."""
     return [v for v in plant.disturbances if v.side is not None]
-
-
-def _positive(claim: Any, key: str, where: str) -> Fraction:
-    value = number(claim, key, where)
-    if value <= 0:
-        raise CertificateError(f"{where}.{key}: a positive number is needed")
-    return value
 
 
 def _prove(

@@ -83,12 +83,12 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
     model, gains = member(data, "model", "certificate"), data.get("gains")
-    family = None
+    loop = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
         from takagi.certificates.checker.replay.model_loop import read_model_loop
 
-        family = read_model_loop(model, gains)
+        loop = read_model_loop(model, gains)
     if isinstance(gains, dict) and ("observer" in gains or "blending" in gains):
         # Imported here: most laws are gains alone.
         from takagi.certificates.checker.replay.whole_law import require_whole_law
@@ -97,12 +97,12 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     found: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")
-        found.append(replay(claim, data, family, found, f"claims[{i}]"))
+        found.append(replay(claim, data, loop, found, f"claims[{i}]"))
     if isinstance(model, dict) and model.get("kind") == "plant":
         # Imported here: for a turbine or for matrices no model has to contain a plant.
         from takagi.certificates.checker.replay.containment import of_its_slopes, of_the_plant
 
-        found = of_its_slopes(of_the_plant(found, kinds, path), kinds, family, path)
+        found = of_its_slopes(of_the_plant(found, kinds, path), kinds, loop, path)
     return concluded(found, messages, kinds)
 
 

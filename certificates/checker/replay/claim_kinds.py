@@ -62,14 +62,14 @@ RESTING = {
 
 
 def replay(
-    claim: Any, data: Any, family: PolytopicLoop | None, found: list[Outcome], where: str
+    claim: Any, data: Any, loop: PolytopicLoop | None, found: list[Outcome], where: str
 ) -> Outcome:
     """Return the verdict on one claim of a file.
 
     Parameters
     ----------
     data : the whole file; claims of ``KINDS`` do not need it, all others do.
-    family : the loop of model and gains; needed for claims of ``KINDS``.
+    loop : the loop of model and gains; needed for claims of ``KINDS``.
     found : the verdicts on the claims before this one.
 
     Raises
@@ -83,8 +83,8 @@ def replay(
         place, given = WHOLE_FILE[kind], [data]
     elif kind in OWN_READING and data is not None:
         place, given = OWN_READING[kind], [data["model"], data.get("gains")]
-    elif kind in KINDS and family is not None:
-        place, given = KINDS[kind], [family]
+    elif kind in KINDS and loop is not None:
+        place, given = KINDS[kind], [loop]
     else:
         raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
     module, _, name = place.rpartition(".")

@@ -39,7 +39,7 @@ def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> 
 
 
 def of_its_slopes(
-    found: Sequence[Outcome], kinds: Sequence[str], family: PolytopicLoop | None, where: str
+    found: Sequence[Outcome], kinds: Sequence[str], loop: PolytopicLoop | None, where: str
 ) -> list[Outcome]:
     """Return the outcomes; of an observer at its estimate PROVED only with the plant's slopes.
 
@@ -47,7 +47,7 @@ def of_its_slopes(
     ------
     CertificateError : no claim says that the slopes are the plant's.
     """
-    law = None if family is None else family.observer
+    law = None if loop is None else loop.observer
     if law is None or not law.at_estimate or OBSERVED not in kinds:
         return list(found)
     tied = [one.verdict for one, kind in zip(found, kinds, strict=True) if kind == SLOPES]

@@ -15,7 +15,7 @@ MEASURED, ESTIMATED = "measured", "estimated"
 
 
 def observed_by(
-    family: PolytopicLoop, model: Any, gains: Any, where: str = "gains.observer"
+    loop: PolytopicLoop, model: Any, gains: Any, where: str = "gains.observer"
 ) -> PolytopicLoop:
     """Return the loop with the observer of ``gains.observer``, and with its measured outputs only.
 
@@ -31,15 +31,15 @@ def observed_by(
     rows = _measured(own, model, where)
     L = read_stack(own, "L", where)
     at_estimate = weights == ESTIMATED
-    count = 1 if at_estimate else family.rules
-    if L[0].shape != (family.order, len(rows)) or len(L) not in (1, count):
+    count = 1 if at_estimate else loop.rules
+    if L[0].shape != (loop.order, len(rows)) or len(L) not in (1, count):
         raise CertificateError(
-            f"{where}.L: {family.order} by {len(rows)} is needed, one matrix"
+            f"{where}.L: {loop.order} by {len(rows)} is needed, one matrix"
             + ("" if at_estimate else f" or {count}")
         )
-    slopes = _slopes(family, model, rows, where) if at_estimate else ()
-    C, D = (tuple(_rows(M, rows) for M in stack) for stack in (family.C, family.D))
-    return replace(family, C=C, D=D, observer=ObserverLaw(L, at_estimate, slopes))
+    slopes = _slopes(loop, model, rows, where) if at_estimate else ()
+    C, D = (tuple(_rows(M, rows) for M in stack) for stack in (loop.C, loop.D))
+    return replace(loop, C=C, D=D, observer=ObserverLaw(L, at_estimate, slopes))
 
 
 def _measured(own: Any, model: Any, where: str) -> list[int]:
@@ -63,7 +63,7 @@ def _rows(matrix: Matrix, rows: list[int]) -> Matrix:
 
 
 def _slopes(
-    family: PolytopicLoop, model: Any, rows: list[int], where: str
+    loop: PolytopicLoop, model: Any, rows: list[int], where: str
 ) -> tuple[tuple[Matrix, Matrix], ...]:
     """Return the vertices of the slopes of equations and measured outputs by the state."""
     if reader.text(model, "kind", "model") != "plant" or "slopes" not in model:
@@ -72,7 +72,7 @@ def _slopes(
     from takagi.certificates.checker.plant.slope_embedding import slope_loop
 
     found = slope_loop(model)
-    if found.order != family.order or not found.C:
+    if found.order != loop.order or not found.C:
         raise CertificateError("model.slopes: those of all states and outputs are needed")
     return tuple((_at(found.A, k), _rows(_at(found.C, k), rows)) for k in range(found.rules))
 

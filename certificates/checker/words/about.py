@@ -5,10 +5,10 @@ from __future__ import annotations
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 
-def about(family: PolytopicLoop) -> str:
+def about(loop: PolytopicLoop) -> str:
     """Return e.g. ``every blend of 4 rules with their gains``."""
-    if not family.K:
-        several = family.rules > 1
-        return f"every blend of the {family.rules} vertices" if several else "the loop"
-    law = "with their gains" if family.shared_weights else f"and any of {len(family.K)} gains"
-    return f"every blend of {family.rules} rules {law}"
+    if not loop.K:
+        several = loop.rules > 1
+        return f"every blend of the {loop.rules} vertices" if several else "the loop"
+    law = "with their gains" if loop.shared_weights else f"and any of {len(loop.K)} gains"
+    return f"every blend of {loop.rules} rules {law}"

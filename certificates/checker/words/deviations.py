@@ -12,13 +12,13 @@ MEANT = {
 }
 
 
-def deviations(family: PolytopicLoop, letters: str) -> str:
+def deviations(loop: PolytopicLoop, letters: str) -> str:
     """Return a clause that explains these letters; empty if all equilibrium values are 0.
 
     Parameters
     ----------
     letters : of x, u, y, w: those that the sentence has, and that are the model's own.
     """
-    told = [MEANT[a] for a in letters if a in family.resting_elsewhere]
+    told = [MEANT[a] for a in letters if a in loop.resting_elsewhere]
     star = ", with * for the point of rest" if any("*" in one for one in told) else ""
     return f"; here {', '.join(told)}{star}" if told else ""

@@ -8,25 +8,25 @@ from takagi.certificates.checker.words.rounded import at_least, exactly
 from takagi.certificates.checker.words.validity import granted
 
 
-def motion(held: InvariantSet, family: PolytopicLoop) -> str:
+def motion(held: InvariantSet, loop: PolytopicLoop) -> str:
     """Return how V moves outside the set, and for which disturbances."""
-    unit = "(1 - {})^k" if family.is_discrete else "exp(-{} t)"
+    unit = "(1 - {})^k" if loop.is_discrete else "exp(-{} t)"
     speed = unit.format(at_least(held.multiplier, 6))
     if held.bounds is None:
-        undisturbed = " without disturbance" if family.E else ""
+        undisturbed = " without disturbance" if loop.E else ""
         return f"from inside V = x'Px falls as {speed}{undisturbed}"
-    alone = ", without the model's disturbance," if family.E else ""
+    alone = ", without the model's disturbance," if loop.E else ""
     what = "the model's disturbance" if held.way == "disturbances" else f"w added to u{alone}"
     shown = [at_least(b, 6) for b in held.bounds]
     size = f"|w|_2 <= {shown[0]}" if held.is_ball else f"|w_k| <= {', '.join(shown)}"
-    outside = "from outside, but within the box," if _boxed(family) else "from outside"
+    outside = "from outside, but within the box," if _boxed(loop) else "from outside"
     return f"for {what} with {size}; {outside} V - level falls as {speed}"
 
 
-def where_valid(family: PolytopicLoop) -> str:
+def where_valid(loop: PolytopicLoop) -> str:
     """Return where the set lies, and the assumptions."""
-    held = granted(family, disturbances_too=False)
-    return f" and lies in the model's box{held}" if _boxed(family) else ""
+    held = granted(loop, disturbances_too=False)
+    return f" and lies in the model's box{held}" if _boxed(loop) else ""
 
 
 def rounded_level(held: InvariantSet) -> str:
@@ -39,5 +39,5 @@ def letters(held: InvariantSet) -> str:
     return "w" if held.way == "disturbances" else ""
 
 
-def _boxed(family: PolytopicLoop) -> bool:
-    return any(side is not None for side in family.box) or bool(family.other_box)
+def _boxed(loop: PolytopicLoop) -> bool:
+    return any(side is not None for side in loop.box) or bool(loop.other_box)

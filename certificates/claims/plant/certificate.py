@@ -64,7 +64,7 @@ def plant_certificate(
     model: TSModel,
     gains: Floats | None,
     settings: PlantSettings,
-    demands: ClaimRequirements,
+    requirements: ClaimRequirements,
     *,
     files: Sequence[Path] = (),
     law: Mapping[str, Any] | None = None,
@@ -89,7 +89,7 @@ def plant_certificate(
     if model_data is not None and files:
         model_data |= content_of(files)
     loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
-    attempts, tried = _attempts(loop, demands)
+    attempts, tried = _attempts(loop, requirements)
     document = certificate_document(
         model=loop.model_data,
         gains=loop.gains_data,
@@ -103,22 +103,24 @@ def plant_certificate(
     return Certificate(document, check_document(document), words)
 
 
-def _attempts(loop: ClaimedLoop, demands: ClaimRequirements) -> tuple[list[Attempt], list[str]]:
+def _attempts(
+    loop: ClaimedLoop, requirements: ClaimRequirements
+) -> tuple[list[Attempt], list[str]]:
     decay = attempted(Decay(), loop)
-    wanted = demands.decay_rate
+    wanted = requirements.decay_rate
     if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
         decay = attempted(Decay(wanted), loop)
-    asked = [decay, *(attempted(request, loop) for request in _demanded(loop, demands))]
-    asked += [*_sampled(loop, demands.sample_time), *_under_noise(loop, demands)]
+    asked = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
+    asked += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
     asked += _tracking(loop)
     if not decay.proved:
         return asked, ["without decay nothing else was tried"]
-    if len(loop.family.groups()) > MOST_BLENDS:
+    if len(loop.exact.groups()) > MOST_BLENDS:
         return asked, [f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"]
     found: list[Attempt] = []
     notes: list[str] = []
     for request in requests_for(loop):
-        if isinstance(request, InputLimits) and demands.input_limits is not None:
+        if isinstance(request, InputLimits) and requirements.input_limits is not None:
             continue
         name = type(request).__name__
         try:
@@ -146,22 +148,22 @@ def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
             yield largest
 
 
-def _under_noise(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Attempt]:
+def _under_noise(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:
     """Yield the claim under white noise, the other disturbances in their ranges or else at rest."""
-    if demands.horizon is None:
+    if requirements.horizon is None:
         return
-    names, box = loop.family.disturbances, loop.family.other_box or {}
-    for name in demands.noise:
+    names, box = loop.exact.disturbances, loop.exact.other_box or {}
+    for name in requirements.noise:
         if name in box:
             raise ModelError(
                 f"noise: {name} has a range, and white noise has none; remove the range, or the "
                 "premises that depend on it"
             )
-    noise = [demands.noise.get(name, 0.0) for name in names]
+    noise = [requirements.noise.get(name, 0.0) for name in names]
     held = [float(min(-box[k][0], box[k][1])) if k in box else 0.0 for k in names]
     # A signal that only schedules pushes no state.
     bounds = np.where(loop.model.E.any(axis=(0, 1)), held, 0.0).tolist()
-    first = ExitProbability(noise, demands.horizon, disturbance="disturbances")
+    first = ExitProbability(noise, requirements.horizon, disturbance="disturbances")
     if any(bounds):
         found = attempted(replace(first, disturbance_bounds=bounds), loop)
         if found.proved:
@@ -185,15 +187,15 @@ def _tracking(loop: ClaimedLoop) -> Iterator[Attempt]:
                 yield slower
 
 
-def _demanded(loop: ClaimedLoop, demands: ClaimRequirements) -> Iterator[Request]:
+def _demanded(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Request]:
     if loop.gains is None:
         return
-    if demands.region is not None:
-        yield Poles(demands.region)
-    if demands.input_limits is not None:
-        if not any(side is not None for side in loop.family.box):
+    if requirements.region is not None:
+        yield Poles(requirements.region)
+    if requirements.input_limits is not None:
+        if not any(side is not None for side in loop.exact.box):
             raise ModelError(
                 f"plant {loop.model.name!r}: its inputs are limited, but no state has a range, so "
                 "there is no set of states to keep the limits on; give the states ranges"
             )
-        yield InputLimits(limits=demands.input_limits)
+        yield InputLimits(limits=requirements.input_limits)

@@ -1,4 +1,4 @@
-"""The claim about the coherent loop: its enclosure, one P for all cells, its wind class.
+"""The claim about the effort-sharing loop: its enclosure, one P for all cells, its wind class.
 
 Nothing is proved here.  The result is a candidate claim; ``takagi.certificates.checker`` decides.
 """
@@ -53,7 +53,7 @@ def effort_sharing_candidate(
     rates: Sequence[Fraction] | None = None,
     tell: Tell | None = None,
 ) -> EffortSharingCandidate:
-    """Return the candidate certificate of the coherent loop: one P for all winds and corners.
+    """Return the candidate certificate of the effort-sharing loop: one P for all winds and corners.
 
     Parameters
     ----------

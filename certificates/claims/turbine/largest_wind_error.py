@@ -1,4 +1,4 @@
-"""The largest wind error of every cell of the coherent loop with one quadratic function.
+"""The largest wind error of every cell of the effort-sharing loop with one quadratic function.
 
 The result is a floating-point candidate, which the checker proves or refuses.
 """

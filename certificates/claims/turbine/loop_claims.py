@@ -1,4 +1,4 @@
-"""The claims about a turbine's coherent loop, and the claims that depend on it.
+"""The claims about a turbine's effort-sharing loop, and the claims that depend on it.
 
 A dependent claim is kept only if the checker proves it, assuming the claim about the loop. So a
 consequence that a design does not have cannot make the file UNDECIDED. The reason why a claim was
@@ -47,7 +47,7 @@ def loop_document(
     moving_wind: bool = False,
     tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
-    """Return the certificate of a coherent loop, with every claim that holds.
+    """Return the certificate of an effort-sharing loop, with every claim that holds.
 
     Parameters
     ----------

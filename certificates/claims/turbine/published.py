@@ -75,7 +75,7 @@ def published_candidate(
     narrowest: float | None = None,
     ladder: tuple[float, ...] = (),
 ) -> PublishedCandidate:
-    """Return cells in which the loop with a law of the paper contracts, at constant winds.
+    """Return cells in which the loop with a published law contracts, at constant winds.
 
     Parameters
     ----------

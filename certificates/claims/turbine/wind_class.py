@@ -1,4 +1,4 @@
-"""The wind class to try in a claim about the coherent loop, cell by cell."""
+"""The wind class to try in a claim about the effort-sharing loop, cell by cell."""
 
 from __future__ import annotations
 

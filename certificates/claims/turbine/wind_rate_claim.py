@@ -1,6 +1,6 @@
 r"""The candidate of a claim of kind ``wind-rate``: admissible rates of the wind estimate.
 
-From the wind class of a coherent loop's claim, |v - v_s| <= delta_k and |v_s'| <= rho_k by wind
+From the wind class of a claim ``coherent-loop``, |v - v_s| <= delta_k and |v_s'| <= rho_k by wind
 cell, and the law's filter tau_f: the largest allowed schedule rate
 
     phi = min(rho_k, (delta_k - eta) / tau_f)   at the law's nodes, the smaller of both cells'

@@ -16,7 +16,8 @@ w_kc.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import product
 from math import factorial, prod
 from typing import Any, TypeAlias
@@ -164,6 +165,16 @@ def each(terms: Terms, factor: fmpq | int) -> Terms:
     return {a: scaled(factor, X) for a, X in terms.items()}
 
 
+def positive_on_pieces(
+    where: Simplexes, cut: Sequence[Ends | None], polya: int, terms: Terms, label: str, size: int
+) -> Obligations:
+    """Yield that a polynomial is positive on every piece of the weights, by its coefficients."""
+    for k, ends in enumerate(cut, 1):
+        own = terms if ends is None else where.over(terms, ends)
+        said = label if ends is None else f"piece {k}, {label}"
+        yield from where.positive(with_polya(where, own, polya), said, size)
+
+
 def fuzzy_decay(claim: Any, loop: VertexLoop) -> Obligations:
     """Yield the conditions of the module's text."""
     where = Simplexes(loop)
@@ -178,12 +189,7 @@ def fuzzy_decay(claim: Any, loop: VertexLoop) -> Obligations:
         raise Refusal("a law with weights of its own")
     cut = pieces_of(claim, loop, where)
 
-    def positive(terms: Terms, label: str, size: int) -> Obligations:
-        for k, ends in enumerate(cut, 1):
-            own = terms if ends is None else where.over(terms, ends)
-            said = label if ends is None else f"piece {k}, {label}"
-            yield from where.positive(with_polya(where, own, polya), said, size)
-
+    positive = partial(positive_on_pieces, where, cut, polya)
     yield from positive(P, "P", loop.n)
     G = where.stack(loop.A)
     if loop.K:

@@ -15,6 +15,7 @@ and by those of P itself.  They are tested as ``fuzzy-decay`` does: after multip
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from flint import fmpq_mat
@@ -37,9 +38,9 @@ from takagi.certificates.cross_check.loop.fuzzy import (
     each,
     function_of,
     pieces_of,
+    positive_on_pieces,
     speeds_of,
     times,
-    with_polya,
 )
 from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop
 
@@ -63,13 +64,7 @@ def fuzzy_l2_gain(claim: Any, loop: VertexLoop) -> Obligations:
     for one in direct:
         D = where.total(D, where.stack(one))
     cut = pieces_of(claim, loop, where)
-
-    def positive(terms: Terms, label: str, size: int) -> Obligations:
-        for k, ends in enumerate(cut, 1):
-            own = terms if ends is None else where.over(terms, ends)
-            said = label if ends is None else f"piece {k}, {label}"
-            yield from where.positive(with_polya(where, own, polya), said, size)
-
+    positive = partial(positive_on_pieces, where, cut, polya)
     yield from positive(P, "P", n)
     if loop.step is not None:
         room = _Room(where, (n, q, p, n))

@@ -66,7 +66,7 @@ def equilibrium(claim: Any, model: Any, gains: Any) -> Obligations:
     NotReplayed : a published law, or a cell that the allowed halvings do not decide.
     """
     if line(gains, "name") in LAWS_OF_THE_PAPER:
-        raise NotReplayed("rests of a law of the paper")
+        raise NotReplayed("rests of a published law")
     rotor = Rotor(model, gains)
     cells = entry(claim, "cells")
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 FORMAT, VERSIONS = "takagi-gains", (1, 2, 3)
 COHERENT, PAPER = "coherent", ("paper", "paper-two-integrators")
-# Members that a coherent law of version 1 lacked, which had no feed-forward.
+# Members that an effort-sharing law of version 1 lacked, which had no feed-forward.
 SINCE_2 = ("inertia_feedforward", "feedforward_limit")
 
 
@@ -42,7 +42,7 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
 
     Parameters
     ----------
-    path : ``gains.json``, version 1 to 3; the coherent law of version 1 feeds nothing forward.
+    path : ``gains.json``, version 1 to 3; a law of version 1 feeds nothing forward.
     turbine : the turbine of the file.  A published law needs it, because its premises are computed
         from the coefficient table at run time.  The file contains the whole coherent law.
 
@@ -50,7 +50,7 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
     ------
     CertificateError : no such file, another format or version, a member missing, or a law of the
         paper whose tables are not the turbine's.
-    ModelError : a law of the paper without a turbine, or tables that do not make a law.
+    ModelError : a published law without a turbine, or tables that do not make a law.
     """
     document = read_json(Path(path))
     _require_format(document, path)

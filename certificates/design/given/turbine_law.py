@@ -75,7 +75,7 @@ def effort_sharing_law_from_data(
     if name != "coherent":
         raise CertificateError(
             f"{source}.name: {name!r} was given; a gain file is certified for the law 'coherent', "
-            "a law of the paper by designing it anew, without --gains"
+            "a published law by designing it anew, without --gains"
         )
     nodes = len(numbers(data, "wind", source))
     row = {

@@ -92,7 +92,7 @@ def design_plant(
     if plant.measured is not None:
         from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
 
-        parts = (plant, asked, model, work.demands, work.files, clock)
+        parts = (plant, asked, model, work.requirements, work.files, clock)
         return design_observed(ObservedWork.of(*parts), DIGITS)
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
@@ -195,8 +195,8 @@ def certify_filed(
     if plant.measured is not None:
         return _certify_observed(plant, path, asked, tuple(files), clock)
     given = law_for(plant, _model(plant, asked, clock), path, asked, files=files)
-    demands = requirements_of(plant, given.model, asked)
-    work = _Work(plant, asked, given.model, demands, tuple(files), clock)
+    requirements = requirements_of(plant, given.model, asked)
+    work = _Work(plant, asked, given.model, requirements, tuple(files), clock)
     return work.certified(given.gains, None, given.notes, law=given.law)
 
 
@@ -208,8 +208,8 @@ def _certify_observed(
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
     model = _model(plant, asked, clock)
-    demands = requirements_of(plant, model, asked)
-    work = ObservedWork.of(plant, asked, model, demands, files, clock)
+    requirements = requirements_of(plant, model, asked)
+    work = ObservedWork.of(plant, asked, model, requirements, files, clock)
     K, L = read_observer_gains(path, work)
     return work.certified(K, L, None, ("gains were given", work.question.note))
 
@@ -257,7 +257,7 @@ class _Work:
     plant: Plant
     asked: PlantSettings
     model: TSModel
-    demands: ClaimRequirements
+    requirements: ClaimRequirements
     files: tuple[Path, ...]
     clock: StepClock
 
@@ -273,7 +273,7 @@ class _Work:
 
         with self.clock("exact proof"):
             certificate = plant_certificate(
-                self.model, gains, self.asked, self.demands, files=self.files, law=law
+                self.model, gains, self.asked, self.requirements, files=self.files, law=law
             )
         if certificate.document["model"]["kind"] != "plant":
             notes = (*certificate.tried[:1], *notes)

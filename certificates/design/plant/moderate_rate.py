@@ -6,7 +6,7 @@ depends on the ranges of states and inputs only: a fast pole, for example of a w
 effect.  The set is the largest ellipsoid in which all limits hold.  The last rate is taken before
 one at which some state with a range, alone, may start less than three fifths as far off rest as in
 the largest set of all (another share by ``wished_effort``).  States without a range do not count,
-because the slowest law may allow them any start, which nobody asked for.
+because the slowest law may allow them any start, which was not asked for.
 
 Other plants: the rates go from 1/128 to 1/2 of the plant's own fastest pole at a vertex (in
 discrete time, of 1/T), and a doubling may at most double the commands: with gains K and V = x' P x

@@ -64,7 +64,7 @@ class ObservedWork:
     plant: Plant
     asked: PlantSettings
     model: TSModel
-    demands: ClaimRequirements
+    requirements: ClaimRequirements
     files: tuple[Path, ...]
     clock: StepClock
     question: ObserverQuestion
@@ -77,7 +77,7 @@ class ObservedWork:
         plant: Plant,
         asked: PlantSettings,
         model: TSModel,
-        demands: ClaimRequirements,
+        requirements: ClaimRequirements,
         files: Sequence[Path],
         clock: StepClock,
     ) -> ObservedWork:
@@ -95,7 +95,7 @@ class ObservedWork:
             plant=plant,
             asked=asked,
             model=model,
-            demands=demands,
+            requirements=requirements,
             files=tuple(files),
             clock=clock,
             question=question,
@@ -124,8 +124,8 @@ class ObservedWork:
 
         with self.clock("exact proof"):
             loop = self.loop(gains, L)
-            limits = self.demands.input_limits
-            attempt = ObservedLoop(self.demands.decay_rate, limits, P).attempt(loop)
+            limits = self.requirements.input_limits
+            attempt = ObservedLoop(self.requirements.decay_rate, limits, P).attempt(loop)
             document = certificate_document(
                 model=self.model_data,
                 gains=loop.gains_data,
@@ -223,9 +223,9 @@ def _candidates(
 
     question, model = work.question, work.model
     limits = {}
-    if work.demands.input_limits is not None:
-        limits = {"input_limits": np.asarray(work.demands.input_limits).tolist()}
-    rate = work.demands.decay_rate
+    if work.requirements.input_limits is not None:
+        limits = {"input_limits": np.asarray(work.requirements.input_limits).tolist()}
+    rate = work.requirements.decay_rate
     if question.slopes is not None:
         S, R = slope_vertices(question)
         seen = SimpleNamespace(A=S, C=R, sample_time=model.sample_time, states=model.states)

@@ -63,7 +63,7 @@ def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> Obs
     # By itself and unchanged: the program computes premises of what it reads.
     alone = {y.expression for y in plant.outputs if y.name in plant.measured}
     seen = {label for v, label in zip(plant.states, model.states, strict=True) if v.symbol in alone}
-    scheduled = ClaimedLoop.of(model, model_data=_data(model)).family.scheduled_by or ()
+    scheduled = ClaimedLoop.of(model, model_data=_data(model)).exact.scheduled_by or ()
     outside = [label for label in scheduled if label not in model.states]
     if outside:
         raise ModelError(

@@ -60,7 +60,7 @@ def obstacle(found: FoundGains, plant: Plant, model: TSModel, asked: PlantSettin
     second = f" Next in the way: {_what(others[0], plant, asked)}." if others else ""
     return (
         f"Most in the way is {_what(first, plant, asked)}. "
-        f"What to change: {_cure(first, asked)}.{second}"
+        f"What to change: {_advice(first, asked)}.{second}"
     )
 
 
@@ -105,16 +105,16 @@ def _what(wish: str, plant: Plant, asked: PlantSettings) -> str:
     }[wish]
 
 
-def _cure(wish: str, asked: PlantSettings) -> str:
+def _advice(wish: str, asked: PlantSettings) -> str:
     if wish == DECAY:
         rate = asked.decay_rate
-        cures = ["raise gain_bound (--gain-bound)"] if asked.gain_bound is not None else []
+        advice = ["raise gain_bound (--gain-bound)"] if asked.gain_bound is not None else []
         if isinstance(rate, float | int) and rate > 0:
-            cures.append("lower the rate (--decay-rate, or a longer --settle)")
-        cures.append("give the states that stand in the premises smaller ranges")
+            advice.append("lower the rate (--decay-rate, or a longer --settle)")
+        advice.append("give the states that stand in the premises smaller ranges")
         if asked.relaxation is not None:
-            cures.append("take richer relaxations (--relaxation auto)")
-        return ", or ".join(cures)
+            advice.append("take richer relaxations (--relaxation auto)")
+        return ", or ".join(advice)
     return {
         "fastest": "raise it (--fastest), or leave it out",
         "damping": "lower it (--damping), or leave it out",

@@ -22,5 +22,6 @@ if TYPE_CHECKING:
     )
     from takagi.certificates.design.turbine.published_law import designed_law as designed_law
     from takagi.certificates.design.turbine.scale import default_settings as default_settings
+    from takagi.certificates.design.turbine.settings import LAWS as LAWS
 
 __getattr__, __dir__ = lazy_names(__name__)

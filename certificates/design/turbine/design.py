@@ -122,7 +122,7 @@ def _coherent(
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import effort_schedule
 
-    with clock("gains of the coherent law"):
+    with clock("gains of the effort-sharing law"):
         schedule = effort_schedule(
             turbine,
             overlap=asked.overlap,

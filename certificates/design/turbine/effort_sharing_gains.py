@@ -1,4 +1,4 @@
-"""The coherent law's gains and its claim's candidate, found together or one after the other.
+"""The effort-sharing law's gains and its claim's candidate, found together or one after the other.
 
 Two-step: gains wind by wind, then the quadratic functions of the loop.  One-step: from there,
 gains and functions together (``lmi.turbine.one_step``).  If this finds nothing better, or its
@@ -60,7 +60,7 @@ def effort_sharing_gain_design(
     steps: int = STEPS,
     tell: Tell | None = None,
 ) -> EffortSharingGainDesign:
-    """Return gains and candidate of the coherent loop; the search starts at the gains of ``law``.
+    """Return gains and candidate of the loop; the search starts at the gains of ``law``.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ def effort_sharing_gain_design(
         )
     if synthesis == "two-step":
         return EffortSharingGainDesign(law, widened(turbine, law, first, tell=say), None, "")
-    family = _family(turbine, law, first)
+    loop = _loop_of(turbine, law, first)
     try:
-        found = one_step_gains(family, objective=objective, steps=steps, tell=say)
+        found = one_step_gains(loop, objective=objective, steps=steps, tell=say)
         kept = f"none of {found.refused} joint steps made the objective better"
     except ModelError as error:
         found, kept = None, str(error)
     if found is not None and len(found.history) > 1:
-        better = _stated(family, found, say)
+        better = _stated(loop, found, say)
         if better is not None:
             return EffortSharingGainDesign(found.law, better, found, "")
         kept = "the gains found together do not hold on the exactly enclosed loop"
@@ -115,18 +115,18 @@ def widened(
     first : candidate with a P, whose box, uncertainty and wind rates are kept.
     tell : called with a word on progress.
     """
-    say, family = StepClock(tell).told, _family(turbine, law, first)
+    say, loop = StepClock(tell).told, _loop_of(turbine, law, first)
     try:
-        found = one_step_gains(family, steps=0, tell=say)
+        found = one_step_gains(loop, steps=0, tell=say)
     except ModelError:
         # That search needs a function with a wind error above 0 in every cell. If there is none,
         # the first candidate is kept.
         return first
-    wider = _stated(family, found, say)
+    wider = _stated(loop, found, say)
     return wider if wider is not None and _mean(law, wider) > _mean(law, first) else first
 
 
-def _family(turbine: Turbine, law: EffortSharingLaw, first: EffortSharingCandidate) -> LoopOfGains:
+def _loop_of(turbine: Turbine, law: EffortSharingLaw, first: EffortSharingCandidate) -> LoopOfGains:
     rates = [cell.wind_rate for cell in first.cells]
     return loop_of_gains(turbine, law, box=first.box, uncertainty=first.uncertainty, rates=rates)
 
@@ -151,16 +151,16 @@ def loop_of_gains(
     )
 
 
-def _stated(family: LoopOfGains, found: OneStepDesign, say: Tell) -> EffortSharingCandidate | None:
+def _stated(loop: LoopOfGains, found: OneStepDesign, say: Tell) -> EffortSharingCandidate | None:
     """Return the candidate for the found gains and function; None if it does not hold."""
-    rates = [Fraction(rate) for rate in family.rate]
+    rates = [Fraction(rate) for rate in loop.rate]
     given = np.asarray(found.functions.P)
     try:
         candidate = effort_sharing_candidate(
-            family.turbine,
+            loop.turbine,
             found.law,
-            box=family.box,
-            uncertainty=family.uncertainty,
+            box=loop.box,
+            uncertainty=loop.uncertainty,
             P=given,
             rates=rates,
             tell=say,

@@ -45,7 +45,7 @@ def claimed_law(
     ------
     ModelError : a region without gains (the diagnosis says why), or overlaps that do not fit.
     """
-    with clock("law of the paper"):
+    with clock("published law"):
         law = designed_law(turbine, asked, models)
     with clock("joint analysis, wind by wind"):
         candidate = published_candidate(law)

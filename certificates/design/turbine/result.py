@@ -48,13 +48,13 @@ class TurbineDesign:
     law : the law that is written to the gain file and simulated.
     partial_load, full_load : the regional Takagi-Sugeno models (4 and 8 rules).
     regional : PDC gains of both regions, in the structure of the published law.
-    effort : the coherent gains; None for the paper's laws.
+    effort : the effort-sharing gains; None for the published laws.
     observer : wind observer.
-    candidate : enclosures and P of the coherent loop; None for the paper's laws.
+    candidate : enclosures and P of the effort-sharing loop; None for the published laws.
     document : the certificate as plain data, as it is written to the file.
     checked : the verdicts of the independent checker on it.
     seconds : step -> time that it took [s].
-    synthesis : the result of the effort-sharing synthesis; None for the paper's laws.
+    synthesis : the result of the effort-sharing synthesis; None for the published laws.
     """
 
     turbine: Turbine

@@ -44,8 +44,8 @@ class DesignSettings:
     torque_overlap : eps_T of the coupling filter [N m] (paper laws).
     speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
     torque_setpoint : de-rated torque [N m, high-speed shaft]; None takes the rated torque.
-    wind_filter : tau_f, time constant of the coherent law's low-pass on the wind estimate [s].
-    effectiveness_share : b of the coherent law divided by the frozen wake's pitch
+    wind_filter : tau_f, of the effort-sharing law's low-pass on the wind estimate [s].
+    effectiveness_share : b of the effort-sharing law divided by the frozen wake's pitch
         effectiveness [-].
     speed_filter : corner of the low-pass on the measured speed, which the gain file of the
         coherent law contains [rad/s]; 0 for none.
@@ -53,12 +53,12 @@ class DesignSettings:
     ramp_shape, ramp_placement : shape and place of the coupling filter's ramp in speed, see
         ``coupling_filter`` (paper laws).
     tracking_time : time constant of the anti-windup [s] (paper-two-integrators).
-    effort : requirements on the coherent gains; None takes the defaults.
-    synthesis : "two-step" finds the coherent gains wind by wind, and the loop's quadratic functions
+    effort : requirements on the effort-sharing gains; None takes the defaults.
+    synthesis : "two-step" finds the gains wind by wind, and the loop's quadratic functions
         afterwards; "one-step" changes the gains together with the functions, for a larger claim.
     objective : the quantity that the one-step synthesis improves.
-    box, uncertainty : what the coherent certificate covers.
-    moving_wind : whether the coherent certificate also has the claim ``running-rate``, whose
+    box, uncertainty : what the effort-sharing certificate covers.
+    moving_wind : whether the effort-sharing certificate also has the claim ``running-rate``, whose
         search takes minutes.
     """
 

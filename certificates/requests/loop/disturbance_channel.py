@@ -37,7 +37,7 @@ def channel_evidence(
         embedding.
     """
     model = loop.model
-    found = {"disturbances": bool(loop.family.E), "inputs": bool(loop.family.B)}
+    found = {"disturbances": bool(loop.exact.E), "inputs": bool(loop.exact.B)}
     way = disturbance or next((name for name in WAYS if found[name]), "disturbances")
     if way not in WAYS or not found[way]:
         raise ModelError(
@@ -46,7 +46,7 @@ def channel_evidence(
         )
     evidence: dict[str, Any] = {"disturbance": way}
     if output is None:
-        if not loop.family.C:
+        if not loop.exact.C:
             raise ModelError(
                 f"model {model.name!r} has no output; give output=(C, D, F) for y = C x + D u + F w"
             )

@@ -38,11 +38,11 @@ class ClaimedLoop:
     ----------
     gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
     model_data, gains_data : as they go into the file.
-    family : the checker's reading of both, exact.
+    exact : the checker's reading of both, exact.
     pairs, sizes : (vertex, gain) of all blends one after the other, (2, pairs), and how many of
         them each blend has, (N,).
     shares : of each pair in its blend, (pairs,); they sum to 1 in each.
-    seen : the loop whose blends are used: ``family`` itself, or some points of its weights.
+    seen : the loop whose blends are used: ``exact`` itself, or some points of its weights.
     points : the weights of the blends, where they are points.
     cuts : how many pieces of the weights may still be tried for a claim; None means that claims
         are proved without pieces.
@@ -52,7 +52,7 @@ class ClaimedLoop:
     gains: Floats | None
     model_data: Mapping[str, Any]
     gains_data: Mapping[str, Any] | None
-    family: PolytopicLoop
+    exact: PolytopicLoop
     pairs: Indices
     sizes: Indices
     shares: Floats
@@ -91,8 +91,8 @@ class ClaimedLoop:
             if "references" in law:
                 # The means of slopes are no weights that a law can have; it has one gain.
                 law = {key: law[key] for key in law if key not in ("premises", "rules")}
-        family = read_model_loop(_read(model_data), _read(law))
-        groups = [pairs for _, pairs in family.groups()]
+        exact = read_model_loop(_read(model_data), _read(law))
+        groups = [pairs for _, pairs in exact.groups()]
         every = np.array([pair for pairs in groups for pair in pairs], dtype=np.intp).T
         sizes = np.array([len(pairs) for pairs in groups], dtype=np.intp)
         shares = np.repeat(1 / sizes, sizes)
@@ -101,17 +101,17 @@ class ClaimedLoop:
             gains=K,
             model_data=model_data,
             gains_data=law,
-            family=family,
+            exact=exact,
             pairs=every,
             sizes=sizes,
             shares=shares,
-            seen=family,
+            seen=exact,
         )
 
     @property
     def is_double_sum(self) -> bool:
         """Whether there are blends of pairs of rules, and the law has the model's weights."""
-        return self.family.shared_weights and len(self.sizes) > self.family.rules
+        return self.exact.shared_weights and len(self.sizes) > self.exact.rules
 
     def at(self, points: Sequence[Point]) -> ClaimedLoop:
         """Return the loop that has only the blends A(h) - B(h) K(h) of these weights.
@@ -119,7 +119,7 @@ class ClaimedLoop:
         These are matrices that the loop has at some instant; ``A`` of the whole loop encloses all
         of them.  A candidate for these points is then tried on pieces of the weights.
         """
-        rows = [weights_at(self.family, point) for point in points]
+        rows = [weights_at(self.exact, point) for point in points]
         used = [[i for i, share in enumerate(h) if share] for h in rows]
         every = np.array([pair for some in used for pair in product(some, some)], dtype=np.intp).T
         sizes = np.array([len(some) ** 2 for some in used], dtype=np.intp)
@@ -129,9 +129,9 @@ class ClaimedLoop:
             pairs=every,
             sizes=sizes,
             shares=np.array(shares),
-            seen=seen_at(self.family, rows),
+            seen=seen_at(self.exact, rows),
             points=tuple(points),
-            cuts=Cuts.of(self.family),
+            cuts=Cuts.of(self.exact),
         )
 
     @property
@@ -141,7 +141,7 @@ class ClaimedLoop:
 
     @property
     def A(self) -> Floats:
-        """Closed-loop matrices of the blends, (N, n, n), in the order of ``family.blends()``."""
+        """Closed-loop matrices of the blends, (N, n, n), in the order of ``exact.blends()``."""
         return self._closed(self.model.A, self.model.B)
 
     @property
@@ -178,7 +178,7 @@ class ClaimedLoop:
         ------
         ModelError : the model is a secant embedding.
         """
-        if why := why_averages_fail(self.family, what):
+        if why := why_averages_fail(self.exact, what):
             raise ModelError(f"model {self.model.name!r}: {why}")
 
     def replay(self, claim: Mapping[str, Any]) -> Claim:
@@ -189,14 +189,14 @@ class ClaimedLoop:
         CertificateError : the claim is malformed.
         """
         read = read_text(json.dumps(claim), "claim")
-        return in_words(replay(read, None, self.family, [], "claim"))
+        return in_words(replay(read, None, self.exact, [], "claim"))
 
     def shown(self, claim: Mapping[str, Any]) -> tuple[Mapping[str, Any], Claim]:
         """Return a claim with the pieces of the weights that it needs, and the verdict on it."""
         checked = self.replay(claim)
         if self.cuts is None or checked.verdict is not Verdict.UNDECIDED:
             return claim, checked
-        halvings = self.cuts.halvings(read_text(json.dumps(claim), "claim"), self.family)
+        halvings = self.cuts.halvings(read_text(json.dumps(claim), "claim"), self.exact)
         whole = {**claim, "halvings": halvings}
         return (whole, self.replay(whole)) if halvings else (claim, checked)
 

@@ -46,20 +46,20 @@ class Cuts:
     failed: list[Point] = field(default_factory=list)
 
     @classmethod
-    def of(cls, family: PolytopicLoop) -> Cuts:
+    def of(cls, exact: PolytopicLoop) -> Cuts:
         """Return the number of pieces for a loop of this size."""
-        work = len(family.groups()) * (family.order**4 + EACH)
+        work = len(exact.groups()) * (exact.order**4 + EACH)
         return cls(min(MOST_PIECES, int(MOST_WORK / work)))
 
-    def halvings(self, claim: Any, family: PolytopicLoop) -> list[list[int]]:
+    def halvings(self, claim: Any, exact: PolytopicLoop) -> list[list[int]]:
         """Return the tree of ``halvings`` that proves a claim; empty if none was found."""
         most = self.left - self.left // 2
         if self.failed:
-            seen = seen_at(family, [weights_at(family, point) for point in self.failed])
+            seen = seen_at(exact, [weights_at(exact, point) for point in self.failed])
             if replay(claim, None, seen, [], "claim").verdict is not Verdict.PROVED:
                 return []
         found: list[list[int]] = []
-        left = [(_piece(family, ()), corners_of(family))]
+        left = [(_piece(exact, ()), corners_of(exact))]
         while left and len(found) < most:
             piece, places = left.pop()
             checked = replay(claim, None, piece, [], "claim")
@@ -68,13 +68,13 @@ class Cuts:
                 continue
             pair = FAILED.search(in_words(checked).text)
             if pair is not None and pair[2] is None:
-                self.failed.append(point_at(family, places, int(pair[1]) - 1))
+                self.failed.append(point_at(exact, places, int(pair[1]) - 1))
             if pair is None or pair[2] is None:
                 break
             premise, i, j = piece.between(int(pair[1]) - 1, int(pair[2]) - 1)
             found.append([premise, i, j])
             for step in ((premise, j, i), (premise, i, j)):
-                left.append((_piece(family, (*piece.path, step)), halved_corners(places, *step)))
+                left.append((_piece(exact, (*piece.path, step)), halved_corners(places, *step)))
         else:
             self.left -= len(found)
             return [] if left else found
@@ -131,9 +131,9 @@ class _Piece(PolytopicLoop):
         return max(bends, key=lambda p: bends[p]), 0, 1
 
 
-def _piece(family: PolytopicLoop, path: tuple[tuple[int, int, int], ...]) -> _Piece:
+def _piece(exact: PolytopicLoop, path: tuple[tuple[int, int, int], ...]) -> _Piece:
     return _Piece(
-        **{one.name: getattr(family, one.name) for one in fields(PolytopicLoop)}, path=path
+        **{one.name: getattr(exact, one.name) for one in fields(PolytopicLoop)}, path=path
     )
 
 

@@ -14,7 +14,7 @@ SPARE = 1e-9
 
 def state_halves(loop: ClaimedLoop) -> Floats:
     """Return (n,) half-widths of the box about 0; inf for a state without a range."""
-    sides = loop.family.box or (None,) * loop.family.order
+    sides = loop.exact.box or (None,) * loop.exact.order
     return np.array([np.inf if s is None else float(min(-s[0], s[1])) for s in sides])
 
 
@@ -24,7 +24,7 @@ def box_rows(loop: ClaimedLoop) -> Floats:
     bounded = np.flatnonzero(np.isfinite(halves))
     rows = [np.eye(len(halves))[bounded] / np.maximum(halves[bounded, None], 1e-300)]
     if loop.gains is not None:
-        for k, side in bounded_inputs(loop.family).items():
+        for k, side in bounded_inputs(loop.exact).items():
             room = float(min(-side[0], side[1]))
             rows.append(loop.gains[:, k] / max(room, 1e-300))
     return np.concatenate(rows)

@@ -22,32 +22,32 @@ Point: TypeAlias = tuple[tuple[int, ...], ...]
 Corners: TypeAlias = tuple[tuple[tuple[Fraction, ...], ...], ...]
 
 
-def points_of(family: PolytopicLoop) -> list[Point]:
+def points_of(exact: PolytopicLoop) -> list[Point]:
     """Return the point of every rule alone, in order."""
-    if family.corners is None:
-        return [(_unit(family.rules, i),) for i in range(family.rules)]
-    return [tuple(_unit(2, c) for c in row) for row in family.corners]
+    if exact.corners is None:
+        return [(_unit(exact.rules, i),) for i in range(exact.rules)]
+    return [tuple(_unit(2, c) for c in row) for row in exact.corners]
 
 
-def grid(family: PolytopicLoop, parts: int, most: int) -> list[Point]:
+def grid(exact: PolytopicLoop, parts: int, most: int) -> list[Point]:
     """Return all points with shares in multiples of 1/parts; none if they exceed ``most``.
 
     If some combination of corners has no rule, only the rules alone are returned.
     """
-    if family.corners is None:
-        sizes = [family.rules]
+    if exact.corners is None:
+        sizes = [exact.rules]
     else:
-        sizes = [2] * len(family.corners[0])
-        if 2 ** len(sizes) != family.rules:
-            return points_of(family)
+        sizes = [2] * len(exact.corners[0])
+        if 2 ** len(sizes) != exact.rules:
+            return points_of(exact)
     if prod(comb(size + parts - 1, parts) for size in sizes) > most:
         return []
     return list(product(*(list(_shares(size, parts)) for size in sizes)))
 
 
-def corners_of(family: PolytopicLoop) -> Corners:
+def corners_of(exact: PolytopicLoop) -> Corners:
     """Return the corners of the whole: of all rules, or of each premise."""
-    sizes = [family.rules] if family.corners is None else [2] * len(family.corners[0])
+    sizes = [exact.rules] if exact.corners is None else [2] * len(exact.corners[0])
     return tuple(
         tuple(tuple(Fraction(i == j) for j in range(size)) for i in range(size)) for size in sizes
     )
@@ -60,16 +60,16 @@ def halved_corners(corners: Corners, premise: int, kept: int, moved: int) -> Cor
     return (*corners[:premise], tuple(rows), *corners[premise + 1 :])
 
 
-def point_at(family: PolytopicLoop, corners: Corners, rule: int) -> Point:
+def point_at(exact: PolytopicLoop, corners: Corners, rule: int) -> Point:
     """Return the corner of a piece that replaces a rule."""
-    own = (rule,) if family.corners is None else family.corners[rule]
+    own = (rule,) if exact.corners is None else exact.corners[rule]
     rows = [rows[c] for rows, c in zip(corners, own, strict=True)]
     return tuple(tuple(int(v * lcm(*(w.denominator for w in row))) for v in row) for row in rows)
 
 
-def weights_at(family: PolytopicLoop, point: Point) -> list[Fraction]:
+def weights_at(exact: PolytopicLoop, point: Point) -> list[Fraction]:
     """Return h, (rules,)."""
-    corners = family.corners or [(i,) for i in range(family.rules)]
+    corners = exact.corners or [(i,) for i in range(exact.rules)]
     return [
         prod(
             (Fraction(row[c], sum(row)) for row, c in zip(point, rule, strict=True)),
@@ -88,9 +88,9 @@ def _unit(size: int, place: int) -> tuple[int, ...]:
     return tuple(int(c == place) for c in range(size))
 
 
-def seen_at(family: PolytopicLoop, rows: Sequence[Sequence[Fraction]]) -> PolytopicLoop:
-    """Return a family whose blends are those of the weights h in ``rows`` alone."""
-    own = {one.name: getattr(family, one.name) for one in fields(PolytopicLoop)}
+def seen_at(exact: PolytopicLoop, rows: Sequence[Sequence[Fraction]]) -> PolytopicLoop:
+    """Return a exact whose blends are those of the weights h in ``rows`` alone."""
+    own = {one.name: getattr(exact, one.name) for one in fields(PolytopicLoop)}
     return _Seen(**own, weights_seen=tuple(map(tuple, rows)))
 
 
@@ -118,5 +118,5 @@ class _At(Blend):
         return sum(parts[1:], parts[0]).reduced()
 
     def _closed(self, X: Stack, Y: Stack) -> Matrix:
-        K = self.family.K
+        K = self.loop.K
         return self.of(X) - self.of(Y) @ self.of(K) if K and Y else self.of(X)

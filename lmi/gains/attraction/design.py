@@ -13,7 +13,7 @@ from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states
-from takagi.lmi.decision.diagnosis import asks_for_decay, binding_items, cure_of_limit
+from takagi.lmi.decision.diagnosis import advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 from takagi.lmi.gains.attraction.search import largest_ellipsoid
@@ -227,7 +227,7 @@ def _diagnosis(condition: Condition, outcome: Outcome, task: AttractionRequest) 
             "give a state box and input limits of the size that matters"
         )
     if outcome.status == "unknown":
-        return outcome.unsettled(cure_of_limit(condition))
+        return outcome.unsettled(advice_about_limit(condition))
     names = [lmi.name for lmi in condition.lmis[1:] if lmi.strict]
     binding = binding_items(condition, outcome.multipliers, *names)
     slower = "lower the decay rate, " if asks_for_decay(condition) else ""

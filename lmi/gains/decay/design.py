@@ -11,7 +11,7 @@ from takagi.lmi.condition.shown_rate import shown_rate
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble
 from takagi.lmi.decision.decide import decide, improve
-from takagi.lmi.decision.diagnosis import asks_for_decay, binding_items, cure_of_limit
+from takagi.lmi.decision.diagnosis import advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.limited_outcome import (
@@ -224,18 +224,18 @@ def _no_by_fixed_mode(
 
 def _diagnosis(task: DecayRequest, condition: Condition, outcome: Outcome, relaxation: str) -> str:
     if outcome.status == "unknown":
-        return outcome.unsettled(f"{cure_of_limit(condition)}, or give scales")
+        return outcome.unsettled(f"{advice_about_limit(condition)}, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict]
     names.remove("Q positive definite")
-    cures = ["shrink the box that the rules span"]
+    advice = ["shrink the box that the rules span"]
     if asks_for_decay(condition):
-        cures.insert(0, "lower the decay rate")
+        advice.insert(0, "lower the decay rate")
     if task.limits.level:
-        cures.insert(0, "widen the limits or shrink the initial box")
+        advice.insert(0, "widen the limits or shrink the initial box")
     if task.limits.gain is not None:
-        cures.insert(0, "raise gain_bound")
+        advice.insert(0, "raise gain_bound")
     if relaxation != ANY and len(task.A) > 1:
         richer = '"polya-4", "polya-8"' if relaxation == "liu-zhang" else '"liu-zhang", "polya-2"'
-        cures.insert(0, f'take a richer relaxation ({richer}, or "auto" for one after another)')
+        advice.insert(0, f'take a richer relaxation ({richer}, or "auto" for one after another)')
     binding = binding_items(condition, outcome.multipliers, *names)
-    return f"no gains by {relaxation}: {binding}; {', or '.join(cures)}"
+    return f"no gains by {relaxation}: {binding}; {', or '.join(advice)}"

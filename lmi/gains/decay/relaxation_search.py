@@ -37,7 +37,7 @@ class RelaxationSearch:
 
     Attributes
     ----------
-    rungs : in the order in which they were looked at.
+    rungs : results of the relaxations, in the order in which they were looked at.
     designs : of those that were tried.
     no : why no relaxation has gains, where that was found.
     most : decay rate in 1/s that no relaxation exceeds, to solver accuracy; nan until it was

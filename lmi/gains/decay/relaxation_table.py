@@ -43,7 +43,7 @@ class Ladder:
 
     Attributes
     ----------
-    rungs : one each; "any relaxation" is the condition at single blends, which each implies.
+    rungs : one result each; "any relaxation" is the condition at single blends, which each implies.
     best : the design of the largest decay rate that was asked for, by the cheapest relaxation that
         has it; None without gains.
     """

@@ -14,7 +14,7 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.balance import balanced_inputs, state_units
 from takagi.lmi.decision.decide import decide, improve
-from takagi.lmi.decision.diagnosis import asks_for_decay, binding_items, cure_of_limit
+from takagi.lmi.decision.diagnosis import advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.condition import size_of_motion
 from takagi.lmi.gains.fuzzy.design import FuzzyDesign
@@ -152,16 +152,16 @@ def _no_by_fixed_mode(
 
 def _diagnosis(task: FuzzyRequest, condition: Condition, outcome: Outcome) -> str:
     if outcome.status == "unknown":
-        return outcome.unsettled(f"{cure_of_limit(condition)}, or give scales")
+        return outcome.unsettled(f"{advice_about_limit(condition)}, or give scales")
     names = [lmi.name for lmi in condition.lmis if lmi.strict][1:]
-    cures = ['take a richer relaxation ("liu-zhang", "polya-2")']
-    cures += ["lower the decay rate"] if asks_for_decay(condition) else []
+    advice = ['take a richer relaxation ("liu-zhang", "polya-2")']
+    advice += ["lower the decay rate"] if asks_for_decay(condition) else []
     if task.discrete and task.slack == "common":
-        cures.insert(0, 'take slack="rules"')
+        advice.insert(0, 'take slack="rules"')
     if not task.discrete:
-        cures.insert(0, "lower the rate bounds")
+        advice.insert(0, "lower the rate bounds")
     binding = binding_items(condition, outcome.multipliers, *names)
     return (
-        f"no gains by {task.relaxation} with one P a rule: {binding}; {', or '.join(cures)}, or "
+        f"no gains by {task.relaxation} with one P a rule: {binding}; {', or '.join(advice)}, or "
         "shrink the box that the rules span"
     )

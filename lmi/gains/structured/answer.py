@@ -66,7 +66,7 @@ class StructuredDesign:
 
 
 def found_at(
-    search: StepSearch, spot: StructuredPoint, unstructured: float, climb: LocalSearch
+    search: StepSearch, spot: StructuredPoint, unstructured: float, local: LocalSearch
 ) -> StructuredDesign:
     """Return the design of the best spot.
 
@@ -98,14 +98,14 @@ def found_at(
         unstructured=unstructured,
         loss=1.0 - ratio if search.sense > 0 else ratio - 1.0,
         relaxation=search.relaxation,
-        steps=tuple(climb.steps),
+        steps=tuple(local.steps),
         answer=answer,
     )
 
 
-def unsettled(climb: LocalSearch) -> Answer:
+def unsettled(local: LocalSearch) -> Answer:
     """Return the answer for the case that no start led to a stable loop."""
-    rate = climb.reached()
+    rate = local.reached()
     return Answer(
         status="unknown",
         margin=-np.inf,
@@ -114,7 +114,7 @@ def unsettled(climb: LocalSearch) -> Answer:
             f"quadratic function was {rate:.6g} 1/s: let the law see more, share fewer gains, "
             "raise gain_bound, shrink the box, or take a richer relaxation"
         ),
-        tries=tuple(climb.search.tries),
+        tries=tuple(local.search.tries),
     )
 
 

@@ -147,16 +147,16 @@ def structured_pdc(
     plain = _unstructured(model, search, Q, R, deviations, performance, sample_time)
     if not plain or plain[0].gains is None:
         return without(search, plain[0].answer, ())
-    climb = LocalSearch(search)
-    spot = _best(climb, list(_starts(search, plain)), tolerance, descents)
+    local = LocalSearch(search)
+    spot = _best(local, list(_starts(search, plain)), tolerance, descents)
     if spot is None:
-        return without(search, unsettled(climb), tuple(climb.steps))
+        return without(search, unsettled(local), tuple(local.steps))
     spot = search.assessed(spot.F, spot.P, value=spot.value, settle=True) or spot
-    return found_at(search, spot, _best_without(search, plain, spot, tolerance), climb)
+    return found_at(search, spot, _best_without(search, plain, spot, tolerance), local)
 
 
 def _best(
-    climb: LocalSearch,
+    local: LocalSearch,
     known: list[LocalStart],
     tolerance: float,
     descents: tuple[int, int],
@@ -164,13 +164,13 @@ def _best(
     """Return the best point from the known starts, and from descents on the norm if asked for."""
     starts, seed = descents
     if not starts:
-        return climb.best(known, tolerance)
-    ends = descended(climb.search, known, starts=starts, seed=seed)
-    if len(climb.search.plant.A) > 1:
-        return climb.best([*ends[:DESCENTS], *known], tolerance)
-    spot, steps = shown(climb.search, ends)
-    climb.steps.extend(steps)
-    return spot if spot is not None else climb.best(known, tolerance)
+        return local.best(known, tolerance)
+    ends = descended(local.search, known, starts=starts, seed=seed)
+    if len(local.search.plant.A) > 1:
+        return local.best([*ends[:DESCENTS], *known], tolerance)
+    spot, steps = shown(local.search, ends)
+    local.steps.extend(steps)
+    return spot if spot is not None else local.best(known, tolerance)
 
 
 def _bound(gain_bound: float | None) -> float | None:

@@ -68,17 +68,17 @@ class OneStepDesign:
 
 
 def one_step_gains(
-    family: LoopOfGains,
+    loop: LoopOfGains,
     *,
     objective: Objective | None = None,
     steps: int = STEPS,
     tell: Tell | None = None,
 ) -> OneStepDesign:
-    """Return gains and functions found together, starting from the gains of ``family.law``.
+    """Return gains and functions found together, starting from the gains of ``loop.law``.
 
     Parameters
     ----------
-    family : loop, box, uncertainty and wind class; the gains of its law are the two-step gains.
+    loop : loop, box, uncertainty and wind class; the gains of its law are the two-step gains.
     objective : weights of the objective; None maximises the wind class alone.
     steps : largest number of joint steps, accepted or not; 0 only analyses the given gains.
     tell : called with a line of text before each step.
@@ -92,35 +92,33 @@ def one_step_gains(
     say = tell or _silent
     aim = objective or Objective()
     say("analysing the gains found wind by wind")
-    spot = first_point(family, _theta(family.law), aim)
-    climb = Iteration(family, aim, spot)
+    spot = first_point(loop, _theta(loop.law), aim)
+    iteration = Iteration(loop, aim, spot)
     for count in range(steps):
         say(f"joint step {count + 1} of {steps}")
-        if not climb.stepped():
+        if not iteration.stepped():
             break
-    theta = climb.spot.theta
-    nodes = family.cells + 1
+    theta = iteration.spot.theta
+    nodes = loop.cells + 1
     rounded = np.concatenate([np.round(theta[:nodes], 5), np.round(theta[nodes:], 6)])
     # The rounded gains are the ones that are emitted, so they are assessed again.  If rounding
     # makes the objective worse than at the start, the starting gains are returned.
-    last = climb.assessed(rounded, climb.spot.functions)
-    best = with_largest_decay_rate(
-        family, spot if last is None or last.value >= spot.value else last
-    )
-    law = replace(family.law, gains=family.at(best.theta).gains)
+    last = iteration.assessed(rounded, iteration.spot.functions)
+    best = with_largest_decay_rate(loop, spot if last is None or last.value >= spot.value else last)
+    law = replace(loop.law, gains=loop.at(best.theta).gains)
     return OneStepDesign(
-        law, best.functions, spot.reached, best.reached, tuple(climb.history), climb.refused
+        law, best.functions, spot.reached, best.reached, tuple(iteration.history), iteration.refused
     )
 
 
-def effort_loop_reach(family: LoopOfGains, objective: Objective | None = None) -> ReachedValues:
-    """Return the values of the gains of ``family.law``, by the analysis of ``one_step_gains``.
+def effort_loop_reach(loop: LoopOfGains, objective: Objective | None = None) -> ReachedValues:
+    """Return the values of the gains of ``loop.law``, by the analysis of ``one_step_gains``.
 
     Raises
     ------
     ModelError : no function at these gains.
     """
-    return first_point(family, _theta(family.law), objective or Objective()).reached
+    return first_point(loop, _theta(loop.law), objective or Objective()).reached
 
 
 def _theta(law: EffortSharingLaw) -> Floats:

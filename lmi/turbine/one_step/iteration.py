@@ -41,24 +41,24 @@ AT_START, AFTER_STEP = 8, 1
 NO_WIND = "in some cell of wind speeds the loop tolerates no error of the wind estimate"
 
 
-def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
+def first_point(loop: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoint:
     """Return the point at given gains; its functions are found without a first guess.
 
     Raises
     ------
     ModelError : no function was found; the message says what to change.
     """
-    windy, still = family.corners(theta)
-    directions = family.box.directions
-    nu = theta[family.cells + 1 :]
+    windy, still = loop.corners(theta)
+    directions = loop.box.directions
+    nu = theta[loop.cells + 1 :]
     d = windy.fixed + windy.error
     first = invariant_ellipsoid(windy.A, d, windy.cell, directions, speed=nu[windy.cell], rounds=5)
     rest = fast_decay(still.A)
     functions = None
     if first.P is not None and rest.P is not None:
-        none = np.zeros(family.cells)
+        none = np.zeros(loop.cells)
         given = LoopFunctions(np.asarray(first.P), none, none, np.asarray(rest.P), 0.0)
-        functions = functions_at(windy, still, given, widest_multiples(family))
+        functions = functions_at(windy, still, given, widest_multiples(loop))
     if functions is None:
         raise ModelError(
             "one-step design: the gains it starts from have no common quadratic function under "
@@ -70,8 +70,8 @@ def first_point(family: LoopOfGains, theta: Floats, aim: Objective) -> DesignPoi
     opening = replace(aim, wind_class=max(aim.wind_class, 1.0), decay=0.0)
     # ``invariant_ellipsoid`` maximises the multiple of the weakest cell, so this is the best floor.
     floor = float(functions.scales.min())
-    functions = _settled(family, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
-    spot = design_point(family, theta, functions, aim)
+    functions = _settled(loop, windy, still, functions, opening, AT_START, kept=_Kept(0.0, floor))
+    spot = design_point(loop, theta, functions, aim)
     if spot is None:
         raise ModelError("one-step design: the linear loop at the start is not stable at some wind")
     return replace(spot, floor=floor)
@@ -109,7 +109,7 @@ class Iteration:
     refused : number of steps that were not accepted.
     """
 
-    family: LoopOfGains
+    loop: LoopOfGains
     aim: Objective
     spot: DesignPoint
     reach: float = FIRST_REACH
@@ -127,17 +127,17 @@ class Iteration:
         """Try one step; return False if the search has ended."""
         spot = self.spot
         if self._near is None:
-            self._near = self.family.moving(spot.theta, self.reach)
+            self._near = self.loop.moving(spot.theta, self.reach)
         windy, still, free = self._near
         least = np.log(self._kept.mean / spot.reached.wind_error) - ROOM
         weights = replace(
-            weights_at(self.family, spot, self.aim),
+            weights_at(self.loop, spot, self.aim),
             least=float(least),
-            floors=np.full(self.family.cells, self._kept.multiple),
+            floors=np.full(self.loop.cells, self._kept.multiple),
         )
         low, high = np.where(free, np.array([-self.reach, self.reach]), 0.0).T
-        room = RemainingRoom(low, high, self.family.bends(self.reach))
-        found = joint_step(windy, still, spot.functions, self.family.box.directions, weights, room)
+        room = RemainingRoom(low, high, self.loop.bends(self.reach))
+        found = joint_step(windy, still, spot.functions, self.loop.box.directions, weights, room)
         new = None
         if found is not None:
             new = self.assessed(spot.theta * np.exp(found.u), found.functions)
@@ -155,20 +155,20 @@ class Iteration:
     def assessed(self, theta: Floats, functions: LoopFunctions) -> DesignPoint | None:
         """Return the point at other gains, with new enclosures; None if no function holds there."""
         try:
-            windy, still = self.family.corners(theta)
+            windy, still = self.loop.corners(theta)
         except ModelError:
             return None
-        shown = functions_at(windy, still, functions, widest_multiples(self.family))
+        shown = functions_at(windy, still, functions, widest_multiples(self.loop))
         if shown is None or (self.aim.decay > 0 and not shown.decay_rate > 0):
             return None
-        better = _settled(self.family, windy, still, shown, self.aim, AFTER_STEP, kept=self._kept)
-        spot = design_point(self.family, theta, better, self.aim)
+        better = _settled(self.loop, windy, still, shown, self.aim, AFTER_STEP, kept=self._kept)
+        spot = design_point(self.loop, theta, better, self.aim)
         return None if spot is None else replace(spot, floor=self._kept.multiple)
 
 
-def with_largest_decay_rate(family: LoopOfGains, spot: DesignPoint) -> DesignPoint:
+def with_largest_decay_rate(loop: LoopOfGains, spot: DesignPoint) -> DesignPoint:
     """Return the point with the largest common decay rate at its gains, and the R that has it."""
-    _, still = family.corners(spot.theta)
+    _, still = loop.corners(spot.theta)
     found = fast_decay(still.A)
     if found.P is None or found.decay_rate is None or found.decay_rate <= spot.functions.decay_rate:
         return spot
@@ -179,7 +179,7 @@ def with_largest_decay_rate(family: LoopOfGains, spot: DesignPoint) -> DesignPoi
 
 
 def _settled(
-    family: LoopOfGains,
+    loop: LoopOfGains,
     windy: WindCellCorners,
     still: WindCellCorners,
     functions: LoopFunctions,
@@ -194,9 +194,9 @@ def _settled(
     ----------
     kept : lower limits; functions below them are first raised towards them.
     """
-    directions, shares = family.box.directions, shares_of(family)
-    value, mean = function_value(family, functions, aim), mean_error(family, functions)
-    floors = np.full(family.cells, kept.multiple)
+    directions, shares = loop.box.directions, shares_of(loop)
+    value, mean = function_value(loop, functions, aim), mean_error(loop, functions)
+    floors = np.full(loop.cells, kept.multiple)
     for _ in range(most):
         least = float(np.log(kept.mean / mean)) if kept.mean > 0 else None
         weights = Weights(
@@ -205,10 +205,10 @@ def _settled(
         found = joint_step(windy, still, functions, directions, weights)
         shown = None
         if found is not None:
-            shown = functions_at(windy, still, found.functions, widest_multiples(family))
+            shown = functions_at(windy, still, found.functions, widest_multiples(loop))
         if shown is None or (aim.decay > 0 and not shown.decay_rate > 0):
             break
-        after, reached = function_value(family, shown, aim), mean_error(family, shown)
+        after, reached = function_value(loop, shown, aim), mean_error(loop, shown)
         # Progress towards a limit counts as success, even if the objective became worse by it.
         raised = (mean < kept.mean and reached > mean) or (
             float(functions.scales.min()) < min(kept.multiple, float(shown.scales.min()))

@@ -51,35 +51,35 @@ class DesignPoint:
     floor: float = 0.0
 
 
-def mean_error(family: LoopOfGains, functions: LoopFunctions) -> float:
+def mean_error(loop: LoopOfGains, functions: LoopFunctions) -> float:
     """Return the geometric mean over wind of the wind error that P tolerates [m/s]."""
-    return float(np.exp(shares_of(family) @ np.log(functions.scales * family.error)))
+    return float(np.exp(shares_of(loop) @ np.log(functions.scales * loop.error)))
 
 
-def function_value(family: LoopOfGains, functions: LoopFunctions, aim: Objective) -> float:
+def function_value(loop: LoopOfGains, functions: LoopFunctions, aim: Objective) -> float:
     """Return the objective without its terms for pitch and tower motion in turbulence."""
-    peak = float(reached_by_function(functions.P, family.box.directions[:1])[0]) ** 0.5
-    value = -aim.wind_class * float(shares_of(family) @ np.log(functions.scales))
+    peak = float(reached_by_function(functions.P, loop.box.directions[:1])[0]) ** 0.5
+    value = -aim.wind_class * float(shares_of(loop) @ np.log(functions.scales))
     if aim.decay > 0:
         value -= aim.decay * np.log(functions.decay_rate)
     return value + aim.overspeed * float(np.log(peak))
 
 
 def design_point(
-    family: LoopOfGains, theta: Floats, functions: LoopFunctions, aim: Objective
+    loop: LoopOfGains, theta: Floats, functions: LoopFunctions, aim: Objective
 ) -> DesignPoint | None:
     """Return the point with its values; None if the linear loop about a trim is not stable."""
-    peak = float(reached_by_function(functions.P, family.box.directions[:1])[0]) ** 0.5
-    share = shares_of(family)
+    peak = float(reached_by_function(functions.P, loop.box.directions[:1])[0]) ** 0.5
+    share = shares_of(loop)
     pitch = tower = np.nan
-    value = function_value(family, functions, aim)
+    value = function_value(loop, functions, aim)
     if aim.watches_motion:
-        moved = motion(family.turbine, family.at(theta))
+        moved = motion(loop.turbine, loop.at(theta))
         pitch, tower = float(share @ moved.pitch_rate), float(share @ moved.tower_speed)
         value += aim.pitch * np.log(pitch) + aim.tower * np.log(tower)
     reached = ReachedValues(
-        mean_error(family, functions),
-        float(family.box.speed_error) * peak,
+        mean_error(loop, functions),
+        float(loop.box.speed_error) * peak,
         functions.decay_rate if functions.decay_rate > 0 else np.nan,
         pitch,
         tower,
@@ -88,31 +88,31 @@ def design_point(
     return DesignPoint(theta, functions, reached, float(value)) if np.isfinite(value) else None
 
 
-def weights_at(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Weights:
+def weights_at(loop: LoopOfGains, spot: DesignPoint, aim: Objective) -> Weights:
     """Return the weights of one convex step: the gradient of the objective at the point."""
     gains = np.zeros(len(spot.theta))
     if aim.watches_motion:
-        gains = _motion_slopes(family, spot, aim)
-    shares = shares_of(family)
+        gains = _motion_slopes(loop, spot, aim)
+    shares = shares_of(loop)
     return Weights(aim.wind_class * shares, aim.overspeed, aim.decay, gains, shares)
 
 
-def _motion_slopes(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Floats:
+def _motion_slopes(loop: LoopOfGains, spot: DesignPoint, aim: Objective) -> Floats:
     """Return d (weighted logarithms of pitch rate and tower speed) / d (logarithms of the gains).
 
     Two evaluations serve all gains: the motion in a cell depends on that cell's gains alone, so
     all gamma are raised together, then all nu.  A cell's change by gamma is shared equally by the
     nodes at its two ends.
     """
-    nodes, step = family.cells + 1, 1e-2
-    share = shares_of(family)
+    nodes, step = loop.cells + 1, 1e-2
+    share = shares_of(loop)
     slopes = np.zeros(len(spot.theta))
     faster = [spot.theta.copy(), spot.theta.copy()]
     faster[0][:nodes] *= np.exp(step)
     faster[1][nodes:] *= np.exp(step)
-    here = motion(family.turbine, family.at(spot.theta))
+    here = motion(loop.turbine, loop.at(spot.theta))
     for part, theta in enumerate(faster):
-        there = motion(family.turbine, family.at(theta))
+        there = motion(loop.turbine, loop.at(theta))
         change = (
             aim.pitch * (there.pitch_rate - here.pitch_rate) / (share @ here.pitch_rate)
             + aim.tower * (there.tower_speed - here.tower_speed) / (share @ here.tower_speed)
@@ -125,17 +125,17 @@ def _motion_slopes(family: LoopOfGains, spot: DesignPoint, aim: Objective) -> Fl
     return slopes
 
 
-def shares_of(family: LoopOfGains) -> Floats:
+def shares_of(loop: LoopOfGains) -> Floats:
     """Return (K - 1,): the width of each wind cell divided by the whole wind range."""
-    widths = np.diff(family.law.schedule.wind)
+    widths = np.diff(loop.law.schedule.wind)
     return np.asarray(widths / widths.sum(), dtype=np.float64)
 
 
-def widest_multiples(family: LoopOfGains) -> Floats:
+def widest_multiples(loop: LoopOfGains) -> Floats:
     """Return (K - 1,): the largest multiple of the wind error for which the enclosures hold.
 
     A cell's ranges are enclosed for wind errors up to a share of its lowest wind; beyond, the
     corners say nothing.
     """
-    wind = family.law.schedule.wind[:-1]
-    return np.asarray(float(family.box.wind_share) * wind / family.error, dtype=np.float64)
+    wind = loop.law.schedule.wind[:-1]
+    return np.asarray(float(loop.box.wind_share) * wind / loop.error, dtype=np.float64)

@@ -1,7 +1,7 @@
 r"""The reference filter G_f(s) of the published laws: a low-pass on the region-dependent speed.
 
 The reference omega_ref(v_hat) has kinks where a region ends and follows every movement of the wind
-estimate.  With r the filtered reference, a law of the paper takes e = omega - r instead:
+estimate.  With r the filtered reference, a published law takes e = omega - r instead:
 
     order 1    tau r' = omega_ref(v_hat) - r               G_f = 1 / (1 + tau s)
     order 2    r'' = w^2 (omega_ref - r) - 2 zeta w r'     G_f = w^2 / (s^2 + 2 zeta w s + w^2)

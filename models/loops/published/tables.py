@@ -152,7 +152,7 @@ class LoopFigures:
 
 
 def loop_figures(law: PublishedLaw) -> LoopFigures:
-    """Return the numbers of the closed loop with a law of the paper.
+    """Return the numbers of the closed loop with a published law.
 
     Raises
     ------

@@ -33,7 +33,7 @@ MOST_LINES = 6
 class Drawn:
     """Figures with captions, and file name -> CSV of the numbers that they show."""
 
-    plates: tuple[CaptionedFigure, ...]
+    captioned_figures: tuple[CaptionedFigure, ...]
     data: Mapping[str, str] = field(default_factory=dict)
 
 

@@ -33,7 +33,7 @@ def derivation_section(design: PlantDesign, drawn: Drawn) -> Section:
             "premises": premise_table(model, "Premises with proved bounds", "bounds by"),
             "constant": [p.name for p in model.premises if len(p.corners) == 1],
             "rules": len(model.rules),
-            "figures": list(drawn.plates),
+            "figures": list(drawn.captioned_figures),
         },
     )
 

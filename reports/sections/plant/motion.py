@@ -37,8 +37,8 @@ def motion_section(
         "responses",
         "Motions of the nonlinear plant",
         {
-            "figures": list(drawn.plates),
-            "jumps": list(jumped.plates),
+            "figures": list(drawn.captioned_figures),
+            "jumps": list(jumped.captioned_figures),
             "table": _table(loop, [*shown, *jumps]),
             "lost": [motion.name for motion in (*shown, *jumps) if not motion.whole],
             "rising": [motion.name for motion in shown if _rises(motion)],

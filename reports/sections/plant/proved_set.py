@@ -29,13 +29,13 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
     reach = half_widths(loop)
     if reach is None:
         return None
-    plates = []
+    captioned_figures = []
     if pairs(loop):
         apart = (
             "" if len(loop.names) == 2 else " at which all other states are at rest. Dashed: the "
             "shadow of the whole set, which no motion from it leaves"
         )  # fmt: skip
-        plates.append(
+        captioned_figures.append(
             captioned_figure(
                 set_figure(loop),
                 "set",
@@ -57,8 +57,8 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
             "table": Table(
                 "Half-widths of the set, deviations from rest", COLUMNS, _rows(design, loop, reach)
             ),
-            "figures": plates,
-            "left_out": max(len(loop.names) - MOST_STATES, 0) if plates else 0,
+            "figures": captioned_figures,
+            "left_out": max(len(loop.names) - MOST_STATES, 0) if captioned_figures else 0,
             "settled": settled,
             "share": f"{SETTLED:.0%}",
             "observed": loop.observed is not None,

@@ -41,7 +41,7 @@ def test_the_page_lists_the_kinds_without_a_reading() -> None:
     assert own == {"paper-loop"}
     assert set(WHOLE_FILE) == set(opinion.WITH_OBSERVER)
     assert (
-        "| `paper-loop`, and `equilibrium` of a law of the paper | no reading" in PAGE.read_text()
+        "| `paper-loop`, and `equilibrium` of a published law | no reading" in PAGE.read_text()
     )
 
 

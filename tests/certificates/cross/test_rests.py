@@ -143,7 +143,7 @@ def test_rests_of_a_law_of_the_paper_are_left_open() -> None:
         claimed(turbine_data(TURBINE, []), published_law_data(make_law("paper")), cells)
     )
 
-    assert (one.verdict, one.reason) == ("NOT REPLAYED", "rests of a law of the paper")
+    assert (one.verdict, one.reason) == ("NOT REPLAYED", "rests of a published law")
 
 
 def test_a_cell_that_is_not_decided_is_left_open(

@@ -31,8 +31,8 @@ from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sid
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates
 from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
-from takagi.certificates.checker.turbine.running_loop.running_claim import gaps
 from takagi.certificates.checker.turbine.running_loop.signals import Signals, combined, decay_form
+from takagi.certificates.checker.turbine.wind_intervals import gaps
 from takagi.certificates.claims.turbine.running_loop.candidate import running_candidate
 from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
     loop_subject,
@@ -83,8 +83,8 @@ def test_the_sentence_names_every_gap(document: dict[str, Any]) -> None:
 
 def test_gaps_lie_between_the_ranges_and_at_the_ends() -> None:
     whole = (F(3), F(25))
-    assert gaps([whole], *whole) == []
-    assert gaps([(F(3), F(5)), (F(6), F(24))], *whole) == [(F(5), F(6)), (F(24), F(25))]
+    assert gaps(whole, [whole]) == []
+    assert gaps(whole, [(F(3), F(5)), (F(6), F(24))]) == [(F(5), F(6)), (F(24), F(25))]
 
 
 Change = Callable[[Any], None]

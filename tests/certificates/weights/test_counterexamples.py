@@ -76,7 +76,7 @@ def test_an_observer_with_slopes_keeps_an_error() -> None:
     first, second = verdicts(plant_document(model, claim))
     assert first[0] == second[0] == "REFUSED"
     assert "averages of slopes" in first[1]
-    with pytest.raises(ModelError, match="nobody can evaluate them; claim it of a sector model"):
+    with pytest.raises(ModelError, match="they cannot be evaluated; claim it of a sector model"):
         certify(model, claims=[ObserverError([[1.0]])])
 
 

@@ -1,4 +1,4 @@
-r"""``actuator-rates``: bounds of the pitch and torque rates on the set of a coherent loop's claim.
+r"""``actuator-rates``: bounds of the pitch and torque rates on a ``coherent-loop`` claim's set.
 
 For V <= 1 and the wind class of the claim that ``loop`` names, in the symbols of
 docs/coherent-loop.md, in each wind cell:

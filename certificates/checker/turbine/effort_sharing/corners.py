@@ -54,7 +54,7 @@ def bounds_row(P: list[list[Fraction]], h: tuple[Fraction | int, ...], peak: Fra
 
 
 class Corners:
-    """The family of one cell: every corner of the ranges, in integers.
+    """The matrices of one cell: every corner of the ranges, in integers.
 
     Raises
     ------

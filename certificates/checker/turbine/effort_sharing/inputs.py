@@ -1,4 +1,4 @@
-"""The exact inputs of a claim about the coherent loop: plant, law, box, uncertainty."""
+"""The exact inputs of a claim about the effort-sharing loop: plant, law, box, uncertainty."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.spline import Spline
-from takagi.certificates.checker.kernel.reader import increasing, matrix, member, number, numbers
+from takagi.certificates.checker.kernel.reader import (
+    increasing,
+    matrix,
+    member,
+    number,
+    numbers,
+    positive,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 MOST_WINDS = 2000
@@ -31,8 +38,8 @@ class Plant:
     def read(cls, model: Any) -> Plant:
         """Return the plant; refuses another kind, and a constant that is not positive."""
         if member(model, "kind", "model") != "turbine":
-            raise CertificateError("model.kind: a coherent loop needs a turbine")
-        gear = _positive(model, "gear_ratio", "model")
+            raise CertificateError("model.kind: a turbine is needed")
+        gear = positive(model, "gear_ratio", "model")
         inertia = number(model, "rotor_inertia", "model")
         inertia += gear**2 * number(model, "generator_inertia", "model")
         if inertia <= 0:
@@ -40,12 +47,12 @@ class Plant:
         table, where = member(model, "torque_surface", "model"), "model.torque_surface"
         x, y = (numbers(table, f"{axis}_knots", where) for axis in ("tip_speed_ratio", "pitch"))
         return cls(
-            torque_per_inertia=_positive(model, "torque_constant", "model") / inertia,
+            torque_per_inertia=positive(model, "torque_constant", "model") / inertia,
             gear_per_inertia=gear / inertia,
-            radius=_positive(model, "rotor_radius", "model"),
-            lag=_positive(model, "pitch_time_constant", "model"),
-            rate_limit=_positive(model, "pitch_rate_limit", "model"),
-            rated_speed=_positive(model, "rated_rotor_speed", "model"),
+            radius=positive(model, "rotor_radius", "model"),
+            lag=positive(model, "pitch_time_constant", "model"),
+            rate_limit=positive(model, "pitch_rate_limit", "model"),
+            rated_speed=positive(model, "rated_rotor_speed", "model"),
             pitch_min=number(model, "pitch_min", "model"),
             pitch_max=number(model, "pitch_max", "model"),
             surface=Spline(x, y, matrix(table, "coefficients", where)),
@@ -99,12 +106,12 @@ class Law:
             inertia=numbers(gains, "inertia_feedforward", "gains", count - 1),
             inertia_limit=numbers(gains, "feedforward_limit", "gains", count - 1),
             lead=number(gains, "pitch_lead", "gains"),
-            overlap=_positive(gains, "overlap", "gains"),
-            rated_torque=_positive(gains, "rated_torque", "gains"),
-            effort_torque=_positive(gains, "effort_torque", "gains"),
+            overlap=positive(gains, "overlap", "gains"),
+            rated_torque=positive(gains, "rated_torque", "gains"),
+            effort_torque=positive(gains, "effort_torque", "gains"),
             pitch_min=number(gains, "pitch_min", "gains"),
             pitch_max=number(gains, "pitch_max", "gains"),
-            integral_limit=_positive(gains, "integral_limit", "gains"),
+            integral_limit=positive(gains, "integral_limit", "gains"),
         )
         if min(wind[0], *law.speed, *law.effectiveness, *law.gamma, *law.nu) <= 0:
             raise CertificateError("gains: winds, speeds, gains, effectiveness must be positive")
@@ -112,7 +119,7 @@ class Law:
             raise CertificateError("gains: pitch_lead and feedforward_limit must not be negative")
         if law.lead > 0 or any(law.inertia):
             # Without the filter the law does not know the wind rate that it feeds forward.
-            _positive(gains, "wind_filter", "gains")
+            positive(gains, "wind_filter", "gains")
         return law
 
     def slope(self, column: list[Fraction], k: int) -> Fraction:
@@ -207,10 +214,3 @@ class Subject:
         if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
             raise CertificateError("gains: pitch limits differ from the model's")
         return cls(plant, law, Box.read(claim, where), Uncertainty.read(claim, where))
-
-
-def _positive(owner: Any, key: str, where: str) -> Fraction:
-    value = number(owner, key, where)
-    if value <= 0:
-        raise CertificateError(f"{where}.{key}: must be positive")
-    return value

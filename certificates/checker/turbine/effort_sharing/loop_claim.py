@@ -1,4 +1,4 @@
-r"""Replays a claim about the loop with the coherent law: embedding, LMIs, bounds, consequences.
+r"""Replays a claim about the effort-sharing loop: embedding, LMIs, bounds, consequences.
 
 State (e, zeta, x): speed error, the effort by which pitch lags, the law's integral.  For schedule
 winds v_s in a cell, |v - v_s| <= wind_error and |v_s'| <= wind_rate, the loop's matrix and

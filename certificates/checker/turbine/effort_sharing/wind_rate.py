@@ -1,4 +1,4 @@
-r"""``wind-rate``: the wind rates at which the law's filter keeps a coherent loop's wind class.
+r"""``wind-rate``: the wind rates at which the law's filter keeps the loop's wind class.
 
 The law's schedule wind v_s is its own low-pass of the wind estimate w, v_s' = (w - v_s) / tau_f.
 On a range of winds let phi (``schedule_rate``) and r (``estimate_rate``) be lines between nodes,

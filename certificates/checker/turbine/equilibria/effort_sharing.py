@@ -1,4 +1,4 @@
-r"""The equilibria of the loop with the coherent law at a constant wind, v_s = v.
+r"""The equilibria of the loop with the effort-sharing law at a constant wind, v_s = v.
 
 An equilibrium requires beta = beta_ref and x' = 0: e = 0, or the integrator is at a limit X and the
 speed error drives it outward. Each case leads to one torque balance,

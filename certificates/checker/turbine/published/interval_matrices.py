@@ -1,4 +1,4 @@
-r"""One exact inequality for a whole interval family of matrices.
+r"""One exact inequality for all matrices of an interval matrix.
 
 For A = M + D, |D_ij| <= R_ij, and any w_i > 0:
 
@@ -7,7 +7,7 @@ For A = M + D, |D_ij| <= R_ij, and any w_i > 0:
 
 since 2 |D_ij a b| <= R_ij (w_i a^2 + b^2 / w_i).  With N = -(M'P + PM) - E then
 
-    N - 2 rho P > 0                             V = y'Py decays at 2 rho for every A of the family
+    N - 2 rho P > 0                             V = y'Py decays at 2 rho for every such A
     [[N - alpha P, -P d], [-d'P, alpha]] > 0    V' < 0 where V >= 1, at each corner d of its box
 
 Everything is an integer: A over UNIT, P over its own scale, w over 2^20 and rounded upward.

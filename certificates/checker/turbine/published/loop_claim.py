@@ -3,7 +3,7 @@ r"""Replays a claim about the loop with a published law, at constant winds, v_ha
 Per wind cell a centre z_0(v), linear in v, a box |z_i - z_0i(v)| <= r_i (pitch no less than the
 smallest) and P are stated.  With y = (z - z_0)/r the loop is y' = A y + d, A in the hull of the
 Jacobian over box and cell, d the field at the centre.  Both are enclosed here from plant and law
-and compared with the stated ranges. Then it is proved exactly for the stated family:
+and compared with the stated ranges. Then it is proved exactly for all plants of the stated ranges:
 
     {y'Py <= 1} lies in the box and is invariant, so that it holds an equilibrium (Brouwer);
     any two motions in it approach each other as exp(-rho t) in the norm of P, so that there is
@@ -27,7 +27,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.interval_matrices import contraction_failure
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
-from takagi.certificates.checker.turbine.published.wind_intervals import Span, gaps, merged
+from takagi.certificates.checker.turbine.wind_intervals import Span, gaps, merged
 
 MOST_CELLS = 5000
 MOST_CORNERS = 8

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.controller.numbers import short
-from takagi.certificates.checker.kernel.reader import member, number, numbers
+from takagi.certificates.checker.kernel.reader import member, number, numbers, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 Span = tuple[Fraction, Fraction]
@@ -60,7 +60,7 @@ class Sides:
 
 @dataclass(frozen=True)
 class Machine:
-    """Observer, filters, limits of rates, and the family of plants.
+    """Observer, filters, limits of rates, and the ranges of the plants.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Machine:
             stop = positive(stopped, "frequency", place), number(stopped, "passed", place)
             if not 0 <= stop[1] <= 1:
                 raise CertificateError(f"{place}.passed: a share from 0 to 1 is needed")
-        family, place = member(claim, "uncertainty", where), f"{where}.uncertainty"
+        given, place = member(claim, "uncertainty", where), f"{where}.uncertainty"
         return cls(
             l1=l1,
             l2=l2,
@@ -112,8 +112,8 @@ class Machine:
             wind_filter=positive(gains, "wind_filter", "gains"),
             torque_rate=positive(model, "torque_rate_limit", "model"),
             observer_inertia=_observer_inertia(model),
-            inertia=_range(family, "inertia", place),
-            wake_length=_range(family, "wake_length", place),
+            inertia=_range(given, "inertia", place),
+            wake_length=_range(given, "wake_length", place),
         )
 
 
@@ -148,14 +148,6 @@ def _plain(value: Any) -> Any:
         return Fraction(value)
     except (TypeError, ValueError):
         return value
-
-
-def positive(owner: Any, key: str, where: str) -> Fraction:
-    """Return a number; refuses one that is not positive."""
-    value = number(owner, key, where)
-    if value <= 0:
-        raise CertificateError(f"{where}.{key}: must be positive")
-    return value
 
 
 def _range(owner: Any, key: str, where: str) -> Span:

@@ -190,9 +190,3 @@ def _decay_failure(cell: Cell, span: dict[str, Span], stated: StatedCell, decay:
         if not is_surely_definite(decay_form(signals, rates, stated.P, weights, decay)):
             return "the decay inequality fails"
     return ""
-
-
-def gaps(winds: list[Span], low: Fraction, high: Fraction) -> list[Span]:
-    """Return the ranges from low to high that the stated winds leave out."""
-    ends = [low, *(end for pair in winds for end in pair), high]
-    return [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]

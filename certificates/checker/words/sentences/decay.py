@@ -10,11 +10,11 @@ from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
-def said(name: str, family: PolytopicLoop, alpha: Fraction, blends: int) -> tuple[str, str]:
+def said(name: str, loop: PolytopicLoop, alpha: Fraction, blends: int) -> tuple[str, str]:
     """Return name and sentence."""
     return name, (
-        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {about(family)} "
-        f"(inequalities: {blends}){while_valid(family)}"
+        f"V = x'Px {falling(alpha)}{undisturbed(loop)} along {about(loop)} "
+        f"(inequalities: {blends}){while_valid(loop)}"
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import ANSWERS
-from takagi.certificates.checker.turbine.published.wind_intervals import Span, gaps, merged
+from takagi.certificates.checker.turbine.wind_intervals import Span, gaps, merged
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 MOST_LISTED = 12

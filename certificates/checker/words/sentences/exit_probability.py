@@ -16,7 +16,7 @@ from takagi.certificates.checker.words.validity import granted, while_valid
 
 def said(
     name: str,
-    family: PolytopicLoop,
+    loop: PolytopicLoop,
     moved: NoisyMotion,
     start: Fraction,
     horizon: Fraction,
@@ -25,26 +25,26 @@ def said(
     """Return name and sentence."""
     begins = f"x'Px <= {at_least(start, 6)}" if start else "x = 0"
     model = "the model's disturbance" if moved.way == "disturbances" else "w added to u"
-    alone = ", without the model's disturbance" if moved.way == "inputs" and family.E else ""
+    alone = ", without the model's disturbance" if moved.way == "inputs" and loop.E else ""
     return name, (
         f"the probability that x'Px reaches 1 within {at_least(horizon, 6)} s is at most "
-        f"{at_most(probability, 6)}, from {begins} at the start, along {about(family)}"
-        f"{unforeseeing(family)}; {model} is {_parts(moved, family)}"
-        f"{in_which_sense(family, moved.E)}{alone}{granted(family, disturbances_too=False)}"
-        f"; the set is x'Px <= 1{_inside(family)}"
-        f"{rounded_size(moved.P, Fraction(1), family.states)}"
-        f"{deviations(family, 'x' + ('w' if moved.way == 'disturbances' else ''))}"
+        f"{at_most(probability, 6)}, from {begins} at the start, along {about(loop)}"
+        f"{unforeseeing(loop)}; {model} is {_parts(moved, loop)}"
+        f"{in_which_sense(loop, moved.E)}{alone}{granted(loop, disturbances_too=False)}"
+        f"; the set is x'Px <= 1{_inside(loop)}"
+        f"{rounded_size(moved.P, Fraction(1), loop.states)}"
+        f"{deviations(loop, 'x' + ('w' if moved.way == 'disturbances' else ''))}"
     )
 
 
-def _inside(family: PolytopicLoop) -> str:
+def _inside(loop: PolytopicLoop) -> str:
     """Return that the set lies in the model's box, if the model has one."""
-    return ", inside the model's box" if while_valid(family) else ""
+    return ", inside the model's box" if while_valid(loop) else ""
 
 
-def _parts(moved: NoisyMotion, family: PolytopicLoop) -> str:
+def _parts(moved: NoisyMotion, loop: PolytopicLoop) -> str:
     """Return which w_k are white noise, with their intensities, and which are bounded."""
-    own = family.disturbances if moved.way == "disturbances" else family.inputs
+    own = loop.disturbances if moved.way == "disturbances" else loop.inputs
     names = own or tuple(f"w_{k + 1}" for k in range(len(moved.noise)))
     sizes = list(zip(names, moved.noise, moved.bounds, strict=True))
     noise = [f"{at_least(size, 6)}^2 for {name}" for name, size, _ in sizes if size]

@@ -14,14 +14,14 @@ from takagi.certificates.checker.words.validity import undisturbed, while_valid
 Rates = Sequence[Sequence[Fraction] | None]
 
 
-def said(name: str, family: PolytopicLoop, alpha: Fraction, rates: Rates | None) -> tuple[str, str]:
+def said(name: str, loop: PolytopicLoop, alpha: Fraction, rates: Rates | None) -> tuple[str, str]:
     """Return name and sentence; ``rates`` of weights that are taken for granted, None for none."""
     moving = "however the weights move"
     if rates is not None:
         moving = "while the weights keep to their rates: " + rounded_rates(rates)
     return name, (
-        f"V = x'P(h)x {falling(alpha)}{undisturbed(family)} along {about(family)}, {moving}"
-        f"{while_valid(family)}"
+        f"V = x'P(h)x {falling(alpha)}{undisturbed(loop)} along {about(loop)}, {moving}"
+        f"{while_valid(loop)}"
     )
 
 

@@ -17,7 +17,7 @@ from takagi.certificates.checker.words.validity import while_valid
 
 
 def said(
-    name: str, claim: Any, family: PolytopicLoop, gain: Fraction, rates: Rates | None
+    name: str, claim: Any, loop: PolytopicLoop, gain: Fraction, rates: Rates | None
 ) -> tuple[str, str]:
     """Return name and sentence; ``rates``, or None, are assumed bounds of the weights' rates."""
     moving = "however the weights move"
@@ -25,7 +25,7 @@ def said(
         moving = "while the weights keep to their rates: " + rounded_rates(rates)
     return name, (
         f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
-        f"{about(family)}, {moving}, shown by V = x'P(h)x "
-        f"({rounded_channel(claim, family)}){while_valid(family)}"
-        f"{channel_deviations(claim, family)}"
+        f"{about(loop)}, {moving}, shown by V = x'P(h)x "
+        f"({rounded_channel(claim, loop)}){while_valid(loop)}"
+        f"{channel_deviations(claim, loop)}"
     )

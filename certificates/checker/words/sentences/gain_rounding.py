@@ -13,13 +13,13 @@ from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(
-    name: str, family: PolytopicLoop, alpha: Fraction, absolute: Matrix, relative: Fraction
+    name: str, loop: PolytopicLoop, alpha: Fraction, absolute: Matrix, relative: Fraction
 ) -> tuple[str, str]:
     """Return name and sentence."""
     room = [f"{at_least(100 * relative, 6)} % of themselves"] if relative else []
     room += ["the stated absolute steps"] if any(map(any, absolute.rows)) else []
     words = " and ".join(room) or "nothing"
     return name, (
-        f"V = x'Px {falling(alpha)}{undisturbed(family)} along {about(family)}, with all gains off "
-        f"by up to {words}{while_valid(family)}"
+        f"V = x'Px {falling(alpha)}{undisturbed(loop)} along {about(loop)}, with all gains off "
+        f"by up to {words}{while_valid(loop)}"
     )

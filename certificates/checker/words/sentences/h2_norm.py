@@ -17,13 +17,13 @@ from takagi.certificates.checker.words.validity import while_valid
 
 
 def said(
-    name: str, claim: Any, family: PolytopicLoop, norm: Fraction, entering: Stack
+    name: str, claim: Any, loop: PolytopicLoop, norm: Fraction, entering: Stack
 ) -> tuple[str, str]:
     """Return name and sentence; ``entering`` are the matrices by which the noise comes in."""
-    noise = "unit covariance in each sample" if family.is_discrete else "unit intensity"
-    noise += in_which_sense(family, entering)
+    noise = "unit covariance in each sample" if loop.is_discrete else "unit intensity"
+    noise += in_which_sense(loop, entering)
     return name, (
         f"the mean over time of E|y|^2 is at most {at_most(norm, 6)}^2 for white noise of {noise}, "
-        f"along {about(family)}{unforeseeing(family)} ({rounded_channel(claim, family)})"
-        f"{while_valid(family)}{channel_deviations(claim, family)}"
+        f"along {about(loop)}{unforeseeing(loop)} ({rounded_channel(claim, loop)})"
+        f"{while_valid(loop)}{channel_deviations(claim, loop)}"
     )

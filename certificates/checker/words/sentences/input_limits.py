@@ -20,7 +20,7 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 
 def said(
     name: str,
-    family: PolytopicLoop,
+    loop: PolytopicLoop,
     held: InvariantSet,
     limits: Sequence[Fraction],
     rates: Sequence[Fraction] | None,
@@ -35,18 +35,16 @@ def said(
     """
     return name, (
         f"|u_k| <= {_most(limits)} for u = -Kx, from anywhere in {{x'Px <= {rounded_level(held)}}}"
-        f"{_rate(family, rates, moving)}, "
-        f"along {about(family)}; the set is invariant{where_valid(family)}; "
-        f"{motion(held, family)}{deviations(family, 'xu' + letters(held))}"
+        f"{_rate(loop, rates, moving)}, "
+        f"along {about(loop)}; the set is invariant{where_valid(loop)}; "
+        f"{motion(held, loop)}{deviations(loop, 'xu' + letters(held))}"
     )
 
 
-def _rate(
-    family: PolytopicLoop, rates: Sequence[Fraction] | None, moving: Sequence[Fraction]
-) -> str:
+def _rate(loop: PolytopicLoop, rates: Sequence[Fraction] | None, moving: Sequence[Fraction]) -> str:
     if rates is None:
         return ""
-    move = "|u_k(x+) - u_k(x)|" if family.is_discrete else "|u_k'|"
+    move = "|u_k(x+) - u_k(x)|" if loop.is_discrete else "|u_k'|"
     shown = ", ".join(at_least(value, 6) for value in moving)
     assumed = f" for memberships with |h_j'| <= {shown}" if moving else ""
     return f" and {move} <= {_most(rates)}{assumed}"

@@ -15,11 +15,11 @@ from takagi.certificates.checker.words.invariant_set import (
 )
 
 
-def said(name: str, family: PolytopicLoop, held: InvariantSet) -> tuple[str, str]:
+def said(name: str, loop: PolytopicLoop, held: InvariantSet) -> tuple[str, str]:
     """Return name and sentence."""
     return name, (
-        f"{{x'Px <= {rounded_level(held)}}} is invariant{where_valid(family)}, along "
-        f"{about(family)}; {motion(held, family)}"
-        f"{rounded_size(held.P, held.level, family.states)}"
-        f"{deviations(family, 'x' + letters(held))}"
+        f"{{x'Px <= {rounded_level(held)}}} is invariant{where_valid(loop)}, along "
+        f"{about(loop)}; {motion(held, loop)}"
+        f"{rounded_size(held.P, held.level, loop.states)}"
+        f"{deviations(loop, 'x' + letters(held))}"
     )

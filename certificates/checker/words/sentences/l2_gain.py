@@ -16,7 +16,7 @@ from takagi.certificates.checker.words.validity import granted, while_valid
 
 
 def said(
-    name: str, claim: Any, family: PolytopicLoop, gain: Fraction, energy: Fraction | None
+    name: str, claim: Any, loop: PolytopicLoop, gain: Fraction, energy: Fraction | None
 ) -> tuple[str, str]:
     """Return name and sentence.
 
@@ -24,14 +24,14 @@ def said(
     ----------
     energy : of w, the square root of that for which no state leaves the box; None if none is shown.
     """
-    validity = while_valid(family)
+    validity = while_valid(loop)
     if energy is not None:
         validity = (
             f"; for w of energy at most {at_least(energy, 6)}^2 no state leaves the model's box"
-            f"{granted(family)}"
+            f"{granted(loop)}"
         )
     return name, (
         f"the energy of y is at most {at_most(gain, 6)}^2 times that of w, from rest, along "
-        f"{about(family)} ({rounded_channel(claim, family)}){validity}"
-        f"{channel_deviations(claim, family)}"
+        f"{about(loop)} ({rounded_channel(claim, loop)}){validity}"
+        f"{channel_deviations(claim, loop)}"
     )

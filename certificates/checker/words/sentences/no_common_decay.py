@@ -13,15 +13,15 @@ MOST_NAMED = 4
 
 
 def said(
-    name: str, family: PolytopicLoop, alpha: Fraction, blends: Sequence[Sequence[Fraction]]
+    name: str, loop: PolytopicLoop, alpha: Fraction, blends: Sequence[Sequence[Fraction]]
 ) -> tuple[str, str]:
     """Return name and sentence; ``blends`` are the weights of the rules in each."""
     listed = ", ".join(map(blend_name, blends[:MOST_NAMED]))
     more = f" and {len(blends) - MOST_NAMED} more" if len(blends) > MOST_NAMED else ""
-    at_once = "falls in each sample" if family.is_discrete else "has V' < 0"
+    at_once = "falls in each sample" if loop.is_discrete else "has V' < 0"
     falls_so = f"decays at {at_most(alpha, 6)} 1/s" if alpha else f"{at_once} wherever x is not 0"
     return name, (
-        f"no common quadratic function {falls_so} along {about(family)}: "
+        f"no common quadratic function {falls_so} along {about(loop)}: "
         f"none does along {listed}{more}"
     )
 

@@ -10,7 +10,7 @@ from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(
-    name: str, family: PolytopicLoop, alpha: Fraction, *, feedback: bool, secants: bool
+    name: str, loop: PolytopicLoop, alpha: Fraction, *, feedback: bool, secants: bool
 ) -> tuple[str, str]:
     """Return name and sentence.
 
@@ -22,8 +22,8 @@ def said(
     what = "the loop with u = -K xhat" if feedback else "the error x - xhat of the observer"
     assumed = "premises that the observer measures"
     if secants:
-        assumed = "secants of f in the stated hull" + (f" and {assumed}" * (family.rules > 1))
+        assumed = "secants of f in the stated hull" + (f" and {assumed}" * (loop.rules > 1))
     return name, (
-        f"V of {what}, for {assumed}, {falling(alpha)}{undisturbed(family)} along every blend of "
-        f"{family.rules} rules{while_valid(family)}"
+        f"V of {what}, for {assumed}, {falling(alpha)}{undisturbed(loop)} along every blend of "
+        f"{loop.rules} rules{while_valid(loop)}"
     )

@@ -19,7 +19,7 @@ from takagi.certificates.checker.words.rounded import at_least, at_most
 def said(
     name: str,
     claim: Any,
-    family: PolytopicLoop,
+    loop: PolytopicLoop,
     held: InvariantSet,
     gain: Fraction,
     bound: Fraction,
@@ -28,6 +28,6 @@ def said(
     return name, (
         f"|y| <= {at_most(gain * bound, 6)} at all times, from rest and from anywhere in "
         f"{{x'Px <= {rounded_level(held)}}}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
-        f"{at_most(gain, 6)}), along {about(family)} ({rounded_channel(claim, family)}); the "
-        f"set is invariant{where_valid(family)}{channel_deviations(claim, family, 'x')}"
+        f"{at_most(gain, 6)}), along {about(loop)} ({rounded_channel(claim, loop)}); the "
+        f"set is invariant{where_valid(loop)}{channel_deviations(claim, loop, 'x')}"
     )

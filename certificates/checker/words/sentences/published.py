@@ -10,7 +10,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, interpolated
 from takagi.certificates.checker.turbine.published.loop_claim import Cell
-from takagi.certificates.checker.turbine.published.wind_intervals import Span, merged
+from takagi.certificates.checker.turbine.wind_intervals import Span, merged
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 MOST_LISTED, MOST_NAMED = 12, 4

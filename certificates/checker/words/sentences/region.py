@@ -14,13 +14,13 @@ DIGITS = 6
 
 
 def said(
-    name: str, family: PolytopicLoop, parts: Sequence[tuple[Matrix, Matrix]], fails_at: str = ""
+    name: str, loop: PolytopicLoop, parts: Sequence[tuple[Matrix, Matrix]], fails_at: str = ""
 ) -> tuple[str, str]:
     """Return name and sentence; a failure names the part and the blend."""
     region = " and ".join(in_words(L, M) for L, M in parts)
     if fails_at:
         return name, f"the inequality of {region} fails at {fails_at}"
-    return name, (f"with weights at rest the eigenvalues z of {about(family)} lie where {region}")
+    return name, (f"with weights at rest the eigenvalues z of {about(loop)} lie where {region}")
 
 
 def in_words(L: Matrix, M: Matrix) -> str:

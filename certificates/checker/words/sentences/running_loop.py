@@ -10,7 +10,7 @@ from typing import Any
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
 from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
-from takagi.certificates.checker.turbine.running_loop.running_claim import gaps
+from takagi.certificates.checker.turbine.wind_intervals import gaps
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 MOST_REASONS = 12
@@ -37,7 +37,7 @@ def said(
     machine, decay, cells : given where the claim is proved.
     """
     low, high = law.wind[0], law.wind[-1]
-    left = gaps(winds, low, high)
+    left = gaps((low, high), winds)
     but = f", but NOT {listed(left)}" if left else ""
     name = f"running loop with its observer, {within(low, high)} m/s{but}"
     if machine is None:
@@ -50,7 +50,7 @@ def said(
 def _statement(
     law: Law, winds: list[Span], machine: Machine, decay: Fraction, cells: Sequence[Any]
 ) -> str:
-    left = gaps(winds, law.wind[0], law.wind[-1])
+    left = gaps((law.wind[0], law.wind[-1]), winds)
     covered = f"from {within(law.wind[0], law.wind[-1])} m/s, in {len(cells)} cells"
     if left:
         covered += f", but NOT at winds {listed(left)}, of which nothing is said"

@@ -9,7 +9,6 @@ from typing import Any
 
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
-from takagi.certificates.checker.turbine.running_loop.running_claim import gaps
 from takagi.certificates.checker.words.rounded import at_least, at_most
 from takagi.certificates.checker.words.sentences.running_loop import (
     FINE,
@@ -41,7 +40,7 @@ def said(
     machine, kept, rated_speed : given where the claim is proved; ``kept`` as the checker found it.
     """
     low, high = law.wind[0], law.wind[-1]
-    left = gaps(winds, low, high)
+    left = gaps((low, high), winds)
     but = f", but NOT {listed(left)}" if left else ""
     name = f"running loop in moving wind, {within(low, high)} m/s{but}"
     if machine is None:

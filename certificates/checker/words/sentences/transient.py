@@ -13,7 +13,7 @@ from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 def said(
     name: str,
-    family: PolytopicLoop,
+    loop: PolytopicLoop,
     alpha: Fraction,
     scales: Sequence[Fraction],
     kappa: Fraction,
@@ -24,6 +24,6 @@ def said(
     units = "" if set(scales) == {Fraction(1)} else " in the states over their scales"
     return name, (
         f"|x(t)| <= {at_most(kappa, 6)} exp(-{at_least(alpha, 6)} t) |x(0)|{units}, so at most "
-        f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s,{undisturbed(family)} "
-        f"along {about(family)}{while_valid(family)}"
+        f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s,{undisturbed(loop)} "
+        f"along {about(loop)}{while_valid(loop)}"
     )

@@ -1,4 +1,4 @@
-"""The candidate of the claim about the coherent loop as it runs, with its observer.
+"""The candidate of the claim about the effort-sharing loop as it runs, with its observer.
 
 running_loop_claim  the claim: cells over all winds
 candidate           the box and the quadratic function of one cell

@@ -16,7 +16,7 @@ from takagi.certificates.checker.turbine.effort_sharing import actuator_rates, w
 from takagi.certificates.checker.turbine.effort_sharing import prerequisite as earlier
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant, Subject
 from takagi.certificates.checker.turbine.published import interval_matrices as interval_family
-from takagi.certificates.checker.turbine.published.wind_intervals import gaps, merged
+from takagi.certificates.checker.turbine.wind_intervals import gaps, merged
 from takagi.certificates.checker.words.sentences import equilibrium
 from tests.certificates.pinned.turbine.corner_numbers import largest
 from tests.certificates.pinned.turbine.inputs import CELLS, Document, document, read, sealed

@@ -1,0 +1,53 @@
+"""A page as its reader finds it: elements, headings, links; and a section as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html.parser import HTMLParser
+
+from takagi.certificates import Checked, Claim
+from takagi.certificates.checker.replay.certificate import concluded
+from takagi.reports.page import Section, render
+
+VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
+
+
+class HtmlPage(HTMLParser):
+    """Notes what a page contains, and every tag that is closed out of turn."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.wrong: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        if not self.open or self.open.pop() != tag:
+            self.wrong.append(tag)
+
+    def all(self, tag: str) -> Iterator[dict[str, str | None]]:
+        return (attributes for name, attributes in self.tags if name == tag)
+
+    @property
+    def ids(self) -> list[str]:
+        return [str(a["id"]) for _, a in self.tags if a.get("id")]
+
+
+def text_of(section: Section) -> str:
+    """The section as it stands in the page."""
+    return render(section, "turbine")
+
+
+def checked_as(claims: list[Claim]) -> Checked:
+    """Return a checked certificate with these claims."""
+    return concluded(claims, [])
