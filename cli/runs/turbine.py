@@ -49,7 +49,7 @@ class TurbineMaker:
                 return design_turbine(turbine, settings, files=files, tell=noted)
             from takagi.reports.margins.kept_margins import NoMargins, settings_with_margins
 
-            given = [name for name, value in self.asked.items() if value is not None]
+            given = [name for name, value in self.asked.items() if value not in (None, False)]
             found = settings_with_margins(turbine, settings, margins, given=given, tell=noted)
             if isinstance(found, NoMargins):
                 return NoDesign(found.reason)

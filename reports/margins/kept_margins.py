@@ -28,6 +28,7 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.margins.design_levers import (
+    LEVERS,
     effort_of,
     free_levers,
     lever_changes,
@@ -254,7 +255,8 @@ class MarginSearch:
         names = [lever.name for lever in free_levers(self.given)]
         looked = f"; no {', '.join(names)} in range keeps what is asked" if names else ""
         ended = f"; with the calmest that was tried {'; '.join(last)}" if last else ""
-        fixed = [f"--{one.replace('_', '-')}" for one in sorted(set(self.given))]
+        held = {name for lever in LEVERS for name in lever.options} & set(self.given)
+        fixed = [f"--{one.replace('_', '-')}" for one in sorted(held)]
         freed = f", leave {', '.join(fixed)} free" if fixed else ""
         return NoMargins(
             f"margins: {'; '.join(first)}{looked}{ended}; ask for less, sample or compute "
