@@ -109,6 +109,25 @@ Bandwidth = Annotated[
         help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Law effort-sharing."
     ),
 ]
+BandwidthGrowth = Annotated[
+    float | None,
+    typer.Option(
+        metavar="FACTOR",
+        help="Turbines: the bandwidth from 1.25 times the wind where pitch begins to act, over "
+        "--bandwidth [-]; 1 unless given, more for a rotor larger than the NREL 5-MW turbine's. "
+        "Law effort-sharing.",
+    ),
+]
+AskedMargins = Annotated[
+    str | None,
+    typer.Option(
+        "--margins",
+        metavar="TEXT",
+        help="Turbines: margins that the loop that runs must have, as `takagi check --margins` "
+        'takes them: "gain 1.5, phase 20deg, delay 15ms". Numbers that were not given are changed '
+        "as little as keeps them, before the long work. Law effort-sharing.",
+    ),
+]
 
 
 def turbine_options(
@@ -126,6 +145,8 @@ def turbine_options(
     speed_filter: SpeedFilter = None,
     torsion_filter: TorsionFilter = None,
     bandwidth: Bandwidth = None,
+    bandwidth_growth: BandwidthGrowth = None,
+    margins: AskedMargins = None,
     inertia: Inertia = None,
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
@@ -137,9 +158,16 @@ def turbine_options(
     """Declare the options of a design for a wind turbine: only the signature is read."""
 
 
+_OF_GAINS = ("bandwidth", "bandwidth_growth")
 _OF_COHERENT = (
-    *("overlap", "bandwidth"),
-    *(*OF_UNCERTAINTY, *OF_CLAIMS, *OF_COHERENT, *OF_FILTERS, *OF_SYNTHESIS),
+    "overlap",
+    *_OF_GAINS,
+    "margins",
+    *OF_UNCERTAINTY,
+    *OF_CLAIMS,
+    *OF_COHERENT,
+    *OF_FILTERS,
+    *OF_SYNTHESIS,
 )
 _OF_PAPER = ("speed_overlap", "torque_overlap", *OF_PAPER)
 _OVERLAPS = ("overlap", "speed_overlap", "torque_overlap")
@@ -162,7 +190,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
 
     given = {**defaults_of((turbine_options,)), **options}
     law = COHERENT if given["law"] is None else given["law"]
-    for name in (*_OVERLAPS, "bandwidth"):
+    for name in (*_OVERLAPS, *_OF_GAINS):
         _check_positive(name, given[name])
     speed = given["speed_setpoint"]
     setpoint = None if speed is None else _setpoint(speed, turbine)
@@ -174,8 +202,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     asked = replace(asked, **filter_settings(turbine, **{name: given[name] for name in OF_FILTERS}))
     asked = replace(asked, **synthesis_settings(**{name: given[name] for name in OF_SYNTHESIS}))
     effort = asked.effort or EffortSettings()
-    if given["bandwidth"] is not None:
-        effort = replace(effort, bandwidth=given["bandwidth"])
+    effort = replace(effort, **{name: given[name] for name in _OF_GAINS if given[name] is not None})
     covered = uncertainty_asked(**{name: given[name] for name in OF_UNCERTAINTY})
     if given["inertia"] is not None:
         span = covered.inertia

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
@@ -16,7 +16,10 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates.design.turbine.settings import DesignSettings
+    from takagi.models.turbine.data import Turbine
     from takagi.models.turbine.loader import TurbineFile
+    from takagi.reports.margins.thresholds import AskedMargins
 
 Value = TypeVar("Value")
 
@@ -37,13 +40,36 @@ class TurbineMaker:
         """Return the finished design."""
         turbine, files = self.source.model, self.source.files
         settings = design_settings(turbine, **self.asked)
+        margins = self._margins(turbine, settings)
 
-        def work(noted: Tell) -> TurbineDesign:
+        def work(noted: Tell) -> TurbineDesign | NoDesign:
             from takagi.certificates.design.turbine.design import design_turbine
 
-            return design_turbine(turbine, settings, files=files, tell=noted)
+            if margins is None:
+                return design_turbine(turbine, settings, files=files, tell=noted)
+            from takagi.reports.margins.kept_margins import NoMargins, settings_with_margins
+
+            given = [name for name, value in self.asked.items() if value not in (None, False)]
+            found = settings_with_margins(turbine, settings, margins, given=given, tell=noted)
+            if isinstance(found, NoMargins):
+                return NoDesign(found.reason)
+            made = design_turbine(turbine, found.settings, files=files, tell=noted)
+            return replace(made, notes=found.notes)
 
         return self._answered(work, tell)
+
+    def _margins(self, turbine: Turbine, settings: DesignSettings) -> AskedMargins | None:
+        """Return the margins that the command line asks for, or else the file; None for none."""
+        written = self.asked["margins"] or self.source.margins
+        if written is None:
+            return None
+        # Imported here: few designs ask, and it imports all that linearises.
+        from takagi.reports.margins.kept_margins import check_margins_asked
+        from takagi.reports.margins.thresholds import asked_margins
+
+        asked = asked_margins(written)
+        check_margins_asked(turbine, settings, asked)
+        return asked
 
     def certify(self, gains: Path, tell: Tell) -> CertifiedLaw | NoDesign:
         """Return the certificate of a gain file's law, as it stands."""

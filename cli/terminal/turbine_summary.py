@@ -27,6 +27,7 @@ def as_data(design: TurbineDesign) -> dict[str, Any]:
         **claims_as_data(design.checked),
         **({} if found is None else _numbers(found)),
         **({} if found is None else {"synthesis": _synthesis(design)}),
+        **({"notes": list(design.notes)} if design.notes else {}),
         "seconds": {step: round(spent, 2) for step, spent in design.seconds.items()},
     }
 
@@ -48,7 +49,7 @@ def as_text(design: TurbineDesign) -> str:
         return "\n".join([head, *_by_overlaps(overlaps), *assumed_line(design.checked)])
     found = claim_summary(design)
     if verdict != "PROVED" or found is None:
-        return "\n".join([head, claims_as_text(design.checked)])
+        return "\n".join([head, claims_as_text(design.checked), *_notes(design)])
     rows = {
         "winds": f"{found.edges[0]:g} to {found.edges[-1]:g} m/s in {len(found.winds)} cells",
         "wind class": f"schedule wind within {_span(found.wind_error)} m/s of the wind, moving at "
@@ -62,7 +63,12 @@ def as_text(design: TurbineDesign) -> str:
         "assumes": "; ".join(design.checked.assumes),
     }
     rows = {name: text for name, text in rows.items() if text}
-    return "\n".join([head, *_aligned(rows)])
+    return "\n".join([head, *_aligned(rows), *_notes(design)])
+
+
+def _notes(design: TurbineDesign) -> list[str]:
+    """Return lines on the margins that were asked; no line where none were."""
+    return [f"  note: {note}" for note in design.notes]
 
 
 def _observer(design: TurbineDesign) -> str:

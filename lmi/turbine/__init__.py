@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.lmi.turbine.effort import GROWN as GROWN
     from takagi.lmi.turbine.effort import EffortDesign as EffortDesign
     from takagi.lmi.turbine.effort import EffortSettings as EffortSettings
     from takagi.lmi.turbine.effort import effort_gains as effort_gains

@@ -31,6 +31,9 @@ from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 
 CURVE_POINTS = 25
+# Where a bandwidth that grows with the wind has grown, over the wind at which pitch begins to act:
+# 13.3 m/s for the IEA 15-MW turbine.
+GROWN = 1.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +45,9 @@ class EffortSettings:
     bandwidth : proportional action aimed at where pitch acts [1/s].
     partial_bandwidth : the same where torque alone acts; a fast speed loop there only makes the
         torque vary.  At most the other; region 2.5 goes from one to the other.
+    bandwidth_growth : the bandwidth at ``GROWN`` times the wind where pitch begins to act, and
+        beyond, over ``bandwidth`` [-]; in between it grows with the wind.  Near rated wind pitch
+        turns thrust more than torque, so that wake and tower limit the bandwidth there alone.
     speed_error : e_max of the operating set [rad/s].
     torque_share : largest share of the torque reserve to zero that the set may use [-].
     integral_share : integral rate over the slowest loop rate, where pitch acts [-].  A fast
@@ -54,6 +60,7 @@ class EffortSettings:
     partial_bandwidth: float = 0.3
     speed_error: float = 0.03
     torque_share: float = 0.6
+    bandwidth_growth: float = 1.0
     integral_share: float = 0.15
     partial_integral_share: float = 0.3
     inertia: tuple[float, float] = (0.9, 1.1)
@@ -149,14 +156,24 @@ def _node(
 
 def _bandwidth(schedule: EffortSchedule, asked: EffortSettings, k: int) -> float:
     partial = min(asked.partial_bandwidth, asked.bandwidth)
-    return _over_region_25(schedule, k, partial, asked.bandwidth)
+    aimed = _over_region_25(schedule, k, partial, asked.bandwidth)
+    if asked.bandwidth_growth == 1:
+        return aimed
+    begin = _pitch_begins(schedule)
+    growth = np.interp(schedule.wind[k], (begin, GROWN * begin), (1.0, asked.bandwidth_growth))
+    return aimed * float(growth)
+
+
+def _pitch_begins(schedule: EffortSchedule) -> float:
+    """Return the first wind of the table at which pitch must act [m/s]; the last one for none."""
+    beyond = schedule.wind[schedule.trim_effort >= 0]
+    return float(beyond[0] if len(beyond) else schedule.wind[-1])
 
 
 def _over_region_25(schedule: EffortSchedule, k: int, partial: float, full: float) -> float:
     """Return a node's value of what is partial below region 2.5, full above, linear over it."""
     begin = schedule.wind[np.argmax(schedule.rotor_speed)]
-    beyond = schedule.wind[schedule.trim_effort >= 0]
-    end = beyond[0] if len(beyond) else schedule.wind[-1]
+    end = _pitch_begins(schedule)
     return float(np.interp(schedule.wind[k], (begin, max(end, begin + 1e-6)), (partial, full)))
 
 
@@ -186,7 +203,7 @@ def _least_gain(
 
 
 def _check(asked: EffortSettings) -> None:
-    shares = ("torque_share", "integral_share", "partial_integral_share")
+    shares = ("bandwidth_growth", "torque_share", "integral_share", "partial_integral_share")
     for name in ("bandwidth", "partial_bandwidth", "speed_error", *shares):
         value = getattr(asked, name)
         if not 0 < value < 100:

@@ -9,6 +9,7 @@ running_loop        its linearisation, at the rest of running_rest, by the diffe
 running_search      over all winds, and all plants where a margin is least
 sampled_response    L(e^(j omega T)) of it
 thresholds          margins that ``takagi check --margins`` asks for
+kept_margins        margins as constraints of a design, by moving what design_levers names
 """
 
 from __future__ import annotations
@@ -18,10 +19,19 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.reports.margins.design_levers import LEVERS as LEVERS
+    from takagi.reports.margins.design_levers import effort_of as effort_of
+    from takagi.reports.margins.design_levers import free_levers as free_levers
+    from takagi.reports.margins.design_levers import lever_changes as lever_changes
     from takagi.reports.margins.disk import DiskMargin as DiskMargin
     from takagi.reports.margins.disk import MimoDiskMargins as MimoDiskMargins
     from takagi.reports.margins.disk import disk_margin as disk_margin
     from takagi.reports.margins.disk import mimo_disk_margins as mimo_disk_margins
+    from takagi.reports.margins.kept_margins import KeptMargins as KeptMargins
+    from takagi.reports.margins.kept_margins import MarginSearch as MarginSearch
+    from takagi.reports.margins.kept_margins import NoMargins as NoMargins
+    from takagi.reports.margins.kept_margins import check_margins_asked as check_margins_asked
+    from takagi.reports.margins.kept_margins import settings_with_margins as settings_with_margins
     from takagi.reports.margins.margins import Margins as Margins
     from takagi.reports.margins.margins import loop_margins as loop_margins
     from takagi.reports.margins.response import LoopResponse as LoopResponse
@@ -33,6 +43,7 @@ if TYPE_CHECKING:
     from takagi.reports.margins.running_over_wind import Mode as Mode
     from takagi.reports.margins.running_over_wind import RunningMargins as RunningMargins
     from takagi.reports.margins.running_over_wind import plant_modes as plant_modes
+    from takagi.reports.margins.running_over_wind import require_sampling as require_sampling
     from takagi.reports.margins.running_over_wind import running_margins as running_margins
     from takagi.reports.margins.running_over_wind import worst_of_sides as worst_of_sides
     from takagi.reports.margins.running_rest import LoopRest as LoopRest
@@ -48,6 +59,7 @@ if TYPE_CHECKING:
     from takagi.reports.margins.thresholds import failed as failed
     from takagi.reports.margins.thresholds import measured as measured
     from takagi.reports.margins.thresholds import modes_met as modes_met
+    from takagi.reports.margins.thresholds import shares_of as shares_of
     from takagi.reports.margins.turbine_dynamics import FirstOrderDrive as FirstOrderDrive
     from takagi.reports.margins.turbine_dynamics import SecondOrderDrive as SecondOrderDrive
     from takagi.reports.margins.turbine_dynamics import Tower as Tower

@@ -125,7 +125,7 @@ def running_margins(
     program = SampledLaw(law, sample_time, computation_time)
     plant = replace(validation_plant(turbine), speed_filter=speed_filter)
     modes = plant_modes(plant)
-    _require_sampling(program, modes)
+    require_sampling(sample_time, modes)
     rests = {wind: loop_rest(plant, law, observer, wind) for wind in map(float, winds)}
     made = {factor: with_inertia(plant, factor) for factor, _ in plants}
     found = []
@@ -233,12 +233,18 @@ def _sides(turbine: Turbine, wind: float) -> tuple[int, ...]:
     return (-1,) if wind >= turbine.cut_out else (1, -1)
 
 
-def _require_sampling(program: SampledLaw, modes: Sequence[Mode]) -> None:
+def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:
+    """Refuse a sampling [s] in which a period of a mode has too few samples.
+
+    Raises
+    ------
+    ModelError : names the mode, and how often is enough.
+    """
     for mode in modes:
         longest = 2 * np.pi / mode.frequency / SAMPLES_A_PERIOD
-        if program.sample_time > longest:
+        if sample_time > longest:
             raise ModelError(
-                f"the law is sampled every {program.sample_time:g} s, and the {mode.name} mode "
+                f"the law is sampled every {sample_time:g} s, and the {mode.name} mode "
                 f"has a period of {2 * np.pi / mode.frequency:.3g} s: less than "
                 f"{SAMPLES_A_PERIOD:g} samples a period; sample at least every {longest:.2g} s"
             )

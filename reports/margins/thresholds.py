@@ -105,6 +105,24 @@ def failed(rows: Sequence[RunningMargins], asked: AskedMargins) -> tuple[str, ..
     return tuple(found)
 
 
+def shares_of(row: RunningMargins, asked: AskedMargins) -> Mapping[str, float]:
+    """Return each kind of margin that is asked -> what there is over what is asked [-].
+
+    For a gain both are logarithms.  1 and above is kept; an unstable loop has 0 or less.
+    """
+
+    def share(kind: str, value: float, needed: float) -> float:
+        return math.log(value) / math.log(needed) if kind == "gain" else value / needed
+
+    found = {
+        kind: share(kind, max(_least(row, kind).value, float(kind == "gain")), needed)
+        for kind, needed in _kinds(asked)
+        if needed > (kind == "gain")
+    }
+    unstable = min(row.decay_rate, 0.0)
+    return {kind: value + unstable if unstable else value for kind, value in found.items()}
+
+
 def measured(rows: Sequence[RunningMargins], asked: AskedMargins, source: str) -> tuple[str, ...]:
     """Return what was measured in words: the least of every kind, and the modes that are met."""
     winds = sorted({row.wind for row in rows})

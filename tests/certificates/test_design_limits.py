@@ -54,6 +54,16 @@ def test_the_bandwidth_ends_at_the_pitch_drive() -> None:
     assert "at most 5 1/s" in message and "11.45 m/s; try 0.62" in message
 
 
+def test_so_does_a_bandwidth_that_has_grown() -> None:
+    """0.6 1/s may grow to 5, and no further."""
+    grown = EffortSettings(bandwidth=0.6, bandwidth_growth=8.33)
+    check_limits(TURBINE, replace(ASKED, effort=grown))
+
+    message = told(replace(ASKED, effort=replace(grown, bandwidth_growth=8.34)))
+
+    assert "growth 8.34" in message and "at most 5 1/s" in message and "try 4.2" in message
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

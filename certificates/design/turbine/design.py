@@ -22,18 +22,16 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
 )
 from takagi.certificates.design.turbine.gain_file_members import observer_members, turbine_members
 from takagi.certificates.design.turbine.regions import regional_design
-from takagi.certificates.design.turbine.result import ObserverDesign, TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.models.errors import ModelError
+from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign
     from takagi.models.laws.protocol import Law
-
-OBSERVER_DECAY = 0.05
 
 
 def design_turbine(
@@ -60,7 +58,7 @@ def design_turbine(
     clock = StepClock(tell)
     low, high, regional = regional_design(turbine, speed_setpoint=asked.speed_setpoint, clock=clock)
     with clock("wind observer"):
-        observer = _observer(turbine, asked)
+        observer = wind_observer_design(turbine, asked)
     effort = found = None
     law: Law
     stated: Callable[[], dict[str, Any]]
@@ -103,34 +101,11 @@ def design_turbine(
     return replace(design, document=bound(document, turbine_members(design)))
 
 
-def _observer(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
-    from takagi.lmi.gains.observer import observer
-    from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
-
-    model = wind_observer_model(turbine, speed_setpoint=asked.speed_setpoint)
-    design = observer(model, decay_rate=OBSERVER_DECAY, relaxation="common-gain")
-    if design.gains is None:
-        raise ModelError(f"wind observer: {design.answer.diagnosis}")
-    l1, l2 = (round(float(gain), 4) for gain in design.gains[0, :, 0])
-    return ObserverDesign(model, (l1, l2), OBSERVER_DECAY, WindObserver(turbine, l1, l2))
-
-
 def _coherent(
     turbine: Turbine, asked: DesignSettings, clock: StepClock
 ) -> tuple[EffortDesign, EffortSharingGainDesign]:
-    from takagi.lmi.turbine.effort import effort_gains
-    from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-    from takagi.models.laws.effort_sharing.schedule import effort_schedule
-
     with clock("gains of the effort-sharing law"):
-        schedule = effort_schedule(
-            turbine,
-            overlap=asked.overlap,
-            effectiveness_share=asked.effectiveness_share,
-            speed_setpoint=asked.speed_setpoint,
-        )
-        effort = effort_gains(turbine, schedule, asked.effort)
-        law = EffortSharingLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
+        effort, law = wind_by_wind_law(turbine, asked)
     with clock("joint analysis of the blended loop"):
         return effort, effort_sharing_gain_design(
             turbine,

@@ -25,7 +25,7 @@ def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
 
     both        a steady state at every wind from cut-in to cut-out
     coherent    overlap < n_g T_rated / J, the effort that torque can hold in reserve, and
-                bandwidth <= 1 / tau, the rate of the pitch drive
+                bandwidth, grown too, <= 1 / tau, the rate of the pitch drive
     paper laws  torque overlap below half of rated torque, its rounded corner below the largest
                 torque; the ramp of f_1 above the smallest speed; and, with one integrator,
                 f_1 > 0 at the set-point, or nothing acts above rated wind
@@ -40,7 +40,7 @@ def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
     if asked.law == "coherent":
         _check_overlap(turbine, asked.overlap)
         if asked.effort is not None:
-            _check_bandwidth(turbine, asked.effort.bandwidth)
+            _check_bandwidth(turbine, asked.effort.bandwidth, asked.effort.bandwidth_growth)
         return
     _check_torque_overlap(turbine, asked.torque_overlap)
     _check_speed_ramp(turbine, asked)
@@ -91,8 +91,14 @@ def _check_overlap(turbine: Turbine, overlap: float) -> None:
         )
 
 
-def _check_bandwidth(turbine: Turbine, bandwidth: float) -> None:
+def _check_bandwidth(turbine: Turbine, bandwidth: float, growth: float) -> None:
     drive = 1 / turbine.pitch_time_constant
+    if 0 < bandwidth <= drive < bandwidth * growth:
+        raise ModelError(
+            f"bandwidth growth {growth:.4g} was given with a bandwidth of {bandwidth:.4g} 1/s; at "
+            f"most {drive:.4g} 1/s is needed, the rate of the pitch drive, at all winds: try "
+            f"{_short(drive / bandwidth / 2)}"
+        )
     if not 0 < bandwidth <= drive:
         raise ModelError(
             f"bandwidth {bandwidth:.4g} 1/s was given; above 0 and at most {drive:.4g} 1/s is "

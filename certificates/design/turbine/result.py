@@ -55,6 +55,7 @@ class TurbineDesign:
     checked : the verdicts of the independent checker on it.
     seconds : step -> time that it took [s].
     synthesis : the result of the effort-sharing synthesis; None for the published laws.
+    notes : on numbers that were changed to keep margins, and the margins then measured.
     """
 
     turbine: Turbine
@@ -70,10 +71,10 @@ class TurbineDesign:
     checked: Checked
     seconds: Mapping[str, float] = field(default_factory=dict)
     synthesis: EffortSharingGainDesign | None = None
+    notes: tuple[str, ...] = ()
 
     kind: ClassVar[Literal["turbine"]] = "turbine"
     is_about_plant: ClassVar[bool] = True
-    notes: ClassVar[tuple[str, ...]] = ()
 
     @property
     def name(self) -> str:

@@ -22,8 +22,11 @@ torque stops the rotor: 0.075 1/s for 5 MW, 0.080 1/s for 15 MW.  The upper one 
 1 / tau: 5 and 2.2 1/s.  The lower one hardly changes, so that the bandwidths are multiplied by the
 square root of the ratio of 1 / tau, but never increased.  Wake, blades and tower respond more
 slowly on a larger rotor: the bandwidth of pitch is divided by the ratio of the radii, and the wind
-filter's time multiplied by it.  With a bandwidth of 0.4 1/s and a filter time of 5 s the loop of
-the 15-MW turbine oscillates at and above rated wind when the wake reacts with a delay.
+filter's time multiplied by it.  They limit it near rated wind alone, where pitch turns thrust more
+than torque; from 1.25 times that wind on the bandwidth has grown by the same ratio.  The pitch
+effectiveness that the law divides by is lowered by the cube root of the ratio, which gives the loop
+of the 15-MW turbine the margins that the 5-MW turbine has in the loop that runs (docs/margins.md).
+With 0.4 1/s at all winds and 8 s it is unstable.
 
 The figures are rounded to two digits (one of them to three).  They are starting values without
 guarantee: each design made with them must still be proved.
@@ -34,7 +37,7 @@ from __future__ import annotations
 from dataclasses import replace
 from decimal import ROUND_DOWN, ROUND_HALF_EVEN, Decimal
 from fractions import Fraction
-from math import pi, sqrt
+from math import cbrt, pi, sqrt
 from typing import TYPE_CHECKING
 
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX
@@ -75,6 +78,7 @@ def default_settings(turbine: Turbine) -> DesignSettings:
         speed_overlap=_rounded(asked.speed_overlap * speed),
         torque_overlap=_rounded(asked.torque_overlap * turbine.rated_torque / TORQUE),
         wind_filter=_rounded(asked.wind_filter / _pace(turbine)),
+        effectiveness_share=_rounded(asked.effectiveness_share * cbrt(_pace(turbine))),
         speed_filter=corner,
         torsion_filter=stop,
         effort=_effort_settings(turbine, float(box.speed_signal)),
@@ -101,6 +105,7 @@ def _effort_settings(turbine: Turbine, speed_error: float) -> EffortSettings:
     return replace(
         asked,
         bandwidth=_rounded(asked.bandwidth * slower * _pace(turbine)),
+        bandwidth_growth=_rounded(1 / _pace(turbine)),
         partial_bandwidth=_rounded(asked.partial_bandwidth * slower),
         speed_error=speed_error,
     )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.lmi.turbine import EffortDesign, EffortSettings, effort_gains
+from takagi.lmi.turbine import GROWN, EffortDesign, EffortSettings, effort_gains
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortSchedule, effort_schedule
 from takagi.models.ramps.effort_ramp import effort_ramp
@@ -86,10 +86,26 @@ def test_more_bandwidth_is_more_gain(
     assert np.all(slow.gains.proportional[high] < design.gains.proportional[high])
 
 
+def test_a_bandwidth_that_grows_leaves_light_wind_alone(
+    turbine: Turbine, schedule: EffortSchedule, design: EffortDesign
+) -> None:
+    """Nothing changes where pitch does not act.  From 1.25 of that wind on the gain grows by what
+    is asked, and by more where the rotor's own damping did a part of it before."""
+    grown = effort_gains(turbine, schedule, replace(SETTINGS, bandwidth_growth=1.5))
+    begin = schedule.wind[schedule.trim_effort >= 0][0]
+    ratio = grown.gains.proportional / design.gains.proportional
+    low, high = schedule.wind <= begin, schedule.wind >= GROWN * begin
+
+    assert np.array_equal(ratio[low], np.ones(low.sum()))
+    assert 1.5 <= ratio[high].min() and ratio[high].max() < 1.8
+    assert np.all(np.diff(ratio[~low & ~high]) > 0)
+
+
 @pytest.mark.parametrize(
     "change",
     [
         {"bandwidth": 0.0},
+        {"bandwidth_growth": 0.0},
         {"bandwidth": -1.0},
         {"bandwidth": float("nan")},
         {"speed_error": 0.0},
