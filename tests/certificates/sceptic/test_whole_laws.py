@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pytest
@@ -118,8 +118,8 @@ def follows(P: list[list[float]], change: Callable[[Data], None], kind: str) -> 
 
 OBSERVER = {"weights": "measured", "measured": ["x", "xi"], "L": [[[4, 0], [1, 5]]]}
 # V = (x + xi)^2 + (x + 2 xi)^2 along the modes of -1 and -2; of the error beside it far more.
-LOOP = [[2, 3], [3, 5]]
-BOTH = [[2, 3, 0, 0], [3, 5, 0, 0], [0, 0, 900, 0], [0, 0, 0, 900]]
+LOOP: Final[list[list[float]]] = [[2, 3], [3, 5]]
+BOTH: Final[list[list[float]]] = [[2, 3, 0, 0], [3, 5, 0, 0], [0, 0, 900, 0], [0, 0, 0, 900]]
 PROVED, REFUSED = (["PROVED"] * 2,) * 2, (["REFUSED"],) * 2
 
 

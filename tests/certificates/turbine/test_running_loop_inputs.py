@@ -25,7 +25,7 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
     StatedCell,
     check_running_loop,
 )
-from takagi.certificates.checker.words.sentences.running_loop import _measured
+from takagi.certificates.checker.words.sentences.running_loop import measured
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.document import certificate_document
 from tests.certificates.recorded.answers import recorded
@@ -168,8 +168,8 @@ def test_a_cell_may_have_a_multiplier_of_each_factor() -> None:
 
 def test_the_sentence_names_a_band_stop_that_is_there() -> None:
     found = machine(changed(lambda whole: None))
-    assert "behind a band-stop at" in _measured(found)
-    assert "band-stop" not in _measured(replace(found, stop=None))
+    assert "behind a band-stop at" in measured(found)
+    assert "band-stop" not in measured(replace(found, stop=None))
 
 
 def said(document: Data) -> str:

@@ -31,7 +31,14 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
-from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
+from takagi.certificates.checker.kernel.reader import (
+    listed,
+    matrix,
+    member,
+    number,
+    numbers,
+    positive,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
@@ -43,7 +50,6 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     Sides,
     Span,
     other_than_the_controller,
-    positive,
 )
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
 from takagi.certificates.checker.turbine.running_loop.moving import (

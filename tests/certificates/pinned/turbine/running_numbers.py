@@ -23,10 +23,10 @@ from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sid
 from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.running_claim import (
     StatedCell,
-    gaps,
     stated_winds,
 )
 from takagi.certificates.checker.turbine.running_loop.signals import decay_form
+from takagi.certificates.checker.turbine.wind_intervals import gaps
 from tests.certificates.pinned.turbine.values import Named, said
 from tests.certificates.recorded.answers import recorded
 
@@ -148,7 +148,7 @@ def of_numbers() -> Named:
     yield (
         "gaps",
         [
-            gaps(winds, F(3), F(25))
+            gaps((F(3), F(25)), winds)
             for winds in ([(F(3), F(5))], [(F(4), F(5)), (F(5), F(7))], [(F(4), F(25))])
         ],
     )
