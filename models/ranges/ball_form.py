@@ -17,7 +17,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
-from takagi.models.expressions.large_powers import with_exponentials_as_symbols
 from takagi.models.intervals.box_search import Bounded, Ends
 from takagi.models.ranges.ball_operations import (
     Ball,
@@ -32,6 +31,7 @@ from takagi.models.ranges.ball_operations import (
     worst_axis,
 )
 from takagi.models.ranges.box_side import BoxSide
+from takagi.models.ranges.large_powers import with_exponentials_as_symbols
 from takagi.models.ranges.symbolic_derivatives import derivative, is_zero, order_of, slope_or_none
 from takagi.models.ranges.table_balls import tables_class
 from takagi.models.ranges.tape import Tape, tape_of

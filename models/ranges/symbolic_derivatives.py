@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
-from takagi.models.expressions.large_powers import with_exponentials_as_symbols
+from takagi.models.ranges.large_powers import with_exponentials_as_symbols
 
 if TYPE_CHECKING:
     import sympy as sp
