@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from takagi.models.ranges.evidence import Evidence as Evidence
     from takagi.models.ranges.evidence import replay as replay
     from takagi.models.ranges.expression_range import expression_value as expression_value
+    from takagi.models.ranges.large_powers import (
+        with_exponentials_as_symbols as with_exponentials_as_symbols,
+    )
     from takagi.models.ranges.sampled import SampledBounds as SampledBounds
     from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
     from takagi.models.splines.exact_spline import ExactSpline as ExactSpline

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from takagi.models.simulation.closed_loop import Observer as Observer
     from takagi.models.simulation.closed_loop import simulate as simulate
     from takagi.models.simulation.dynamics import equilibrium_state as equilibrium_state
+    from takagi.models.simulation.dynamics import loads as loads
+    from takagi.models.simulation.dynamics import plant_derivative as plant_derivative
     from takagi.models.simulation.dynamics import plant_rate as plant_rate
     from takagi.models.simulation.history import History as History
     from takagi.models.simulation.metrics import Metrics as Metrics

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from takagi.reports.simulation.laws import LAW_NAMES as LAW_NAMES
     from takagi.reports.simulation.laws import ChosenLaws as ChosenLaws
     from takagi.reports.simulation.laws import chosen_laws as chosen_laws
+    from takagi.reports.simulation.plant import jump_motions as jump_motions
+    from takagi.reports.simulation.plant import proved_jumps as proved_jumps
     from takagi.reports.simulation.plant import simulate_plant as simulate_plant
     from takagi.reports.simulation.plant import simulation_data as simulation_data
     from takagi.reports.simulation.plant_scenario import PlantScenario as PlantScenario

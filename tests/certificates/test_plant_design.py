@@ -15,9 +15,9 @@ from takagi.certificates.design.plant import (
     PlantDesign,
     certify_plant,
     design_plant,
+    reach_rates,
     rounded_gains,
 )
-from takagi.certificates.design.plant.moderate_rate import reach_rates
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model
 from takagi.models.files import built_in_kinds
 from takagi.models.plant import PlantSettings

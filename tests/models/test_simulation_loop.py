@@ -18,13 +18,13 @@ from takagi.models.simulation import (
     SimulatedTurbine,
     constant_wind,
     design_plant,
+    plant_derivative,
     ramp_wind,
     simulate,
     step_wind,
     turbulent_wind,
     validation_plant,
 )
-from takagi.models.simulation.dynamics import plant_derivative
 from takagi.models.turbine import nrel5mw
 
 Array = NDArray[np.float64]

@@ -17,10 +17,12 @@ from takagi.models.simulation import (
     SpeedFilter,
     design_plant,
     equilibrium_state,
+    loads,
+    plant_derivative,
     plant_rate,
     validation_plant,
 )
-from takagi.models.simulation.dynamics import dynamics, loads, plant_derivative
+from takagi.models.simulation.dynamics import dynamics
 from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
 from takagi.models.splines import interpolate
 from takagi.models.splines.scalar_surface import patch_coefficients, scalar_surface

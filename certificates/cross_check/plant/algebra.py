@@ -179,7 +179,7 @@ class Algebra:
             opposite = self._call(name, [Quotient(-a.top, a.bottom)])
             return Quotient(-opposite.top, opposite.bottom)
         if name in ("exp", "sinh", "cosh", "tanh"):
-            up = self._exponential(a)
+            up = self._exp(a)
             if name == "exp":
                 return up
             square, both = up.top**2, up.bottom**2
@@ -285,7 +285,7 @@ class Algebra:
                 )
         return cosine, sine
 
-    def _exponential(self, a: Quotient) -> Quotient:
+    def _exp(self, a: Quotient) -> Quotient:
         found = Quotient(self.constant(1), self.constant(1))
         for key, n, _ in self._parts("exponent", a):
             atom = self.atom(("exp", key)) ** abs(n)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         gains_of_few_premises as gains_of_few_premises,
     )
     from takagi.certificates.design.plant.many_rules import model_of_premises as model_of_premises
+    from takagi.certificates.design.plant.moderate_rate import reach_rates as reach_rates
     from takagi.certificates.design.plant.result import PlantDesign as PlantDesign
     from takagi.certificates.design.plant.rounding import rounded_gains as rounded_gains
     from takagi.certificates.design.plant.work_estimate import effects as effects

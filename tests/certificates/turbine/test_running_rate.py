@@ -230,12 +230,12 @@ def test_winds_without_a_cell_have_no_such_claim(document: dict[str, Any]) -> No
     assert "no quadratic function was found in moving wind" in why["running-rate"]
 
 
-def test_the_option_belongs_to_the_coherent_law(
+def test_the_option_belongs_to_the_effort_sharing_law(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     options = ["--law", "paper", "--moving-wind", "--out", str(tmp_path)]
     assert main(["design", "nrel5mw", *options]) == 2
-    assert "--moving-wind belongs to the law coherent" in capsys.readouterr().err
+    assert "--moving-wind belongs to the law effort-sharing" in capsys.readouterr().err
 
 
 # The nonlinear loop.

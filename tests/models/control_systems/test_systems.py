@@ -21,8 +21,7 @@ from takagi.models import (
 )
 from takagi.models.laws import Measurement, PdcLaw, SampledLaw
 from takagi.models.plant_files import load_plant
-from takagi.models.simulation import BaselineLaw, validation_plant
-from takagi.models.simulation.dynamics import plant_derivative
+from takagi.models.simulation import BaselineLaw, plant_derivative, validation_plant
 from takagi.models.turbine import load_turbine, rotor_torque_gradient
 from takagi.models.turbine.trim import trim
 from takagi.reports.loops import plant_rate

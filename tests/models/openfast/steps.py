@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from takagi.models import Floats
-from takagi.models.simulation import SimulatedTurbine
-from takagi.models.simulation.dynamics import dynamics, loads
+from takagi.models.simulation import SimulatedTurbine, loads
+from takagi.models.simulation.dynamics import dynamics
 from takagi.models.turbine import nrel5mw
 from takagi.models.turbine.trim import trim
 

@@ -39,9 +39,9 @@ def said(
     low, high = law.wind[0], law.wind[-1]
     left = gaps((low, high), winds)
     but = f", but NOT {listed(left)}" if left else ""
-    name = f"running loop with its observer, {within(low, high)} m/s{but}"
+    name = f"running loop with its observer, {range_words(low, high)} m/s{but}"
     if machine is None:
-        reasons = [f"wind {within(*ends)} m/s: {reason}" for ends, reason in failures]
+        reasons = [f"wind {range_words(*ends)} m/s: {reason}" for ends, reason in failures]
         more = f" (+{len(reasons) - MOST_REASONS} more)" if len(reasons) > MOST_REASONS else ""
         return name, "not proved: " + (why or "; ".join(reasons[:MOST_REASONS]) + more)
     return name, _statement(law, winds, machine, decay, cells)
@@ -51,7 +51,7 @@ def _statement(
     law: Law, winds: list[Span], machine: Machine, decay: Fraction, cells: Sequence[Any]
 ) -> str:
     left = gaps((law.wind[0], law.wind[-1]), winds)
-    covered = f"from {within(law.wind[0], law.wind[-1])} m/s, in {len(cells)} cells"
+    covered = f"from {range_words(law.wind[0], law.wind[-1])} m/s, in {len(cells)} cells"
     if left:
         covered += f", but NOT at winds {listed(left)}, of which nothing is said"
     speed, estimate = _widths(cells)
@@ -70,8 +70,8 @@ def family(machine: Machine) -> str:
     return (
         f"the observer with l1 = {exactly(machine.l1)} 1/s and l2 = {exactly(machine.l2)} m/s^2 "
         f"per rad/s, the wind filter of {exactly(machine.wind_filter)} s, the limits of the rates "
-        f"of torque and pitch, the pitch drive with its own, inertia {within(*machine.inertia)} of "
-        f"nominal, and a wake that follows pitch over {within(*machine.wake_length)} m of wind"
+        f"of torque and pitch, the pitch drive with its own, inertia "
+        f"{range_words(*machine.inertia)} of nominal, and a wake that follows pitch over {range_words(*machine.wake_length)} m of wind"
     )
 
 
@@ -104,6 +104,6 @@ def listed(ranges: Sequence[Span]) -> str:
     return ", ".join(f"{at_least(low, 6)} to {at_most(high, 6)} m/s" for low, high in ranges)
 
 
-def within(low: Fraction, high: Fraction) -> str:
+def range_words(low: Fraction, high: Fraction) -> str:
     """Return an interval, rounded inward."""
     return f"{at_most(low, 6)} to {at_least(high, 6)}"

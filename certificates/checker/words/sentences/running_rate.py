@@ -17,7 +17,7 @@ from takagi.certificates.checker.words.sentences.running_loop import (
     family,
     listed,
     measured,
-    within,
+    range_words,
 )
 
 # pi to 20 digits from below: angles in degrees are then rounded up.
@@ -43,9 +43,9 @@ def said(
     low, high = law.wind[0], law.wind[-1]
     left = gaps((low, high), winds)
     but = f", but NOT {listed(left)}" if left else ""
-    name = f"running loop in moving wind, {within(low, high)} m/s{but}"
+    name = f"running loop in moving wind, {range_words(low, high)} m/s{but}"
     if machine is None:
-        reasons = [f"wind {within(*ends)} m/s: {reason}" for ends, reason in failures]
+        reasons = [f"wind {range_words(*ends)} m/s: {reason}" for ends, reason in failures]
         more = f" (+{len(reasons) - MOST_REASONS} more)" if len(reasons) > MOST_REASONS else ""
         return name, "not proved: " + "; ".join(reasons[:MOST_REASONS]) + more
     return name, _statement(winds, machine, kept, rated_speed)
@@ -54,7 +54,7 @@ def said(
 def _statement(
     winds: list[Span], machine: Machine, kept: Sequence[Any], rated_speed: Fraction
 ) -> str:
-    ranges = ", or ".join(f"{within(*ends)} m/s" for ends in winds)
+    ranges = ", or ".join(f"{range_words(*ends)} m/s" for ends in winds)
     stays = f"while the wind stays within {ranges}"
     if len(winds) > 1:
         stays = f"while the wind stays within ONE of {ranges}"
@@ -77,7 +77,7 @@ def _rates(winds: list[Span], kept: Sequence[Any]) -> str:
     for low, high in winds:
         rates = [cell.wind_rate for cell in kept if low <= cell.winds[0] and cell.winds[1] <= high]
         least, most = at_least(min(rates), 2), at_least(max(rates), 2)
-        told.append(f"r is {least} to {most} m/s^2 (by cell) from {within(low, high)} m/s")
+        told.append(f"r is {least} to {most} m/s^2 (by cell) from {range_words(low, high)} m/s")
     return "; ".join(told)
 
 
