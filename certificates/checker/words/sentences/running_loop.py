@@ -70,8 +70,9 @@ def family(machine: Machine) -> str:
     return (
         f"the observer with l1 = {exactly(machine.l1)} 1/s and l2 = {exactly(machine.l2)} m/s^2 "
         f"per rad/s, the wind filter of {exactly(machine.wind_filter)} s, the limits of the rates "
-        f"of torque and pitch, the pitch drive with its own, inertia "
-        f"{range_words(*machine.inertia)} of nominal, and a wake that follows pitch over {range_words(*machine.wake_length)} m of wind"
+        "of torque and pitch, the pitch drive with its own, inertia "
+        f"{range_words(*machine.inertia)} of nominal, and a wake that follows pitch over "
+        f"{range_words(*machine.wake_length)} m of wind"
     )
 
 
