@@ -5,7 +5,7 @@ Plain functions that return arrays or conditions; nothing here solves or measure
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,10 +144,15 @@ def least_trace_condition(A: Floats) -> Condition:
 
 
 def _lmi(
-    name: str, X: Unknown, constants: tuple[Constant, ...], sign: int = 1, weight: float = 1.0
+    name: str,
+    X: Unknown,
+    constants: tuple[Constant, ...],
+    sign: Literal[-1, 1] = 1,
+    *,
+    strict: bool = True,
 ) -> LMI:
     one = np.eye(X.rows)[None]
     term = Term(unknown=X, left=one, right=one)
     return LMI(
-        name=name, blocks=(X.rows,), terms=(term,), constants=constants, sign=sign, weight=weight
+        name=name, blocks=(X.rows,), terms=(term,), constants=constants, sign=sign, strict=strict
     )
