@@ -114,7 +114,7 @@ def main(paths: list[str]) -> None:
 
 def _rows(program: ControllerProgram) -> list[tuple[str, ...]]:
     python = _python_step(program)
-    found = []
+    found: list[tuple[str, ...]] = []
     for precision in ("double", "float"):
         median, most, longest = _measured(program, precision)
         found.append(

@@ -308,8 +308,10 @@ def report(
         rows.append(_row(f"{part}/", of_part, left_out, journal, explained))
         open_ += [c for c in survivors(of_part, journal) if not explained.why(c)]
     rows.append(_row("all", drawn, len(idle), journal, explained))
-    heads = ("part of the checker", "changes", "left out", "tried", "noticed", "share")
-    heads += ("survivors explained",)
+    heads = (
+        *("part of the checker", "changes", "left out", "tried", "noticed", "share"),
+        "survivors explained",
+    )
     lines = [f"{c.module.relative_to(ROOT)}:{c.line}: {c.owner}: {c.what}" for c in open_]
     return "\n".join([*lines, table(heads, rows)])
 

@@ -7,7 +7,7 @@ import shutil
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 from hypothesis import Phase, settings
@@ -19,10 +19,11 @@ MARKS = "not slow and not tex and not coq"
 
 def _short_report(item: pytest.Item, call: pytest.CallInfo[None]) -> pytest.TestReport:
     """Return how a step of a test went, without its source, its frames and its values."""
+    when: Any = call.when or "call"
     outcome: Literal["passed", "failed", "skipped"] = "passed"
     if call.excinfo is not None:
         outcome = "skipped" if call.excinfo.errisinstance(pytest.skip.Exception) else "failed"
-    return pytest.TestReport(item.nodeid, item.location, {}, outcome, None, call.when or "call")
+    return pytest.TestReport(item.nodeid, item.location, {}, outcome, None, when)
 
 
 def with_tests(

@@ -126,7 +126,7 @@ class Naive:
     def bounds(self, box: Any) -> tuple[float, float]:
         """Return what one plain evaluation gives."""
         ball = self.tape.run([side.ball for side in box])[0]
-        if not ball.is_finite():
+        if ball is None or not ball.is_finite():
             return -math.inf, math.inf
         return float(ball.lower()), float(ball.upper())
 
@@ -159,7 +159,7 @@ class NaiveSpline:
     """A cubic spline in interval arithmetic: Horner's rule on every piece that is touched."""
 
     def __init__(self, curve: Any) -> None:
-        spline = BSpline(curve.knots, curve.coefficients, 3)
+        spline: Any = BSpline(curve.knots, curve.coefficients, 3)
         pieces = PPoly.from_spline(spline)
         wide = np.diff(pieces.x) > 0
         self.starts, self.ends = pieces.x[:-1][wide], pieces.x[1:][wide]

@@ -19,7 +19,7 @@ import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import control
 import numpy as np
@@ -84,7 +84,7 @@ class Measured(NamedTuple):
     """What the command did with a file."""
 
     name: str
-    text: dict
+    text: dict[str, Any]
     status: int
     wall: float
     processor: float

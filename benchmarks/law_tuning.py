@@ -134,7 +134,7 @@ def cost(found: dict[str, Any], before: dict[str, Any], overspeed: float) -> flo
         if start["pitch travel [deg]"] > 20:
             total += rise("pitch travel [deg]")
         total += 3 * max(0.0, row["largest overspeed [%]"] - overspeed) ** 2
-    return total / len(found["winds"])
+    return float(total / len(found["winds"]))
 
 
 def main() -> None:

@@ -116,7 +116,8 @@ def changes_of(module: Path) -> list[Change]:
         after = ast.unparse(node).splitlines()[0]
         restored()
         line, last = spans.get(id(node), (getattr(node, "lineno", 1),) * 2)
-        digest, first = (digests[owner], holder.lineno) if owner else (_digest(tree), 1)
+        digest = digests[owner] if owner else _digest(tree)
+        first = getattr(holder, "lineno", 1)
         said = f"{before}  ->  {after}"
         of_size = id(node) in counted_sizes
         found.append(Change(module, owner, digest, k, at, line, last, first, said, of_size))

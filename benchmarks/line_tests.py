@@ -117,11 +117,12 @@ class LineTests:
         seconds = self.seconds
         ordered: list[str] = []
         for counts in (self.noticed.get(function), self.noticed.get(module_name(change.module))):
-            often = sorted(
-                (name for name in counts or () if name in running and name not in ordered),
-                key=lambda name: seconds[name] / (counts or {})[name],
-            )
-            ordered += often[:OFTEN]
+            each = {
+                name: seconds[name] / count
+                for name, count in (counts or {}).items()
+                if name in running and name not in ordered
+            }
+            ordered += sorted(each, key=each.__getitem__)[:OFTEN]
         ordered += _varied(running - set(ordered), seconds)
         return _within(ordered, seconds, budget)
 
@@ -183,7 +184,8 @@ def _varied(names: Iterable[str], seconds: dict[str, float]) -> list[str]:
 
 
 def _within(ordered: Sequence[str], seconds: dict[str, float], budget: float) -> list[str]:
-    found, left = [], budget
+    found: list[str] = []
+    left = budget
     for name in ordered:
         if found and seconds[name] > left:
             continue

@@ -142,7 +142,7 @@ def _table(rows: list[Any]) -> str:
 def _figure(rows: list[Any]) -> str:
     with house_style():
         figure, axes = new_figure(2, 2, height=6.0)
-        for series, colour, ax in zip(SERIES, COLOURS, np.ravel(axes), strict=False):
+        for series, colour, ax in zip(SERIES, COLOURS, axes, strict=False):
             sizes, spent, peak = _of(rows, series)
             label = f"time, exponent {exponent(sizes, spent):.1f}"
             ax.loglog(sizes, spent, "o-", color=colour, label=label)

@@ -16,6 +16,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -98,11 +99,11 @@ def posing() -> str:
         rows.append(
             _posing_row(
                 f"PDC, n = {n}, m = {m}, {rules} rules, all pairs",
-                lambda model=model: pdc_condition(model, decay_rate=0.1),
+                partial(pdc_condition, model, decay_rate=0.1),
                 {"nu": EFFORT},
-                lambda V=V, B=B, size=size: cvxpy_compensation(V, B, 0.1, size, EFFORT),
-                lambda V=V, B=B, size=size: picos_compensation(V, B, 0.1, size, EFFORT),
-                lambda model=model: pdc(model, decay_rate=0.1),
+                partial(cvxpy_compensation, V, B, 0.1, size, EFFORT),
+                partial(picos_compensation, V, B, 0.1, size, EFFORT),
+                partial(pdc, model, decay_rate=0.1),
             )
         )
     heads = (
@@ -228,8 +229,8 @@ def rate() -> str:
 
         mine = best(ours)
         high = 2.0 * mine[1]
-        anew = peer(lambda A=A, high=high: cvxpy_rate(A, 0.0, high, 1e-6), 3)
-        once = peer(lambda A=A, high=high: cvxpy_rate_by_parameter(A, 0.0, high, 1e-6), 3)
+        anew = peer(partial(cvxpy_rate, A, 0.0, high, 1e-6), 3)
+        once = peer(partial(cvxpy_rate_by_parameter, A, 0.0, high, 1e-6), 3)
         others = [found for found in (anew, once) if not isinstance(found, str)]
         apart = max((abs(found[1] / mine[1] - 1) for found in others), default=float("nan"))
         rows.append(
@@ -316,6 +317,7 @@ def rounds(given: dict[str, Any]) -> dict[str, Any]:
     A = stable_vertices(given["count"], given["n"])
     common_lyapunov(A[:2])
     began = time.perf_counter()
+    status: str
     if given["question"] == "margin":
         status = common_lyapunov(A).status
     else:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from takagi.lmi import Condition
 from takagi.lmi.condition.term import LMI, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_unknown
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.sums.summands import KnownBlock, SumPart
@@ -95,7 +95,7 @@ def energy_gain_condition(
     Q, gamma = Unknown("Q", n, n, symmetric=True), Unknown("gamma", 1, 1)
     M = gain_unknown(r, m, n, relaxation)
     one, w, z = np.eye(n)[None], np.eye(q)[None], np.eye(p)[None]
-    member = "first" if M.count == 1 else "gain"
+    member = gain_member(M)
     loop = DoubleSum(
         rules=r,
         blocks=(n, q, p),

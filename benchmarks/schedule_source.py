@@ -155,7 +155,7 @@ def ahead(time: float) -> Callable[[WindSeries], Observer]:
 
 def sources() -> dict[str, tuple[EffortSharingLaw, Callable[[WindSeries], Observer]]]:
     """Return laws by where their wind is from; (s) is the filter on that wind."""
-    found = {
+    found: dict[str, tuple[EffortSharingLaw, Callable[[WindSeries], Observer]]] = {
         f"observer, {filtering:g} s": (law(Settings(wind_filter=filtering)), observed)
         for filtering in (12.0, 30.0)
     }
@@ -191,7 +191,7 @@ def settings() -> dict[str, tuple[EffortSharingLaw, Callable[[WindSeries], Obser
         {"partial_bandwidth": 0.6, "partial_integral_share": 0.05},
     )
     known = {field.name for field in fields(Settings)}
-    found = {}
+    found: dict[str, tuple[EffortSharingLaw, Callable[[WindSeries], Observer]]] = {}
     for change in moved:
         assert known.issuperset(change)
         words = ", ".join(f"{name} {value:g}" for name, value in change.items())

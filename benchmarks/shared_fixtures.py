@@ -21,6 +21,7 @@ PLUGINS = ("_pytest", "pytest", "hypothesis", "xdist")
 
 def shared(item: pytest.Item) -> Iterator[FixtureDef[Any]]:
     """Yield the fixtures of a test that several tests share and that are kept."""
+    assert isinstance(item, pytest.Function)
     for definitions in item._fixtureinfo.name2fixturedefs.values():
         for definition in definitions:
             ours = not definition.func.__module__.startswith(PLUGINS)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +80,7 @@ class Motion:
     def torque(self, speed: float, pitch: float, wind: float, dx: int = 0, dy: int = 0) -> float:
         """Return T_r / J [rad/s^2], or a derivative of c_Q with the same factor in front."""
         ratio = speed * self.model["rotor_radius"] / wind
-        value = float(bisplev(ratio, pitch, self.surface, dx=dx, dy=dy))
+        value = float(cast("Any", bisplev)(ratio, pitch, self.surface, dx=dx, dy=dy))
         return float(self.model["torque_constant"] / self.J * wind**2 * value)
 
     def load(self, effort: float, taken: float = 0.0) -> float:

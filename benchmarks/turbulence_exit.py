@@ -63,7 +63,7 @@ class Search:
         X = solve_continuous_lyapunov(mean, -system.S[0] @ system.S[0].T)
         T = np.linalg.cholesky(X + 1e-9 * np.diag(X.diagonal() + 1e-6))
         T /= np.abs(system.rows @ T).max()
-        one, self.back = system.in_states(T), np.linalg.inv(T)
+        one, self.back = system.in_states(np.asarray(T, dtype=np.float64)), np.linalg.inv(T)
         n, self.solver = len(T), cp.CLARABEL
         self.P = cp.Variable((n, n), symmetric=True)
         self.c, self.kappa = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
@@ -137,7 +137,7 @@ def functions(law: Law, v: float, *, uncertain: bool, rates: Functions | None = 
     return {x: one for x, one in rows.items() if one is not None}
 
 
-class RangeSearch:
+class RangeSearch(Search):
     """One function for U - w <= v <= U + w: P, or P(v) linear between nodes, nominal loop.
 
     P(v) adds dP/dv r to the drift.  That is affine in r, which the set bounds by FASTEST of its
@@ -179,9 +179,6 @@ class RangeSearch:
         aim = self.by_level * self.c + self.price * self.kappa
         self.problem = cp.Problem(cp.Minimize(aim), conditions)
         self.P, self.back = P[0], np.linalg.inv(T)
-
-    at = Search.at
-    best = Search.best
 
 
 def of_range(law: Law, mean: float, width: float, *, moving: bool) -> str:
@@ -244,7 +241,7 @@ def certified(law: Law, v: float, overspeed: float, folder: Path) -> str:
     from takagi.models import TSModel
 
     nominal = found(law, v, overspeed, uncertain=False)
-    one = found(law, v, overspeed, uncertain=True, rate=nominal and nominal.rate)
+    one = found(law, v, overspeed, uncertain=True, rate=None if nominal is None else nominal.rate)
     if one is None:
         return f"{v:g} m/s: no function was found"
     noise = np.zeros((len(STATES), 1))

@@ -92,8 +92,10 @@ class Law:
     def read(cls, path: Path, tau: float | None = None) -> Law:
         gains = json.loads(path.read_text(encoding="utf-8"))
         law, observer = gains["law"], gains["observer"]
-        names = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
-        names += ("proportional", "integral_rate", "inertia_feedforward")
+        names = (
+            *("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit"),
+            *("proportional", "integral_rate", "inertia_feedforward"),
+        )
         return cls(
             tables={name: np.array(law[name], dtype=float) for name in names},
             overlap=float(law["overlap"]),

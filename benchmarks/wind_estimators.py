@@ -16,6 +16,7 @@ import gzip
 import re
 import struct
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,11 @@ def immersion(bandwidth: float) -> ImmersionInvarianceEstimator:
     return ImmersionInvarianceEstimator(TURBINE, bandwidth / SLOPE)
 
 
-KINDS = {"observer": observer, "Kalman filter": kalman, "immersion and invariance": immersion}
+KINDS: dict[str, Callable[[float], Observer]] = {
+    "observer": observer,
+    "Kalman filter": kalman,
+    "immersion and invariance": immersion,
+}
 
 
 def field(path: Path) -> tuple[float, float, np.ndarray, np.ndarray]:

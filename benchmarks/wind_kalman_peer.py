@@ -29,7 +29,7 @@ from takagi.models.turbine import rotor_torque
 BANDWIDTH = 2.0
 
 
-class Rotor(GaussianTransitionModel):
+class Rotor(GaussianTransitionModel):  # type: ignore[misc,unused-ignore]
     """One Euler step of (speed, wind) under the pitch and torque that are read."""
 
     step: float = Property()

@@ -129,7 +129,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     tries = list(start.tries)
     before = objective_at(data.condition, start.values)
     for raw in _few(attempts(program)):
-        values = values_of(data, raw)
+        values: Mapping[str, Floats] = values_of(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
         if values and held < 0.25 * start.margin:

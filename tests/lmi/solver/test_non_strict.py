@@ -264,3 +264,44 @@ def test_numbers_that_make_no_sense_are_refused(kind: dict[str, Any], said: str)
     """With what was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
         side("a", 1.0, 0.0, **kind)
+
+
+def test_an_answer_just_outside_a_non_strict_lmi_is_moved_inside(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A solver that ends a millionth below x >= 2 gives nearly the least x, without another solver.
+
+    The set is convex: from just outside towards the start, which is inside, the first step that
+    holds is accepted.  From far outside the start is as near as it gets.
+    """
+    condition = Condition(
+        name="least x above two",
+        unknowns=(X,),
+        lmis=(
+            side("positive", 1.0, 0.0),
+            side("floor", 1.0, -2.0, strict=False),
+            side("high", -1.0, 4.0),
+        ),
+        objective={"x": ONE},
+    )
+    start = decide(condition)
+    solver = stages.attempts
+    asked: list[float] = []
+
+    def short(by: float) -> None:
+        def fell_short(program: ConeProgram) -> Iterator[Raw]:
+            for raw in solver(program):
+                asked.append(by)
+                yield replace(raw, y=raw.y * (1.0 - by))
+
+        monkeypatch.setattr(stages, "attempts", fell_short)
+
+    short(1e-6)
+    near = stages.improve(condition, start)
+    assert len(asked) == 1
+    assert 2.0 * (1.0 - 1e-8) <= near.values["x"][0, 0, 0] <= 2.0 * (1.0 + 1e-4)
+    assert near.objective < start.values["x"][0, 0, 0]
+    short(1.0)
+    far = stages.improve(condition, start)
+    assert far.values["x"][0, 0, 0] <= start.values["x"][0, 0, 0]
+    assert margin(condition, far.values) > 0.0
