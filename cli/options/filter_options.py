@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from takagi.models.errors import ModelError
-from takagi.models.turbine.data import Turbine
+
+if TYPE_CHECKING:
+    from takagi.models.turbine.data import Turbine
 
 SpeedFilter = Annotated[
     float | None,

@@ -140,6 +140,19 @@ def test_help_and_check_load_nothing_of_designs() -> None:
         assert [name for name in loaded if name.startswith(rooms)] == []
 
 
+@pytest.mark.parametrize("verb", ["design", "simulate", "certify", "report", "export", "compare"])
+def test_help_of_a_verb_loads_no_numbers(verb: str) -> None:
+    """Help is read before anything is computed: numpy alone would take longer than all of it."""
+    heavy = ("numpy", "scipy", "sympy", "clarabel", "matplotlib")
+    said = f"print(*(name for name in {heavy} if name in sys.modules), sep='|', end='|')"
+    program = f"import sys; from takagi.cli.main import main; main([{verb!r}, '--help']); {said}"
+    ran = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert "Usage" in ran.stdout or "usage" in ran.stdout
+    assert ran.stdout.splitlines()[-1] == "|"
+
+
 def test_both_designs_are_read_alike(plain: None, finished: Any, cubic: Path) -> None:
     """What verbs and reports ask of a design, both have."""
     from takagi.certificates.design.design import Design
