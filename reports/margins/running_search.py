@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,6 +13,7 @@ from takagi.models.laws.protocol import Law
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
+from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import (
     NOMINAL,
     PLANTS,
@@ -23,8 +24,9 @@ from takagi.reports.margins.running_rest import NoRest
 
 # The machine as its file says is looked at so often, all plants at every whole wind [m/s].
 FINE = 0.2
-# A least disk margin is least as far as this to both sides [m/s].
-AROUND = 1.0
+# A least disk margin is least as far as this to both sides [m/s]: two steps, so that noise of the
+# linearisation in one of them makes no place.
+AROUND = 0.4
 
 Tell = Callable[[str], None]
 
@@ -37,7 +39,9 @@ class SearchedMargins:
     ----------
     rows : by wind, the machine as its file says first.
     whole : winds with all plants, at which nothing special happens: whole ones, and both ends.
-    least : winds with all plants between them, at which a disk margin is locally least.
+    least : winds with all plants between them: a disk margin of the machine as its file says is
+        locally least there, a loop begins or ends to act, or a margin of another plant is less
+        than at the winds around.
     none : winds at which the loop has no rest.
     """
 
@@ -88,11 +92,57 @@ def searched_margins(
             none.append(wind)
     whole = [v for v in winds_between(turbine.cut_in, turbine.cut_out, 1.0) if v in found]
     nominal = [rows[0] for rows in found.values()]
-    least = sorted(_least_winds(nominal) - set(whole))
+    least = sorted((_least_winds(nominal) | _first_and_last(nominal)) - set(whole))
+    others = [plant for plant in PLANTS if plant != NOMINAL]
     for wind in (*whole, *least):
-        found[wind] += at(wind, [plant for plant in PLANTS if plant != NOMINAL])
+        found[wind] += at(wind, others)
+    # The other plants are weakest elsewhere: follow each margin down from where it is least so far.
+    every = {*whole, *least}
+    for size in SIZES:
+        for wind in _downhill(found, every, size):
+            found[wind] += at(wind, others)
+            every.add(wind)
+            least.append(wind)
+    least.sort()
     rows = tuple(row for wind in sorted(found) for row in found[wind])
     return SearchedMargins(rows, tuple(whole), tuple(least), tuple(none))
+
+
+def _gain(one: Margins) -> float:
+    return min(one.gain_increase, math.inf if one.gain_decrease == 0 else 1 / one.gain_decrease)
+
+
+# The margins whose least values are looked for among all plants, at one wind and for one plant.
+SIZES: tuple[Callable[[RunningMargins], float], ...] = (
+    lambda row: min((_gain(one) for _, one in row.loops), default=math.inf),
+    lambda row: min((one.phase for _, one in row.loops), default=math.inf),
+    lambda row: min((one.delay for _, one in row.loops), default=math.inf),
+    lambda row: min((one.disk.alpha for _, one in row.loops), default=math.inf),
+    lambda row: row.both.alpha,
+)
+
+
+def _downhill(
+    found: Mapping[float, Sequence[RunningMargins]],
+    every: Set[float],
+    size: Callable[[RunningMargins], float],
+) -> Iterator[float]:
+    """Yield the winds to look at next with all plants, until the least has both neighbours.
+
+    ``every`` are the winds with all plants; who asks adds each wind that is yielded, and its rows.
+    """
+
+    def value(wind: float) -> float:
+        return min(size(row) for row in found[wind])
+
+    winds = sorted(found)
+    while every:
+        place = winds.index(min(sorted(every), key=value))
+        around = (winds[k] for k in (place - 1, place + 1) if 0 <= k < len(winds))
+        new = next((wind for wind in around if wind not in every), None)
+        if new is None:
+            return
+        yield new
 
 
 def winds_between(low: float, high: float, step: float) -> tuple[float, ...]:
@@ -110,6 +160,22 @@ def _least_winds(rows: Sequence[RunningMargins]) -> set[float]:
             # Where the machine itself is unstable the other plants tell nothing more.
             if 0 < alpha <= np.nanmin(alphas[np.abs(winds - wind) <= AROUND], initial=math.inf):
                 found.add(float(wind))
+    return found
+
+
+def _first_and_last(rows: Sequence[RunningMargins]) -> set[float]:
+    """Return the first and the last wind at which each loop acts, and where it has a gap.
+
+    Its gain begins with a finite value there: a margin may be least at that end, without being
+    locally least.
+    """
+    found: set[float] = set()
+    for loop in ("torque", "pitch"):
+        acts = [loop in dict(row.loops) for row in rows]
+        for k, (row, here) in enumerate(zip(rows, acts, strict=True)):
+            before, after = acts[max(k - 1, 0)], acts[min(k + 1, len(rows) - 1)]
+            if here and not (before and after):
+                found.add(row.wind)
     return found
 
 

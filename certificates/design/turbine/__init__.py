@@ -21,7 +21,12 @@ if TYPE_CHECKING:
         EffortSharingGainDesign as EffortSharingGainDesign,
     )
     from takagi.certificates.design.turbine.published_law import designed_law as designed_law
+    from takagi.certificates.design.turbine.result import speed_filter as speed_filter
     from takagi.certificates.design.turbine.scale import default_settings as default_settings
     from takagi.certificates.design.turbine.settings import LAWS as LAWS
+    from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law as wind_by_wind_law
+    from takagi.certificates.design.turbine.wind_by_wind import (
+        wind_observer_design as wind_observer_design,
+    )
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -46,7 +46,7 @@ def running_section(design: TurbineDesign) -> Section:
                 "running-margins",
                 caption="Margins of the loop that runs, over wind. Line: the machine as its file "
                 "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
-                "1.1, wake in equilibrium, as it is, and frozen), at whole winds and where a disk "
+                "1.1, wake in equilibrium, as it is, and frozen), at whole winds and where a "
                 "margin is locally least. Both: torque and pitch at once, disk alone. A line ends "
                 "where that command does not answer.",
                 alternative="Gain, phase, delay and disk margins of the torque and the pitch loop "
@@ -125,7 +125,7 @@ def _table(found: SearchedMargins) -> Table:
             ("both: α", "-"),
         ),
         tuple(cells),
-        note="At whole winds, and where a disk margin is the least around. Loops broken where the "
+        note="At whole winds, and where a margin is the least around. Loops broken where the "
         "command leaves the program, the other closed. Crossover: the highest frequency with "
         "|L| = 1. Delay beyond what is in the loop, exact in whole samples. Floating point: "
         "measured, not proved.",

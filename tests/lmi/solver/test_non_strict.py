@@ -285,7 +285,7 @@ def test_an_answer_just_outside_a_non_strict_lmi_is_moved_inside(
         objective={"x": ONE},
     )
     start = decide(condition)
-    solver = stages.attempts
+    solver = attempts
     asked: list[float] = []
 
     def short(by: float) -> None:
