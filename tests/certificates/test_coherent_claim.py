@@ -20,6 +20,7 @@ from takagi.certificates.claims.turbine import (
     effort_sharing_candidate,
     effort_sharing_claim,
 )
+from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.document import certificate_document, dumps
 from takagi.models import Interval
 
@@ -293,6 +294,18 @@ def test_a_false_claim_is_not_proved(name: str, short: Document, reseal: Reseal)
 
     assert checked.verdict is Verdict.UNDECIDED
     assert checked.claims[0].text
+
+
+@pytest.mark.parametrize("name", ["paper", "pdc", "", None, 1])
+def test_a_law_whose_gain_file_has_another_program_is_refused(
+    name: object, short: Document, reseal: Reseal
+) -> None:
+    """The program of a gain file follows from the law's name: of ``paper`` it is another law."""
+    short["gains"]["name"] = name
+    with pytest.raises(CertificateError, match=r"gains\.name"):
+        check_document(reseal(short))
+    with pytest.raises(Refusal):
+        judge_document(reseal(short))
 
 
 @pytest.mark.parametrize("k", range(8))

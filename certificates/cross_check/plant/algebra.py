@@ -204,13 +204,13 @@ class Algebra:
         found: list[tuple[Any, int, fmpq]] = []
         for powers, factor in a.top.terms():
             used = [(keys[k], p) for k, p in enumerate(powers) if p]
-            names = tuple(sorted(used))
             if not a.bottom.is_constant() or any(k[0] != "name" for k, _ in used):
                 # Not a polynomial in variables: the whole argument is one angle.
                 sign = -1 if _is_negative(a) else 1
                 whole = _monic(Quotient(sign * a.top, a.bottom))
                 return [((kind, (str(whole.top), str(whole.bottom))), sign, fmpq(sign))]
-            key, c = (kind, names), fmpq(factor) / a.bottom.leading_coefficient()
+            # Of names alone: keys of other atoms have no order.
+            key, c = (kind, tuple(sorted(used))), fmpq(factor) / a.bottom.leading_coefficient()
             if self.collected is not None:
                 self.collected.setdefault(key, []).append(c)
                 found.append(((key, (int(c.p), int(c.q))), 1, c))

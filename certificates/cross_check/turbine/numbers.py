@@ -6,7 +6,7 @@ from typing import Any
 
 from flint import fmpq
 
-from takagi.certificates.cross_check.kernel.reading import Refusal, entry, rational, rationals
+from takagi.certificates.cross_check.kernel.reading import Refusal, entry, line, rational, rationals
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange
 
@@ -51,6 +51,9 @@ class Rotor:
         self.surface = CoefficientSurface(entry(model, "torque_surface"))
 
     def _read_law(self, gains: Any) -> None:
+        # A gain file of another name has another program.
+        if line(gains, "name") != "coherent":
+            raise Refusal("gains: the claim is about the law named coherent")
         self.wind = rationals(gains, "wind")
         n = len(self.wind)
         if n < 2 or any(a >= b for a, b in zip(self.wind, self.wind[1:], strict=False)):

@@ -143,6 +143,7 @@ FORGED = {
     "a slower drive": entry("model", "pitch_time_constant", factor=30),
     "a torque that may hardly move": entry("model", "torque_rate_limit", value=10.0),
     "another torque surface": entry("model", "torque_constant", factor=1.05),
+    "a law whose file has another program": entry("gains", "name", value="paper"),
 }
 
 

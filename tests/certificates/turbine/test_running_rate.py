@@ -149,6 +149,9 @@ FORGED = {
     "a slower drive": entry("model", "pitch_time_constant", factor=30),
     "a torque that may hardly move": entry("model", "torque_rate_limit", value=10.0),
     "another torque surface": entry("model", "torque_constant", factor=1.05),
+    "a law whose file has another program": entry("gains", "name", value="paper"),
+    "a cell that is entered at its edge": entry(*CELL, "sides", "schedule", value=0.33346),
+    "an observer's gain as a text": entry("controller", "observer", "l1", value="1.7942"),
 }
 
 
@@ -157,6 +160,35 @@ def test_a_forged_file_is_not_proved(document: dict[str, Any], change: Change) -
     """With hashes that fit again; by neither checker."""
     change(document)
     assert "PROVED" not in verdicts(document)
+
+
+def test_only_a_cell_that_is_entered_needs_room_for_the_rate_limits(
+    document: dict[str, Any],
+) -> None:
+    """Its set keeps a box that leaves 5 um/s; the pitch that lags from the next cell needs 8.
+
+    By itself the cell is proved: no wind enters it with the commands of another.
+    """
+    claim = document["claims"][0]
+    claim["cells"][3]["sides"]["schedule"] = 0.33346
+    assert verdicts(document) == ("UNDECIDED", "UNDECIDED")
+    text = check_document(sealed(document)).claims[0].text
+    assert "15.2914 to 15.5403 m/s: torque or pitch may lag behind the law" in text
+    claim["cells"] = [claim["cells"][3]]
+    claim["winds"] = [claim["cells"][0]["wind"]]
+    assert verdicts(document) == ("PROVED", "PROVED")
+
+
+def test_both_checkers_turn_at_the_same_room(document: dict[str, Any]) -> None:
+    """The side at which the cell may be entered, from both sides."""
+    sides = document["claims"][0]["cells"][3]["sides"]
+    low, high = 0.33346, 0.3336
+    while high - low > 2e-8:
+        sides["schedule"] = round((low + high) / 2, 9)
+        first, second = verdicts(document)
+        assert first == second
+        low, high = (low, sides["schedule"]) if first == "PROVED" else (sides["schedule"], high)
+    assert 0.33346 < low < 0.33347
 
 
 def test_a_slower_wind_is_proved_too(document: dict[str, Any]) -> None:

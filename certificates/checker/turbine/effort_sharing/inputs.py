@@ -14,10 +14,12 @@ from takagi.certificates.checker.kernel.reader import (
     number,
     numbers,
     positive,
+    text,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 MOST_WINDS = 2000
+NAME = "coherent"  # of the effort-sharing law in a file
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,13 @@ class Law:
     def read(cls, gains: Any) -> Law:
         """Return the law.
 
-        Refused are winds that do not increase, gains that are not positive, and a feed-forward of
-        the schedule wind's rate by a law that has no filter, so that it cannot know the rate.
+        Refused are another law, winds that do not increase, gains that are not positive, and a
+        feed-forward of the schedule wind's rate by a law that has no filter, so that it cannot
+        know the rate.
         """
+        # The program of a gain file follows from this name.
+        if text(gains, "name", "gains") != NAME:
+            raise CertificateError(f"gains.name: a claim about the law {NAME!r}")
         wind = numbers(gains, "wind", "gains")
         increasing(wind, "gains.wind")
         count = len(wind)

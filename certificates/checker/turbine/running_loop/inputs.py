@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.controller.numbers import short
-from takagi.certificates.checker.kernel.reader import member, number, numbers, positive
+from takagi.certificates.checker.kernel.reader import Number, member, number, numbers, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 Span = tuple[Fraction, Fraction]
@@ -144,10 +144,7 @@ def _plain(value: Any) -> Any:
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_plain(item) for item in value]
-    try:
-        return Fraction(value)
-    except (TypeError, ValueError):
-        return value
+    return Fraction(value) if isinstance(value, Number) else value
 
 
 def _range(owner: Any, key: str, where: str) -> Span:

@@ -11,7 +11,8 @@ above 0 and a share k of the residual, 0 < k < 1.  Exactly, for P and tau at a a
 
 for all (xi, v', rho, w) but zero, and side^2 P > h'h for every side of the box.  The form is affine
 in (P, tau) and in sigma, so it holds for all v of the cell and all |sigma| <= r.  While |v'| <= r,
-V' <= 2 alpha (1 - V): no motion leaves V <= 1, and V - 1, where it is positive, cannot grow.
+V' <= 2 alpha (1 - V): no motion leaves V <= 1, and V - 1, where it is positive, cannot grow.  What
+the rate limits carry over from cell to cell is shown to be gone in time (``carried``).
 
 Evidence: as of ``running-loop``, but for ``decay_rate``; ``functions``, each of ``wind`` and ``P``
 (pitch states in rad), and ``cells`` of ``wind``, ``wind_rate``, ``decay_rate``, ``residual_share``,
@@ -42,6 +43,11 @@ from takagi.certificates.checker.kernel.reader import (
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
+from takagi.certificates.checker.turbine.running_loop.carried import (
+    Passed,
+    Room,
+    carried_failures,
+)
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.equations import rows, states
 from takagi.certificates.checker.turbine.running_loop.factors import cut
@@ -124,6 +130,7 @@ class Kept:
     speed, pitch, estimate, schedule : squares of the half widths of the set in rotor speed [rad/s],
         pitch [rad], the observer's wind and the schedule wind [m/s].
     torque : a bound of the generator torque's deviation [N m].
+    passed : the cell, and what its sets leave of its box at its two winds.
     """
 
     winds: Span
@@ -134,6 +141,7 @@ class Kept:
     estimate: Fraction
     schedule: Fraction
     torque: Fraction
+    passed: Passed
 
 
 def check_running_rate(claim: Any, data: Any, where: str) -> Found:
@@ -168,6 +176,10 @@ def check_running_rate(claim: Any, data: Any, where: str) -> Found:
             failures.append((stated.winds, found))
         else:
             kept.append(found)
+    if not failures:
+        for low, high in said["winds"]:
+            run = [one.passed for one in kept if low <= one.winds[0] and one.winds[1] <= high]
+            failures += carried_failures(run)
     if failures:
         return Found(Verdict.UNDECIDED, "running_rate", said | {"failures": failures})
     proved = {"machine": machine, "kept": kept, "rated_speed": plant.rated_speed}
@@ -198,25 +210,26 @@ def examined(plant: Plant, law: Law, machine: Machine, stated: MovingCell) -> Ke
     except Refused as reason:
         return str(reason)
     low, high = (in_units(cell, P) for P in stated.ends)
-    reached = []
+    rooms = []
     for P in (low, high):
-        found = _reached(cell, span, P)
+        found = _room(cell, span, P)
         if isinstance(found, str):
             return found
-        reached.append(found)
-    return _rate_failure(cell, span, stated, (low, high)) or _kept(cell, stated, reached)
+        rooms.append(found)
+    return _rate_failure(cell, span, stated, (low, high)) or _kept(cell, stated, rooms)
 
 
-def _reached(cell: Cell, span: dict[str, Span], P: Rows) -> dict[str, Fraction] | str:
-    """Return the squared half widths of the set by side, or which side it may leave."""
+def _room(cell: Cell, span: dict[str, Span], P: Rows) -> Room | str:
+    """Return the squared half widths of the set and the bounds, or which side it may leave."""
     wanted = rows(cell, span)
     reached = squared_reaches(P, [h for h, _ in wanted.values()])
     if reached is None:
         return "P is not symmetric positive definite"
-    found = dict(zip(wanted, reached, strict=True))
-    for name, (_, bound) in wanted.items():
-        if bound <= 0 or found[name] >= bound**2:
+    found: Room = {}
+    for (name, (_, bound)), square in zip(wanted.items(), reached, strict=True):
+        if bound <= 0 or square >= bound**2:
             return f"the set leaves its box in {name.replace('_', ' ')}"
+        found[name] = square, bound
     return found
 
 
@@ -246,8 +259,9 @@ def _rate_failure(
     return ""
 
 
-def _kept(cell: Cell, stated: MovingCell, reached: list[dict[str, Fraction]]) -> Kept:
-    law, most = cell.law, {name: max(at[name] for at in reached) for name in reached[0]}
+def _kept(cell: Cell, stated: MovingCell, rooms: list[Room]) -> Kept:
+    low, high = rooms
+    law, most = cell.law, {name: max(low[name][0], high[name][0]) for name in low}
     fed = max(abs(law.inertia[j]) for j in cell.near) * cell.schedule_rate
     turned = share(-cell.efforts[0], law.overlap) * cell.sides.effort
     return Kept(
@@ -259,4 +273,5 @@ def _kept(cell: Cell, stated: MovingCell, reached: list[dict[str, Fraction]]) ->
         estimate=most["estimate"],
         schedule=most["schedule"],
         torque=law.effort_torque * (turned + fed),
+        passed=Passed(cell, (low, high)),
     )

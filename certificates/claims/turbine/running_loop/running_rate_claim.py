@@ -16,8 +16,13 @@ from itertools import pairwise
 from typing import Any
 
 from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.running_loop.carried import carried_failures
 from takagi.certificates.checker.turbine.running_loop.inputs import Sides, Span
-from takagi.certificates.checker.turbine.running_loop.moving_claim import MovingCell
+from takagi.certificates.checker.turbine.running_loop.moving_claim import (
+    Kept,
+    MovingCell,
+    examined,
+)
 from takagi.certificates.checker.turbine.running_loop.signals import Rows
 from takagi.certificates.claims.turbine.running_loop.candidate import Subject, box_of_size
 from takagi.certificates.claims.turbine.running_loop.moving_cell import (
@@ -76,6 +81,7 @@ def running_rate_claim(
         for part in runs(graded(subject, fitted_cells(subject, within)))
         for cell in _proved(subject, part)
     ]
+    cells = caught_up(subject, cells)
     if not cells:
         raise Refused("no quadratic function was found in moving wind")
     nodes = subject.law.wind
@@ -193,6 +199,24 @@ def _proved(subject: Subject, cells: Sequence[Fitted]) -> Iterator[MovingCell]:
             found, _ = stated_cell(subject, cell, (low, high), rates)
             if found is not None:
                 yield found
+
+
+def caught_up(subject: Subject, cells: Sequence[MovingCell]) -> list[MovingCell]:
+    """Return the cells that may be entered from their neighbours, as the checker decides it."""
+    given = subject.plant, subject.law, subject.machine
+    found = [(one, kept) for one in cells if isinstance(kept := examined(*given, one), Kept)]
+    while True:
+        winds = joined([one for one, _ in found])
+        lag = {
+            ends
+            for low, high in winds
+            for ends, _ in carried_failures(
+                [kept.passed for _, kept in found if low <= kept.winds[0] and kept.winds[1] <= high]
+            )
+        }
+        if not lag:
+            return [one for one, _ in found]
+        found = [(one, kept) for one, kept in found if one.winds not in lag]
 
 
 def _data(cell: MovingCell) -> dict[str, Any]:

@@ -275,19 +275,27 @@ class RunningCell:
 
     def _rates(self, led: fmpq) -> tuple[fmpq, fmpq]:
         """Return bounds of the rates of both commands."""
+        return self.command_rates(self.step(self.rotor.ahead).size, led)
+
+    def speeds(self) -> dict[str, fmpq]:
+        """Return bounds of |v_s'|, of |v_s''|, and of the rates of omega_m - omega* - x and U."""
         rotor, machine, box, rho = self.rotor, self.machine, self.box, self.rho
-        w, q, gamma, b = (
-            self.slope(name).size for name in ("speed", "effort", "proportional", "effectiveness")
-        )
-        bend = (machine.l2 * box["innovation"] + rho) / machine.lag
+        w, q, gamma = (self.slope(name).size for name in ("speed", "effort", "proportional"))
         nu = self.step(rotor.integral_rates).high
         signal = box["measured_rate"] + w * rho + nu * (box["measured"] + w * box["schedule"])
         U = (q + gamma * (box["signal"] + self.x_rest)) * rho
         U += self.table("proportional", self.v_s).high * signal
+        bend = (machine.l2 * box["innovation"] + rho) / machine.lag
+        return {"schedule": rho, "bend": bend, "signal": signal, "effort": U}
+
+    def command_rates(self, fed: fmpq, led: fmpq) -> tuple[fmpq, fmpq]:
+        """Return bounds of the rates of both commands, for sizes of feed-forward and lead."""
+        rotor, moved = self.rotor, self.speeds()
+        U, b = moved["effort"], self.slope("effectiveness").size
         reserve = ramp_slope(-self.efforts.low, rotor.overlap)
-        torque = rotor.per_effort * (reserve * U + self.step(rotor.ahead).size * bend)
-        asked = (self.share.high * U + self.shed.high * b * rho / self.b_s.low) / self.b_s.low
-        return torque, asked + led * bend
+        torque = rotor.per_effort * (reserve * U + fed * moved["bend"])
+        asked = (self.share.high * U + self.shed.high * b * self.rho / self.b_s.low) / self.b_s.low
+        return torque, asked + led * moved["bend"]
 
 
 def _short_cell(cell: RunningCell) -> Any:

@@ -4,7 +4,8 @@ P(v) is linear between the winds at which it is stated.  In a cell [a, b], for P
 for v' = -r and r, and for every piece of the share of pitch, the form of ``moving_rates`` is
 positive definite with D = v' (P(b) - P(a)) / (b - a) and the weights 2 alpha (1 - k) / r^2 of v'
 and 2 alpha k of the residual; and b^2 P - h'h is for every side of the box.  Then
-V' <= 2 alpha (1 - V) while |v'| <= r.  The theorem is in docs/running-rate.md.
+V' <= 2 alpha (1 - V) while |v'| <= r.  ``entering`` has what is asked at a wind that two cells
+share.  The theorem is in docs/running-rate.md.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from takagi.certificates.cross_check.kernel.reading import (
 )
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
+from takagi.certificates.cross_check.turbine.running.entering import Entered, entering
 from takagi.certificates.cross_check.turbine.running.machine import Machine, box, same_controller
 from takagi.certificates.cross_check.turbine.running.moving_rates import (
     MOVING,
@@ -51,8 +53,11 @@ def moving_loop(claim: Any, document: Any) -> Obligations:
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
     same_winds(claim, [rationals(cell, "wind", 2) for cell in cells])
+    entered: list[Entered] = []
     for number, cell in enumerate(cells, start=1):
-        yield from _cell(rotor, machine, cell, functions, f"cell {number}")
+        yield from _cell(rotor, machine, cell, functions, f"cell {number}", entered)
+    if len(entered) == len(cells):
+        yield from entering(entered)
 
 
 def _functions(claim: Any, n: int) -> dict[str, fmpq_mat]:
@@ -69,8 +74,14 @@ def _functions(claim: Any, n: int) -> dict[str, fmpq_mat]:
 
 
 def _cell(
-    rotor: Rotor, machine: Machine, stated: Any, functions: dict[str, fmpq_mat], label: str
+    rotor: Rotor,
+    machine: Machine,
+    stated: Any,
+    functions: dict[str, fmpq_mat],
+    label: str,
+    entered: list[Entered],
 ) -> Obligations:
+    """Yield the conditions of one cell, and add it to those that the wind may enter."""
     low, high = rationals(stated, "wind", 2)
     if str(low) not in functions or str(high) not in functions:
         raise Refusal(f"{label}: a function at both winds is needed")
@@ -104,6 +115,7 @@ def _cell(
         yield Fact(f"{label}: multipliers", min(min(tau.values()) for tau in taus) > 0)
         if i == 0:
             yield from _box(loop, ends, label)
+            entered.append(Entered(cell, ends, loop.sides(), label))
         for P, tau in zip(ends, taus, strict=True):
             for sign in (fmpq(1), fmpq(-1)):
                 shift = scaled(2 * alpha, P) + scaled(sign, change)
