@@ -13,7 +13,9 @@ So it is among the cell's commands if all feed-forwards and leads of the last D 
 They were if the state at the shared wind was so far inside the box that D seconds earlier v_s, U
 and omega_m - omega* - x were in it as well: for each of these three rows h, with its rate h_r,
 
-    sqrt(h P^-1 h') + D h_r < its bound         at the winds that the cell shares with others.
+    sqrt(h P^-1 h') + D h_r < its bound         at the winds that the cell shares with others,
+
+in each piece of v_s - v, as h and its bound are those of the piece that the state is in there.
 
 Derived in docs/running-rate.md.
 """
@@ -36,12 +38,12 @@ Room = dict[str, tuple[Fraction, Fraction]]
 class Passed:
     """A cell between its neighbours.
 
-    ``rooms`` : at its two winds, of each side of the box the square of what the set there reaches
-    and the bound that it must keep.
+    ``rooms`` : at its two winds, for each piece of v_s - v, of each side of the box the square of
+    what the set there reaches and the bound that it must keep.
     """
 
     cell: Cell
-    rooms: tuple[Room, Room]
+    rooms: tuple[Sequence[Room], Sequence[Room]]
 
     @property
     def ranges(self) -> tuple[Span, Span]:
@@ -71,7 +73,7 @@ def carried_failures(run: Sequence[Passed]) -> list[tuple[Span, str]]:
     for k, one in enumerate(run):
         left = [rho * _beyond(whole[i], ranges[k][i]) for i in (0, 1)]
         left[0] *= law.effort_torque
-        rooms = [one.rooms[0]] * (k > 0) + [one.rooms[1]] * (k < len(run) - 1)
+        rooms = [*one.rooms[0]] * (k > 0) + [*one.rooms[1]] * (k < len(run) - 1)
         if rooms and not _caught_up(left, spare, rooms, rates):
             found.append((one.cell.winds, LAGS))
     return found

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
@@ -61,19 +62,13 @@ class Cell:
             raise Refused("the wind estimate may reach its limit")
         if not 0 < low - sides.schedule:
             raise Refused("the schedule wind may reach zero")
-        # The schedule winds on the set; the law limits the estimate to the winds of its tables.
-        self.reach = (max(low - sides.schedule, nodes[0]), min(high + sides.schedule, nodes[-1]))
         self.estimate_is_free = nodes[0] <= lowest and highest <= nodes[-1]
-        self.near = [
-            j
-            for j in range(len(nodes) - 1)
-            if nodes[j] < self.reach[1] and nodes[j + 1] > self.reach[0]
-        ]
+        self.lag: Span | None = None
+        self._schedule((-sides.schedule, sides.schedule))
+        self.all_near = self.near
         self.c, self.wind = point(plant.torque_per_inertia), enclose(*winds)
         self.effort_unit = law.effort_torque * plant.gear_per_inertia
-        self.b, self.b_reach = (
-            self.over(law.effectiveness, within) for within in (winds, self.reach)
-        )
+        self.b = self.over(law.effectiveness, winds)
         # The unit of the pitch states; any positive number is possible.
         self.b0 = Fraction(round((self.b[0] + self.b[1]) * 500), 1000)
         if self.b0 <= 0:
@@ -84,6 +79,36 @@ class Cell:
         reach = sides.effort + self.rest
         self.efforts = (self.q[0] - reach, self.q[1] + reach)
         self.efforts_at_rest = (self.q[0] - self.rest, self.q[1] + self.rest)
+
+    def _schedule(self, lag: Span) -> None:
+        """Enclose the law's numbers at schedule winds v_s with v_s - v in a range [m/s]."""
+        nodes = self.law.wind
+        # The law limits the estimate to the winds of its tables, and so the schedule wind.
+        self.reach = (max(self.winds[0] + lag[0], nodes[0]), min(self.winds[1] + lag[1], nodes[-1]))
+        self.near = [
+            j
+            for j in range(len(nodes) - 1)
+            if nodes[j] < self.reach[1] and nodes[j + 1] > self.reach[0]
+        ]
+        self.b_reach = self.over(self.law.effectiveness, self.reach)
+
+    def piece(self, lag: Span) -> Cell:
+        """Return the cell with v_s - v in a piece of the box's side "schedule" [m/s].
+
+        Feed-forward and lead stay those of the whole side.  They jump where v_s passes a node, and
+        the limits of rates then hold torque and pitch back for a while: what is sent is between the
+        commands for the least and for the greatest factor of the whole box.
+
+        Raises
+        ------
+        Refused : there is no schedule wind of the tables in it.
+        """
+        found, nodes = copy(self), self.law.wind
+        if self.winds[1] + lag[1] <= nodes[0] or self.winds[0] + lag[0] >= nodes[-1]:
+            raise Refused("a piece with no schedule wind of the law's tables")
+        found.lag, found.lead = lag, self.lead
+        found._schedule(lag)
+        return found
 
     # The law's tables.
 
@@ -108,6 +133,34 @@ class Cell:
         """Return the range of a column's slope over all schedule winds of the set."""
         found = [self.law.slope(column, j) for j in self.near]
         return min(found), max(found)
+
+    def secants(self, column: list[Fraction]) -> Span:
+        """Return the range of (f(v_s) - f(v)) / (v_s - v) for a column f over the piece of v_s - v.
+
+        Without a piece it is the range of all slopes that the schedule winds meet: a secant is a
+        mean of them.  With one it is exact, rounded outward to seven decimals.  f is linear over
+        the cell.  For a fixed v the secant is monotone in v_s between two nodes; for v_s at a node
+        it is monotone in v; for a fixed v_s - v it is linear in v between winds at which v_s is a
+        node.  So its extremes are where two of three hold: v at an end of the cell, v_s - v at an
+        end of the piece, v_s at a node; or next to v_s = v, where it is the cell's own slope.
+        """
+        if self.lag is None:
+            return self.slopes(column)
+        (low, high), (behind, ahead), nodes = self.winds, self.lag, self.law.wind
+        places = {(v, v + s) for v in self.winds for s in self.lag}
+        for node in nodes:
+            places |= {(v, node) for v in self.winds} | {(node - s, node) for s in self.lag}
+        found = [
+            (self.at(column, w) - self.at(column, v)) / (w - v)
+            for v, w in places
+            if w != v
+            and low <= v <= high
+            and nodes[0] <= w <= nodes[-1]
+            and behind <= w - v <= ahead
+        ]
+        if behind <= 0 <= ahead:
+            found.append(self.law.slope(column, self.k))
+        return down(min(found)), up(max(found))
 
     def steps(self, column: list[Fraction]) -> Span:
         """Return the range of a column that is constant between two nodes."""
@@ -218,6 +271,15 @@ class Cell:
     def schedule_rate(self) -> Fraction:
         """A bound of |v_s'| [m/s^2]; the limit of the estimate does not increase it."""
         return (self.sides.estimate + self.sides.schedule) / self.machine.wind_filter
+
+    @cached_property
+    def feed_forward(self) -> Span:
+        """The range of the torque's feed-forward per v_s', with 0: g and rated torque may cut it.
+
+        Over all schedule winds of the box, also in a piece.
+        """
+        fed = [self.law.inertia[j] for j in self.all_near]
+        return min(NIL, *fed), max(NIL, *fed)
 
     @cached_property
     def lead(self) -> Span:

@@ -25,24 +25,23 @@ from takagi.certificates.checker.turbine.running_loop.inputs import Span
 def factors(cell: Cell) -> dict[str, Span]:
     """Return each factor's range by the names of ``equations``, without the share of pitch."""
     law, machine, sides = cell.law, cell.machine, cell.sides
-    near, b0 = cell.near, point(cell.b0)
+    b0 = point(cell.b0)
     # gamma(v_s) (signal - x_rest) + gamma(v) x_rest: the second part depends on v_s - v.
-    steep = size(cell.slopes(law.gamma)) * cell.rest_integral
-    q = cell.slopes(law.effort)
+    steep = size(cell.secants(law.gamma)) * cell.rest_integral
+    q = cell.secants(law.effort)
     b, b_law = enclose(*cell.b), enclose(*cell.b_reach)
-    bend = enclose(*cell.slopes(law.effectiveness))
+    bend = enclose(*cell.secants(law.effectiveness))
     shed_rest = enclose(*(psi(U, law.overlap) for U in cell.efforts_at_rest))
     sigma = cell.pitch_gain(cell.ratio(NIL), cell.pitches)
     limit = cell.over(law.limit, cell.winds)[1]
     late = max(limit / cell.b0 - Fraction(sigma.low, ONE), NIL)
-    fed = [law.inertia[j] for j in near]
     observed, length = machine.observer_inertia, machine.wake_length
     return {
-        "speed slope": cell.slopes(law.speed),
+        "speed slope": cell.secants(law.speed),
         "effort slope": (down(q[0] - steep), up(q[1] + steep)),
         "gamma": _outward(cell.over(law.gamma, cell.reach)),
         "held estimate": (FULL if cell.estimate_is_free else NIL, FULL),
-        "feed-forward": (min(NIL, *fed), max(NIL, *fed)),
+        "feed-forward": cell.feed_forward,
         "pitch per effort": span(b0 / b_law),
         "pitch by schedule": span(shed_rest * bend * b0 / (b_law * b)),
         "lead": cell.lead,
@@ -67,8 +66,9 @@ def drive_secant(cell: Cell) -> Fraction:
     """
     law, sides, plant = cell.law, cell.sides, cell.plant
     shed = max(psi(U, law.overlap) for U in cell.efforts_at_rest)
-    bend = size(cell.slopes(law.effectiveness))
-    moved = cell.share[1] * sides.effort + shed * bend / cell.b[0] * sides.schedule
+    bend = size(cell.secants(law.effectiveness))
+    away = sides.schedule if cell.lag is None else size(cell.lag)
+    moved = cell.share[1] * sides.effort + shed * bend / cell.b[0] * away
     led = size(cell.lead) / cell.b0 * cell.schedule_rate
     most = moved / cell.b_reach[0] + led + sides.pitch / cell.b0
     return down(min(FULL, plant.rate_limit * plant.lag / most))

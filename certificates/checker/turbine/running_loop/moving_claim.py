@@ -29,10 +29,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
 from takagi.certificates.checker.kernel.reader import (
+    increasing,
     listed,
     matrix,
     member,
@@ -74,6 +76,9 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
 )
 from takagi.certificates.checker.turbine.running_loop.signals import Rows, decay_form
 
+# The most places at which the range of v_s - v is divided.
+MOST_CUTS = 15
+
 
 @dataclass(frozen=True)
 class MovingCell:
@@ -90,6 +95,15 @@ class MovingCell:
     residual_share: Fraction
     sides: Sides
     multipliers: Sequence[Mapping[str, Sequence[Fraction]]]
+    cuts: Sequence[Fraction] = ()
+
+    @property
+    def lags(self) -> list[Span | None]:
+        """The pieces of v_s - v [m/s]; one that stands for the whole side where there is no cut."""
+        if not self.cuts:
+            return [None]
+        ends = (-self.sides.schedule, *self.cuts, self.sides.schedule)
+        return list(pairwise(ends))
 
     @classmethod
     def read(cls, stated: Any, functions: dict[Fraction, Rows], where: str) -> MovingCell:
@@ -102,20 +116,29 @@ class MovingCell:
         part = number(stated, "residual_share", where)
         if not 0 < part < 1:
             raise CertificateError(f"{where}.residual_share: a number between 0 and 1 is needed")
+        sides = Sides.read(stated, where)
+        cuts = _cuts(stated, sides, where) if "schedule_cuts" in stated else []
+        most = MOST_PIECES * (len(cuts) + 1)
         pieces = []
-        for i, row in enumerate(listed(stated, "multipliers", where, 1, MOST_PIECES)):
+        for i, row in enumerate(listed(stated, "multipliers", where, 1, most)):
             place = f"{where}.multipliers[{i}]"
             if not isinstance(row, dict) or not set(row) <= MOVING_FACTORS:
                 raise CertificateError(f"{place}: numbers by the names of the factors are needed")
             pieces.append({name: numbers(row, name, place, 2) for name in row})
+        if len(pieces) % (len(cuts) + 1):
+            raise CertificateError(
+                f"{where}.multipliers: {len(pieces)} rows; as many are needed for each of the "
+                f"{len(cuts) + 1} pieces of the schedule wind"
+            )
         return cls(
             winds=(low, high),
             ends=(functions[low], functions[high]),
             wind_rate=positive(stated, "wind_rate", where),
             decay=positive(stated, "decay_rate", where),
             residual_share=part,
-            sides=Sides.read(stated, where),
+            sides=sides,
             multipliers=pieces,
+            cuts=cuts,
         )
 
 
@@ -186,6 +209,14 @@ def check_running_rate(claim: Any, data: Any, where: str) -> Found:
     return Found(Verdict.PROVED, "running_rate", said | proved)
 
 
+def _cuts(stated: Any, sides: Sides, where: str) -> list[Fraction]:
+    """Return where the range of v_s - v is divided [m/s]; refuses cuts outside the box."""
+    count = len(listed(stated, "schedule_cuts", where, 1, MOST_CUTS))
+    cuts = numbers(stated, "schedule_cuts", where, count)
+    increasing([-sides.schedule, *cuts, sides.schedule], f"{where}.schedule_cuts")
+    return cuts
+
+
 def _functions(claim: Any, order: int, where: str) -> dict[Fraction, Rows]:
     """Return P by its wind; refuses a wind that stands twice and a P of another size."""
     found: dict[Fraction, Rows] = {}
@@ -204,19 +235,26 @@ def examined(plant: Plant, law: Law, machine: Machine, stated: MovingCell) -> Ke
     """Return what is proved of one cell, or what is not."""
     try:
         cell = Cell(plant, law, machine, stated.winds, stated.sides)
-        span = moving_factors(cell)
+        parts = [cell if lag is None else cell.piece(lag) for lag in stated.lags]
+        spans = [moving_factors(part) for part in parts]
         if failure := limit_failure(cell):
             return failure
     except Refused as reason:
         return str(reason)
     low, high = (in_units(cell, P) for P in stated.ends)
-    rooms = []
-    for P in (low, high):
-        found = _room(cell, span, P)
-        if isinstance(found, str):
-            return found
-        rooms.append(found)
-    return _rate_failure(cell, span, stated, (low, high)) or _kept(cell, stated, rooms)
+    rooms: tuple[list[Room], list[Room]] = ([], [])
+    for at_end, P in zip(rooms, (low, high), strict=True):
+        for part, span in zip(parts, spans, strict=True):
+            found = _room(part, span, P)
+            if isinstance(found, str):
+                return found
+            at_end.append(found)
+    each = len(stated.multipliers) // len(parts)
+    for i, (part, span) in enumerate(zip(parts, spans, strict=True)):
+        multipliers = stated.multipliers[each * i : each * (i + 1)]
+        if failure := _rate_failure(part, span, stated, (low, high), multipliers):
+            return failure
+    return _kept(cell, stated, rooms)
 
 
 def _room(cell: Cell, span: dict[str, Span], P: Rows) -> Room | str:
@@ -234,7 +272,11 @@ def _room(cell: Cell, span: dict[str, Span], P: Rows) -> Room | str:
 
 
 def _rate_failure(
-    cell: Cell, span: dict[str, Span], stated: MovingCell, ends: tuple[Rows, Rows]
+    cell: Cell,
+    span: dict[str, Span],
+    stated: MovingCell,
+    ends: tuple[Rows, Rows],
+    multipliers: Sequence[Mapping[str, Sequence[Fraction]]],
 ) -> str:
     """Return what fails in the inequality of a piece of the share of pitch, or nothing."""
     low, high = stated.winds
@@ -243,7 +285,7 @@ def _rate_failure(
         2 * stated.decay * (1 - stated.residual_share) / stated.wind_rate**2,
         2 * stated.decay * stated.residual_share,
     )
-    for tau, held in zip(stated.multipliers, cut(cell.share, len(stated.multipliers)), strict=True):
+    for tau, held in zip(multipliers, cut(cell.share, len(multipliers)), strict=True):
         signals, rates = moving_equations(cell, span, held)
         if missing := [name for name in signals.names if name not in tau]:
             return f"there is no multiplier of the {missing[0]}"
@@ -259,9 +301,9 @@ def _rate_failure(
     return ""
 
 
-def _kept(cell: Cell, stated: MovingCell, rooms: list[Room]) -> Kept:
-    low, high = rooms
-    law, most = cell.law, {name: max(low[name][0], high[name][0]) for name in low}
+def _kept(cell: Cell, stated: MovingCell, rooms: tuple[list[Room], list[Room]]) -> Kept:
+    every = [*rooms[0], *rooms[1]]
+    law, most = cell.law, {name: max(room[name][0] for room in every) for name in every[0]}
     fed = max(abs(law.inertia[j]) for j in cell.near) * cell.schedule_rate
     turned = share(-cell.efforts[0], law.overlap) * cell.sides.effort
     return Kept(
@@ -273,5 +315,5 @@ def _kept(cell: Cell, stated: MovingCell, rooms: list[Room]) -> Kept:
         estimate=most["estimate"],
         schedule=most["schedule"],
         torque=law.effort_torque * (turned + fed),
-        passed=Passed(cell, (low, high)),
+        passed=Passed(cell, rooms),
     )

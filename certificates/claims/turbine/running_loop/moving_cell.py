@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 
@@ -37,6 +38,8 @@ from takagi.certificates.claims.turbine.running_loop.moving_program import (
 )
 from takagi.models.arrays import Floats
 
+# Where the side "schedule" is divided, as shares of it from -1 to 1.
+Cuts = Sequence[float]
 # alpha, and what is left of it for the change of P with the wind [1/s].
 DECAY, FASTER = 0.012, 0.008
 # A box is this much wider than the set in it, and is accepted below this share.
@@ -56,13 +59,21 @@ class Fitted:
     winds: Span
     rate: float
     sides: Sides
+    cuts: Cuts = ()
 
 
-def fitted(subject: Subject, winds: Span, rate: float, sides: Sides) -> tuple[Fitted | None, str]:
-    """Return the cell with a box that fits, from a first box, or None and the reason."""
+def fitted(
+    subject: Subject, winds: Span, rate: float, sides: Sides, cuts: Cuts = ()
+) -> tuple[Fitted | None, str]:
+    """Return the cell with a box that fits, from a first box, or None and the reason.
+
+    Parameters
+    ----------
+    cuts : where the side "schedule" is divided, as shares of it.
+    """
     why = "no box fits"
     for _ in range(REPETITIONS):
-        posed, why = pose(subject, winds, sides, rate)
+        posed, why = pose(subject, winds, sides, rate, cuts=cuts)
         if posed is None:
             return None, why
         Q = least_set(posed.loops, posed.rows, DECAY, FASTER)
@@ -72,12 +83,11 @@ def fitted(subject: Subject, winds: Span, rate: float, sides: Sides) -> tuple[Fi
         if filled.max() <= FILLED:
             # A smaller box has narrower ranges, so the set fits it, too.
             tight = np.minimum(filled * WIDER, 1)
-            at = resized(subject, sides, dict(zip(posed.names, tight, strict=True)))
-            return Fitted(winds, rate, at), ""
+            return Fitted(winds, rate, resized(subject, sides, posed.by_side(tight)), cuts), ""
         if filled.max() > 40:
             break
         wider = np.clip(filled * WIDER, 1 / GROWTH, GROWTH)
-        sides = resized(subject, sides, dict(zip(posed.names, wider, strict=True)))
+        sides = resized(subject, sides, posed.by_side(wider))
         why = "no box fits"
     return None, why
 
@@ -99,7 +109,10 @@ def resized(subject: Subject, sides: Sides, factors: Mapping[str, float]) -> Sid
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posed:
-    """A cell in units of the solver: its pieces, its box by rows, and units with pitch in rad."""
+    """A cell in units of the solver: its pieces, its box by rows, and units with pitch in rad.
+
+    ``names`` are the sides of the rows; each piece of the schedule wind has a row of each.
+    """
 
     loops: list[MovingLoop]
     rows: Floats
@@ -107,19 +120,39 @@ class Posed:
     factors: list[list[str]]
     unit: Floats
 
+    def by_side(self, values: Floats) -> dict[str, float]:
+        """Return the largest of the values of each side's rows."""
+        found: dict[str, float] = {}
+        for name, value in zip(self.names, values, strict=True):
+            found[name] = max(found.get(name, 0.0), float(value))
+        return found
+
+
+def cut_winds(sides: Sides, cuts: Cuts) -> list[Fraction]:
+    """Return the cuts in m/s, as the claim states them: four digits."""
+    return [Fraction(f"{float(sides.schedule) * cut:.4g}") for cut in cuts]
+
 
 def pose(
-    subject: Subject, winds: Span, sides: Sides, rate: float, unit: Floats | None = None
+    subject: Subject,
+    winds: Span,
+    sides: Sides,
+    rate: float,
+    unit: Floats | None = None,
+    cuts: Cuts = (),
 ) -> tuple[Posed | None, str]:
     """Return the cell for a solver, or None and why its ranges do not allow a claim.
 
     Parameters
     ----------
     unit : units of the states with pitch in rad; those of the cell's box where none are given.
+    cuts : where the side "schedule" is divided, as shares of it.
     """
     try:
         cell = Cell(subject.plant, subject.law, subject.machine, winds, sides)
-        span = moving_factors(cell)
+        ends = [-sides.schedule, *cut_winds(sides, cuts), sides.schedule]
+        parts = [cell.piece(lag) for lag in pairwise(ends)] if cuts else [cell]
+        spans = [moving_factors(part) for part in parts]
         if why := limit_failure(cell):
             return None, why
     except Refused as reason:
@@ -128,18 +161,22 @@ def pose(
     to_cell[[P, ETA]] = float(cell.b0)
     unit = units(cell) / to_cell if unit is None else unit
     own = unit * to_cell
-    wanted = rows(cell, span)
-    if min(bound for _, bound in wanted.values()) <= 0:
-        return None, "the ranges are wider than the box"
-    box = [np.array(h, dtype=np.float64) * own / float(bound) for h, bound in wanted.values()]
-    loops, names = [], []
-    for held in pieces(cell):
-        signals, rates = moving_equations(cell, span, held)
-        F = np.array([signals.row(one) for one in rates], dtype=np.float64)
-        Z = np.array([signals.row(one) for one in signals.outer], dtype=np.float64)
-        loops.append(_in_units(F, Z, own, rate))
-        names.append(signals.names)
-    return Posed(loops, np.array(box), list(wanted), names, unit), ""
+    box, names = [], []
+    for part, span in zip(parts, spans, strict=True):
+        for name, (h, bound) in rows(part, span).items():
+            if bound <= 0:
+                return None, "the ranges are wider than the box"
+            box.append(np.array(h, dtype=np.float64) * own / float(bound))
+            names.append(name)
+    loops, factors = [], []
+    for part, span in zip(parts, spans, strict=True):
+        for held in pieces(part):
+            signals, rates = moving_equations(part, span, held)
+            F = np.array([signals.row(one) for one in rates], dtype=np.float64)
+            Z = np.array([signals.row(one) for one in signals.outer], dtype=np.float64)
+            loops.append(_in_units(F, Z, own, rate))
+            factors.append(signals.names)
+    return Posed(loops, np.array(box), names, factors, unit), ""
 
 
 def _in_units(F: Floats, Z: Floats, unit: Floats, rate: float) -> MovingLoop:
@@ -164,7 +201,7 @@ def function_at(subject: Subject, around: Sequence[Fitted]) -> tuple[Rows | None
     widths: list[Floats] = []
     unit: Floats | None = None
     for one in around:
-        posed, why = pose(subject, one.winds, one.sides, rate, unit)
+        posed, why = pose(subject, one.winds, one.sides, rate, unit, one.cuts)
         if posed is None:
             return None, why
         unit = posed.unit
@@ -180,7 +217,7 @@ def function_at(subject: Subject, around: Sequence[Fitted]) -> tuple[Rows | None
 
 def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows]) -> Fitted:
     """Return the cell with a box that holds the sets at both ends, by its present ranges."""
-    posed, _ = pose(subject, at.winds, at.sides, at.rate)
+    posed, _ = pose(subject, at.winds, at.sides, at.rate, cuts=at.cuts)
     if posed is None:
         return at
     unit = np.outer(posed.unit, posed.unit)
@@ -189,11 +226,7 @@ def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows]) -> Fitted:
         for Q in (np.linalg.inv(np.array(P, dtype=np.float64) * unit) for P in ends)
     ]
     wider = np.maximum(*filled) * CLOSE
-    return Fitted(
-        at.winds,
-        at.rate,
-        resized(subject, at.sides, dict(zip(posed.names, wider, strict=True))),
-    )
+    return Fitted(at.winds, at.rate, resized(subject, at.sides, posed.by_side(wider)), at.cuts)
 
 
 def stated_cell(
@@ -203,7 +236,7 @@ def stated_cell(
     why = "no rate was tried"
     low, high = (float(v) for v in at.winds)
     for rate in rates:
-        posed, why = pose(subject, at.winds, at.sides, rate)
+        posed, why = pose(subject, at.winds, at.sides, rate, cuts=at.cuts)
         if posed is None:
             return None, why
         unit = np.outer(posed.unit, posed.unit)
@@ -227,6 +260,7 @@ def stated_cell(
             residual_share=Fraction(f"{found.residual_share:.5g}"),
             sides=at.sides,
             multipliers=tau,
+            cuts=cut_winds(at.sides, at.cuts),
         )
         kept = examined(subject.plant, subject.law, subject.machine, stated)
         if not isinstance(kept, str):

@@ -1,10 +1,11 @@
 """The candidate of a claim of kind ``running-rate``: ranges of winds in which the wind may move.
 
 First each cell gets a box and the largest rate of the wind, by steps, for which the set of a
-quadratic function fits the box.  Then each end of a cell gets the function that serves the cells on
-both sides, and each cell the largest rate that holds with the functions at its ends.  Where a cell
-has no function, or a rate below ``LEAST_RATE``, the winds are left out, and the wind of the claim
-stays on one side of them.  Nothing is proved here.
+quadratic function fits the box; where it helps, the schedule wind's range is divided into pieces.
+Then each end of a cell gets the function that serves the cells on both sides, and each cell the
+largest rate that holds with the functions at its ends.  Where a cell has no function, or a rate
+below ``LEAST_RATE``, the winds are left out, and the wind of the claim stays on one side of them.
+Nothing is proved here.
 """
 
 from __future__ import annotations
@@ -50,6 +51,8 @@ WIDE, NARROW, SMALL_RATE = Fraction(1, 5), Fraction(1, 25), 2e-3
 # The most by which the rate changes with the wind [m/s^2 per m/s]: a set grows about as the rate,
 # and while the wind moves it can shrink only as fast as motions decay.
 STEEPEST = 0.006
+# Where the side "schedule" is divided, as shares, for a cell that bears a larger rate so.
+CUTS = (-0.5, 0.5)
 # Rounds of functions at the ends and boxes that hold their sets.
 ROUNDS = 2
 # Shares of a cell's rate that are tried with the functions at its ends.
@@ -146,7 +149,14 @@ def _fastest(subject: Subject, winds: Span, before: Fitted | None) -> Fitted | N
         if larger is None:
             break
         found = larger
-    return found if found is not None and found.rate >= LEAST_RATE else None
+    if found is None or found.rate < LEAST_RATE:
+        return None
+    while True:
+        sides = _times(subject, found.sides, STEP)
+        larger, _ = fitted(subject, winds, found.rate * STEP, sides, CUTS)
+        if larger is None:
+            return found
+        found = larger
 
 
 def graded(subject: Subject, cells: Sequence[Fitted]) -> list[Fitted]:
@@ -162,6 +172,8 @@ def graded(subject: Subject, cells: Sequence[Fitted]) -> list[Fitted]:
         rate = min(near)
         box = _times(subject, cell.sides, max(rate / cell.rate, 0.3))
         at, _ = fitted(subject, cell.winds, rate, box)
+        if at is None and cell.cuts:
+            at, _ = fitted(subject, cell.winds, rate, box, cell.cuts)
         if at is not None:
             found.append(at)
     return found
@@ -223,6 +235,7 @@ def _data(cell: MovingCell) -> dict[str, Any]:
     """Return a cell as plain data, with floats that print as the short decimals of the cell."""
     return {
         "wind": _row(cell.winds),
+        **({"schedule_cuts": _row(cell.cuts)} if cell.cuts else {}),
         "wind_rate": float(cell.wind_rate),
         "decay_rate": float(cell.decay),
         "residual_share": float(cell.residual_share),

@@ -50,15 +50,10 @@ class RunningCell:
             raise Refusal("a cell whose winds are not between two nodes of the law")
         if low - box["estimate"] <= machine.least_wind:
             raise Outside("an estimate at its lower limit")
-        moved = box["schedule"]
-        self.v_s = NumberRange(max(low - moved, nodes[0]), min(high + moved, nodes[-1]))
-        self.pieces = [
-            k for k, (a, b) in enumerate(pairwise(nodes)) if a < self.v_s.high and b > self.v_s.low
-        ]
-        self.b, self.b_s = (
-            self.table("effectiveness", self.v),
-            self.table("effectiveness", self.v_s),
-        )
+        self.lag: NumberRange | None = None
+        self.whole = self
+        self._set_schedule(NumberRange(-box["schedule"], box["schedule"]))
+        self.b = self.table("effectiveness", self.v)
         self.b0 = _three_decimals((self.b.low + self.b.high) / 2)
         if self.b0 <= 0:
             raise Outside("an effectiveness of next to nothing")
@@ -72,6 +67,24 @@ class RunningCell:
         self.share = self._share(self.efforts)
         self.rho = (box["estimate"] + box["schedule"]) / machine.lag
         self.band = self._band()
+
+    def _set_schedule(self, lag: NumberRange) -> None:
+        """Set the schedule winds v_s, their intervals of the tables and their b, for v_s - v."""
+        nodes, winds = self.rotor.wind, self.v + lag
+        self.v_s = NumberRange(max(winds.low, nodes[0]), min(winds.high, nodes[-1]))
+        if self.v_s.low >= self.v_s.high:
+            raise Outside("no schedule wind of the tables")
+        self.pieces = [
+            k for k, (a, b) in enumerate(pairwise(nodes)) if a < self.v_s.high and b > self.v_s.low
+        ]
+        self.b_s = self.table("effectiveness", self.v_s)
+
+    def part(self, low: fmpq, high: fmpq) -> RunningCell:
+        """Return the cell for v_s - v from ``low`` to ``high``; f and lead stay the whole box's."""
+        found = copy(self)
+        found.whole, found.lag = self, NumberRange(low, high)
+        found._set_schedule(found.lag)
+        return found
 
     # Tables of the law.
 
@@ -97,6 +110,31 @@ class RunningCell:
         return NumberRange.of(
             *((column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k]) for k in self.pieces)
         )
+
+    def secant(self, name: str) -> NumberRange:
+        """Return the range of (f(v_s) - f(v)) / (v_s - v); of all slopes where there is no part.
+
+        Of a part it is taken at every corner of the arrangement of lines v, v_s = const and v_s - v
+        = const that bound the part or are nodes: between them it has no extreme.
+        """
+        if self.lag is None:
+            return self.slope(name)
+        nodes, found = self.rotor.wind, []
+        for v in (self.v.low, self.v.high):
+            found += [(v, w) for w in nodes]
+            found += [(v, v + s) for s in (self.lag.low, self.lag.high)]
+        found += [(w - s, w) for w in nodes for s in (self.lag.low, self.lag.high)]
+        values = [
+            (self.value(name, w) - self.value(name, v)) / (w - v)
+            for v, w in found
+            if v != w
+            and self.v.low <= v <= self.v.high
+            and self.v_s.low <= w <= self.v_s.high
+            and self.lag.low <= w - v <= self.lag.high
+        ]
+        if self.lag.low <= 0 <= self.lag.high:
+            values.append(self.own_slope(name))
+        return _outward(NumberRange.of(*values))
 
     def step(self, column: list[fmpq]) -> NumberRange:
         """Return the range of what is constant between nodes."""
@@ -212,24 +250,24 @@ class RunningCell:
         """Return the range of every factor except the share of pitch, rounded outward."""
         rotor, machine, box, x = self.rotor, self.machine, self.box, self.x_rest
         one, b0 = _number(FULL), _number(self.b0)
-        turned = self.slope("proportional").size * x
+        turned = self.secant("proportional").size * x
         sigma = self.by_pitch(self.band).times(1 / self.b0)
         late = max(self.table("limit", self.v).high / self.b0 - sigma.low, ZERO)
         nodes = rotor.wind
         free = nodes[0] <= self.v.low - box["estimate"]
         free = free and self.v.high + box["estimate"] <= nodes[-1]
         found = {
-            "speed slope": self.slope("speed"),
-            "effort slope": self.slope("effort") + NumberRange(-turned, turned),
+            "speed slope": self.secant("speed"),
+            "effort slope": self.secant("effort") + NumberRange(-turned, turned),
             "gamma": self.table("proportional", self.v_s),
             "held estimate": one if free else NumberRange(ZERO, FULL),
-            "feed-forward": self.step(rotor.ahead).hull(_number(ZERO)),
+            "feed-forward": self.whole.step(rotor.ahead).hull(_number(ZERO)),
             "pitch per effort": b0 / self.b_s,
             "pitch by schedule": self.shed_rest
-            * self.slope("effectiveness")
+            * self.secant("effectiveness")
             * b0
             / (self.b_s * self.b),
-            "lead": self.lead(),
+            "lead": self.whole.lead(),
             "integral rate": self.step(rotor.integral_rates),
             "stiffness": self.by_speed(box["speed"]),
             "pitch gain": sigma,
@@ -246,9 +284,10 @@ class RunningCell:
     def drive(self) -> fmpq:
         """Return h_min: the least of 1 and limit tau over the largest |beta_s - beta|."""
         box, rotor = self.box, self.rotor
-        bent = self.shed_rest.high * self.slope("effectiveness").size / self.b.low
-        asked = (self.share.high * box["effort"] + bent * box["schedule"]) / self.b_s.low
-        away = asked + self.lead().size * self.rho / self.b0 + box["pitch"] / self.b0
+        bent = self.shed_rest.high * self.secant("effectiveness").size / self.b.low
+        most = box["schedule"] if self.lag is None else self.lag.size
+        asked = (self.share.high * box["effort"] + bent * most) / self.b_s.low
+        away = asked + self.whole.lead().size * self.rho / self.b0 + box["pitch"] / self.b0
         return min(FULL, rotor.rate_limit * rotor.drive / away)
 
     # Limits.

@@ -28,7 +28,7 @@ MOVED = ("schedule", "effort", "signal")
 
 @dataclass(frozen=True)
 class Entered:
-    """A cell, its functions at both winds, and the rows of its box with their bounds."""
+    """A cell, its functions at both winds, and the rows of its box with their bounds, by piece."""
 
     cell: RunningCell
     ends: list[fmpq_mat]

@@ -10,6 +10,7 @@ share.  The theorem is in docs/running-rate.md.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -32,6 +33,7 @@ from takagi.certificates.cross_check.turbine.running.moving_rates import (
     MOVING_NAMES,
     MovingRates,
 )
+from takagi.certificates.cross_check.turbine.running.rates import Row
 from takagi.certificates.cross_check.turbine.running.running_loop import (
     MOST_CELLS,
     MOST_PIECES,
@@ -40,7 +42,7 @@ from takagi.certificates.cross_check.turbine.running.running_loop import (
 from takagi.certificates.cross_check.turbine.running.shortened import shortened
 from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 
-PITCH_STATES = (1, 7)
+PITCH_STATES, MOST_CUTS = (1, 7), 15
 
 
 def moving_loop(claim: Any, document: Any) -> Obligations:
@@ -90,12 +92,16 @@ def _cell(
     )
     if alpha <= 0 or rate <= 0 or k <= 0 or k >= 1:
         raise Refusal(f"{label}: rates above 0, and a share between 0 and 1, are needed")
+    sides = box(stated)
+    lags = _lags(stated, sides["schedule"], label)
     pieces = entry(stated, "multipliers")
-    if not isinstance(pieces, list) or len(pieces) not in range(1, MOST_PIECES + 1):
+    shares = len(pieces) // len(lags) if isinstance(pieces, list) else 0
+    if shares not in range(1, MOST_PIECES + 1) or len(pieces) != shares * len(lags):
         raise Refusal(f"{label}: multipliers of 1 to {MOST_PIECES} pieces are needed")
     try:
-        cell = RunningCell(rotor, machine, low, high, box(stated))
-        factors = cell.factors() | {MOVING: cell.trim_slope()}
+        cell = RunningCell(rotor, machine, low, high, sides)
+        parts = [cell if lag is None else cell.part(*lag) for lag in lags]
+        factors = [part.factors() | {MOVING: part.trim_slope()} for part in parts]
         limits = cell.limits()
     except Outside as reason:
         yield Fact(f"{label}: enclosure ({reason})", False)
@@ -107,19 +113,33 @@ def _cell(
         yield Definite(f"{label}: P", P)
     change = scaled(rate / (high - low), ends[1] - ends[0])
     weights = 2 * alpha * (1 - k) / rate**2, 2 * alpha * k
-    width = (cell.share.high - cell.share.low) / len(pieces)
+    width = (cell.share.high - cell.share.low) / shares
+    every: list[tuple[str, Row, fmpq]] = []
     for i, piece in enumerate(pieces):
-        share = NumberRange(cell.share.low + width * i, cell.share.low + width * (i + 1))
-        loop = MovingRates(cell, factors, share)
+        which, j = divmod(i, shares)
+        share = NumberRange(cell.share.low + width * j, cell.share.low + width * (j + 1))
+        loop = MovingRates(parts[which], factors[which], share)
         taus = [_multipliers(piece, loop, end, label) for end in (0, 1)]
         yield Fact(f"{label}: multipliers", min(min(tau.values()) for tau in taus) > 0)
-        if i == 0:
+        if j == 0:
             yield from _box(loop, ends, label)
-            entered.append(Entered(cell, ends, loop.sides(), label))
+            every += loop.sides()
         for P, tau in zip(ends, taus, strict=True):
             for sign in (fmpq(1), fmpq(-1)):
                 shift = scaled(2 * alpha, P) + scaled(sign, change)
                 yield Definite(f"{label}: set", shortened(loop.form(P, tau, shift, weights)))
+    entered.append(Entered(cell, ends, every, label))
+
+
+def _lags(stated: Any, side: fmpq, label: str) -> list[tuple[fmpq, fmpq] | None]:
+    """Return the parts of v_s - v that the cuts make; None, the whole, where there are none."""
+    if not isinstance(stated, dict) or "schedule_cuts" not in stated:
+        return [None]
+    cuts = rationals(stated, "schedule_cuts")
+    found = list(pairwise([-side, *cuts, side]))
+    if not 1 <= len(cuts) <= MOST_CUTS or any(a >= b for a, b in found):
+        raise Refusal(f"{label}: 1 to {MOST_CUTS} cuts that increase inside the box are needed")
+    return [*found]
 
 
 def _multipliers(piece: Any, loop: MovingRates, end: int, label: str) -> dict[str, fmpq]:
