@@ -106,7 +106,8 @@ unstable at x = 6.5.)
    added; otherwise the claim is left open. (x' = x + u, y = x + x u: for u = -1 the output is 0.)
 7. The observer would need the averages. (x' = -x - x^3 + u, y = x, L = 1, with the slope at the
    measured x: at constant x = 0.9 the error does not decay, but the claim says e^(-4t).) An
-   observer for a model whose A, B, C and D are the same in all rules needs no weights, and is a theorem.
+   observer for a model whose A, B, C and D are the same in all rules needs no weights, and is a
+   theorem.
 8. For a plant with `[blending]`. Its share is a signal that changes the matrices. In a secant
    embedding the share would also enter by a slope of its own, so this is refused.
 9. Left open, not refused: it is not known which gain of a law with weights of its own is combined
