@@ -60,9 +60,10 @@ INTRODUCTION = r"""A law whose gains share the memberships of the model leads to
 ```
 
 and a relaxation is a finite set of LMIs that implies it. Every condition above with "rule" and
-"pair" takes the same names, and `relaxation="auto"` climbs from cheap to rich until there are
-gains. `relaxation_ladder` shows what each rung costs and buys for the problem at hand. Printed for
-compensation in continuous time, three rules ("product": two premises of two corners each).
+"pair" takes the same names, and `relaxation="auto"` tries the relaxations in the order of their
+cost until there are gains. `relaxation_ladder` shows cost and result of each one for a given
+problem. The formulas are printed for compensation in continuous time, with three rules ("product":
+two premises with two corners each).
 """
 
 COSTS = """How many LMIs each makes of one double sum, and, behind a plus, how many variables it

@@ -157,10 +157,11 @@ PASSIVITY = Entry(
     call="passivity",
     builder="passivity_condition",
     use=(
-        "For loops in feedback with anything else that is passive: friction, a saturation, another "
-        "mechanism. As many outputs as inputs. Of one vertex it is strict positive realness; of "
-        "several one storage function for memberships that move in any way. Without a direct term "
-        "the equality must have a solution for all vertices at once, in exact arithmetic."
+        "For loops in feedback with another passive system: friction, a saturation, another "
+        "mechanism. There are as many outputs as inputs. For one vertex it is strict positive "
+        "realness; for several it is one storage function for arbitrarily varying memberships. "
+        "Without a direct term the equality must have a solution for all vertices at once, in "
+        "exact arithmetic."
     ),
     cases=(
         Case(

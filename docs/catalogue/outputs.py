@@ -44,10 +44,11 @@ STRUCTURED = Entry(
     call="structured_pdc",
     builder="structured_pdc_condition",
     use=(
-        "Decentralised laws, static output feedback, gains with exact zeros. No LMI is known that "
-        "is exact; this one, with a slack matrix $G$ that keeps the structure while $Q$ is free, "
-        "starts a search that improves gains and $P$ step by step, for the decay rate, the cost or "
-        "the energy gain. `loss` compares with gains without structure. A local optimum, as a rule."
+        "For decentralised laws, static output feedback and gains with exact zeros. No exact LMI "
+        "is known. This one has a slack matrix $G$ with the structure, while $Q$ is free. It is "
+        "the start of a search that improves gains and $P$ in turn, for the decay rate, the cost "
+        "or the energy gain. `loss` compares with gains without structure. The result is usually "
+        "a local optimum."
     ),
     cases=(
         Case(

@@ -59,13 +59,13 @@ Coefficients of more than nine digits are shown with six; model and certificate 
 TWO_WORDS = r"""## Two rules
 
 The plant `cart_pole_2rules` is itself a fuzzy model: two local models of the pendulum, one at 0 and
-one at 88 degrees, blended by the angle. It is an approximation, **not** the pendulum, and what is
-proved for it is proved for it alone. Its file says
+one at 88 degrees, blended by the angle. It is an approximation, **not** the pendulum, and every
+proof about it holds for this approximation alone. Its file says
 
 """
 
-BETWEEN = r"""On the box this model equals what the file says. That the file's plant only resembles
-a pendulum is another matter; the sixteen rules below do without.
+BETWEEN = r"""On the box this model equals the plant of the file. But that plant only approximates
+a pendulum; the model with sixteen rules below does not.
 
 ### Gains and proof
 
@@ -84,9 +84,9 @@ file says
 SIXTEEN_AFTER = r"""### How tight the bounds are
 
 Each bound holds for every point of the box, not for samples: it comes from interval arithmetic
-with outward rounding, cell by cell, and the certificate's checker finds it again. How far a bound
-lies beyond what the premise attains is the price of the proof. Here it is measured, with the
-extreme values that a search in the box finds:
+with outward rounding, cell by cell, and the certificate's checker computes it again. A proved bound
+is slightly wider than the true range of the premise. The table compares it with the extreme values
+that a search in the box finds:
 
 """
 

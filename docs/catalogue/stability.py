@@ -69,9 +69,9 @@ GIVEN = Entry(
     call="closed_loop_decay",
     builder="closed_loop_condition",
     use=(
-        "For gains that are given, whoever made them. `closed_loop_ladder` shows the largest decay "
-        "rate of every relaxation beside one another, and a bound that none exceeds: what is lost "
-        "between them is the relaxation's, not the gains'."
+        "For gains that are given, from any source. `closed_loop_ladder` shows the largest decay "
+        "rate of every relaxation, and a bound that none exceeds: the difference is due to the "
+        "relaxation, not to the gains."
     ),
     cases=(
         Case(
@@ -176,9 +176,9 @@ REGION = Entry(
     builder="d_stability_condition",
     use=(
         "For damping and bandwidth as an engineer specifies them: half-planes, strips, discs, "
-        "sectors, ellipses, parabolas, any LMI region, and intersections by `&`. It speaks of "
-        "eigenvalues, so of memberships that stand still; what it says of moving ones is the "
-        "decay rate alone. In discrete time the region is one of the eigenvalues of $x^+ = A x$."
+        "sectors, ellipses, parabolas, any LMI region, and intersections by `&`. It is about "
+        "eigenvalues, so about constant memberships; for varying memberships only the decay rate "
+        "follows. In discrete time it is about the eigenvalues of $x^+ = A x$."
     ),
     cases=(
         Case(
@@ -201,8 +201,8 @@ NORM_BOUNDED = Entry(
     use=(
         "For unmodelled parts with a bound on their norm; the $\\Delta_k$ may be any functions "
         "of time and state. Each block has its own multiplier. `pdc(..., uncertainty=...)` "
-        "designs gains for it. For one block that enters, or is driven, alike at all vertices, a "
-        "no is a no for every $P$; with more blocks it is one for these multipliers."
+        "designs gains for it. For one block with the same $D$ or the same $E$ at all vertices, "
+        "the answer no excludes every $P$; with more blocks it excludes $P$ with these multipliers."
     ),
     cases=(
         Case(
@@ -231,9 +231,9 @@ POLYNOMIAL = Entry(
     call="polynomial_lyapunov",
     builder="polynomial_lyapunov_condition",
     use=(
-        "For parameters that are unknown but constant, where a common $P$ asks too much. With "
-        "growing `degree` and `polya` every stable family is found. It says nothing about "
-        "memberships that move. A model with premises has a simplex for each of them."
+        "For parameters that are unknown but constant, where there is no common $P$. With "
+        "growing `degree` and `polya` every stable family is found. The result does not hold for "
+        "varying memberships. A model with premises has a simplex for each of them."
     ),
     cases=(
         Case(

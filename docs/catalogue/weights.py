@@ -58,9 +58,9 @@ CELLS = MappingProxyType(
 
 HEAD = """# Claims and weights
 
-A loop is a blend of vertices, and what may be claimed of it depends on who has the weights. Both
+A loop is a blend of vertices. Which claims are theorems depends on the kind of its weights. Both
 checkers decide as this table says, for a certificate of `certify` and for one that is written by
-hand; a test holds a certificate for each cell, and simulates the nonlinear plant.
+hand. A test has a certificate for each cell of the table, and simulates the nonlinear plant.
 
 | weights | what they are |
 |---|---|
@@ -71,56 +71,58 @@ hand; a test holds a certificate for each cell, and simulates the nonlinear plan
 | secants | of a secant embedding: averages of slopes between rest and the state |
 | sampled | of a model with a premise whose bounds rest on samples |
 
-"Sampled" is refused in every row, so it has no column: `certify` refuses such a model, and of a
+"Sampled" has no column, because it is refused in every row. `certify` refuses such a model. For a
 certificate written by hand the checker bounds the premises itself, finds the point that the samples
 missed, and leaves `sector-embedding` open.
 """
 
 NOTES = """
-The last six kinds are about a turbine's model, which no certificate of a plant has;
+The last seven kinds are about a turbine's model, which no certificate of a plant has;
 `quadratic-decay` and `no-common-quadratic` hold their own matrices.
 
-A law whose gains differ, with weights that depend on its own input, would have to know its command
-before it is worked out. Its gains are proved for weights of their own. (x' = x + (5 - u^2) u with
-gains 0.3 at u = 0 and 1.2 at u^2 = 4: with the weights of the model every blend decays, and the law
-as it is run, which takes u = 0 for a command that it does not know yet, is unstable at x = 6.5.)
+Consider a law with different gains whose weights depend on its own input. It would need its command
+before the command is computed. Its gains are proved for weights of their own. (An example is
+x' = x + (5 - u^2) u with gains 0.3 at u = 0 and 1.2 at u^2 = 4. With the weights of the model every
+blend decays. But the law at run time takes u = 0, because it does not know the command yet, and is
+unstable at x = 6.5.)
 
-1. u' holds the rates of the law's weights beside the plant's. With one gain for all rules, and in
-   discrete time, it is a theorem.
-2. With one matrix, or of the plant's own output, it is a theorem. An output that is written by
-   rules needs the weights: with the slopes at the present state in the place of averages it is
-   another one. (x' = -x - x^3 + w, y = h_2 x: the inequalities hold with a gain of 0.3, and for
-   w = 2 the state rests at 1, where y = 1 is half of w.)
+1. u' contains the rates of the law's weights and those of the plant's. With one gain for all rules,
+   and in discrete time, it is a theorem.
+2. With one output matrix, or for the plant's own output, it is a theorem. An output that is written
+   by rules needs the weights: with the slopes at the present state instead of the averages it is
+   another output. (x' = -x - x^3 + w, y = h_2 x: the inequalities hold with a gain of 0.3, but for
+   w = 2 the equilibrium is x = 1, where y = 1 is half of w.)
 3. The verdict says "for weights that do not depend on the noise at the same instant". (x+ = x/2 +
    u + w with u = 0 or -x, whichever makes x w grow: the mean of x^2 is 3.0, where it is 1.33 else.)
    Where a signal p moves a plant's premises it says "for values of p", not "for weights".
    Where the premises of a plant depend on the noise, the claim is refused in every column.
 4. P(h), and the loop through an observer, need gains with the weights of the model, or one gain.
-5. V = x'P(h)x holds averages that nobody can evaluate. (x' = -10 x - x^3, P = 2 at slope 10 and 1
-   at slope 13, rates up to 22 1/s: the inequalities hold at 1.99 1/s, and with the slopes at the
-   present state V does not fall at all at x = 1.) Where P depends on no weight it is `decay`.
-6. The verdict says "for premises that the observer measures". Of a plant the checker shows it:
-   every variable that a premise depends on is an input, or an output by itself to which no input is
-   added; else the claim is left open. (x' = x + u, y = x + x u: for u = -1 the output is always 0.)
+5. V = x'P(h)x would depend on averages that cannot be computed. (x' = -10 x - x^3, P = 2 at slope
+   10 and 1 at slope 13, rates up to 22 1/s: the inequalities hold at 1.99 1/s, but with the slopes
+   at the present state V does not decrease at x = 1.) If P does not depend on the weights, use
+   `decay`.
+6. The verdict says "for premises that the observer measures". For a plant the checker proves this:
+   every variable that a premise depends on is an input, or is itself an output to which no input is
+   added; otherwise the claim is left open. (x' = x + u, y = x + x u: for u = -1 the output is 0.)
 7. The observer would need the averages. (x' = -x - x^3 + u, y = x, L = 1, with the slope at the
-   measured x: held at x = 0.9, the error stays where the claim has it fall as e^(-4t).) One whose
-   A, B, C and D are the same in all rules needs no weights, and is a theorem.
-8. Of a plant with `[blending]`. Its share is a signal that moves the matrices, and what it adds by
-   itself is a slope of a secant embedding, which is refused.
-
-9. Left open, not refused: which gain of a law with weights of its own meets which rule is not
-   known, so that nothing is excluded. With one gain for all rules it is a disproof.
+   measured x: at constant x = 0.9 the error does not decay, but the claim says e^(-4t).) An
+   observer for a model whose A, B, C and D are the same in all rules needs no weights, and is a
+   theorem.
+8. For a plant with `[blending]`. Its share is a signal that changes the matrices. In a secant
+   embedding the share would also enter by a slope of its own, so this is refused.
+9. Left open, not refused: it is not known which gain of a law with weights of its own is combined
+   with which rule, so no loop is excluded. With one gain for all rules it is a disproof.
 10. In continuous time, where the matrix by which noise enters differs between rules, the verdict
    says "in Ito's sense". (x1' = -x1 + w, x2' = -x2/5 + tanh(5 x1) w: the mean of x2^2 is at most
    2.52 in Ito's sense, and 7.96 in a simulation with noise of 500 rad/s bandwidth.)
 11. Weights at the estimate need the slopes of a plant between any two states (`slope-embedding`),
-   which vertices alone do not tell. (Rules x' = -x and x' = -2 x, y = x: where the plant has the
-   first and the estimate the second, e' = x - (2 + L) e, and no slope of a plant says so.)
+   and the vertices alone do not determine them. (Rules x' = -x and x' = -2 x, y = x: if the plant
+   has the first rule and the estimate the second, e' = x - (2 + L) e, which contains x.)
 12. A certificate has no name for the slope of a table.
-13. Of a plant with `[reference]`, which is a secant embedding with one gain; there it is a
-   theorem, since it compares two states by slopes and needs no weights.
+13. For a plant with `[reference]`, which is a secant embedding with one gain, it is a theorem,
+   because it compares two states by slopes and needs no weights.
 
-What the theorems rest on: [claims](claims.md), and the docstring of each kind.
+[Claims](claims.md) and the docstring of each kind have the theorems.
 """
 
 

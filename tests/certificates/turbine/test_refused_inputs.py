@@ -37,6 +37,7 @@ MODEL: dict[str, Any] = {
     },
 }
 GAINS: dict[str, Any] = {
+    "name": "coherent",
     "wind": [4, 6, 9],
     "rotor_speed": [1, 2, 3],
     "trim_effort": [-1, 0, 1],

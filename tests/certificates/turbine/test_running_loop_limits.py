@@ -248,7 +248,7 @@ def test_the_largest_feed_forward_near_the_set_counts() -> None:
     cell = cell_of(3)
     law, rho, nodes = cell.law, cell.schedule_rate, len(cell.law.wind)
     _ = cell.pitches, cell.share, cell.shed, cell.lead
-    cell.near = [3, 4, 5]
+    cell.near = cell.all_near = [3, 4, 5]
     inertia = [F(9)] * nodes
     inertia[3:6] = [F(1), F(-2), F(3, 2)]
     rated = law.effort_torque * (psi(-cell.efforts[0], law.overlap) + 2 * rho)
@@ -340,7 +340,7 @@ def test_the_feed_forward_may_be_any_near_the_set_or_none(
     cell = cell_of(3)
     column = [F(9)] * len(cell.law.wind)
     column[3:6] = [F(value) for value in inertia]
-    cell.near = [3, 4, 5]
+    cell.near = cell.all_near = [3, 4, 5]
     cell.law = replace(cell.law, inertia=column)
     assert factors(cell)["feed-forward"] == (F(ends[0]), F(ends[1]))
 
