@@ -61,7 +61,7 @@ INTRODUCTION = r"""A law whose gains share the memberships of the model leads to
 
 and a relaxation is a finite set of LMIs that implies it. Every condition above with "rule" and
 "pair" takes the same names, and `relaxation="auto"` climbs from cheap to rich until there are
-gains. `relaxation_ladder` shows what each rung costs and buys for the problem at hand. Printed for
+gains. `relaxation_ladder` shows what each one costs and buys for the problem at hand. Printed for
 compensation in continuous time, three rules ("product": two premises of two corners each).
 """
 
