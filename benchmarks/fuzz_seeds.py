@@ -57,7 +57,7 @@ CERTIFICATE, GAINS = "certificate.json", "gains.json"
 Document = Mapping[str, Any]
 PAIR = [[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -4.0], [0.25, -1.0]]]
 LIBRARY = ("duffing", "cart_pole", "truck_trailer", "lorenz")
-# A cell of the coherent loop where the effort passes from torque to pitch.
+# A cell of the effort-sharing loop where the effort passes from torque to pitch.
 FIRST_WIND, CELLS = 11.2, 2
 
 

@@ -122,7 +122,7 @@ def largest_b(name: str) -> float:
 
 def row_of(name: str) -> Row:
     largest = largest_b(name)
-    size = relaxation_ladder(model(largest - 0.1), relaxations=[name]).rungs[0]
+    size = relaxation_ladder(model(largest - 0.1), relaxations=[name]).results[0]
     seconds = seconds_at(largest - 0.1, name)
     return Row(name, largest, size.lmis, size.variables, size.width, seconds)
 

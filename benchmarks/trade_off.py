@@ -2,9 +2,9 @@
 
     python benchmarks/trade_off.py [--journals DIR] [--workers N]
 
-Every map is one of `takagi sweep nrel5mw --law coherent`; finished points stay in the journals, so
-that a run that was stopped goes on.  Figures and data are written into docs/figures.  Nothing is
-asserted; every number in the maps comes from a claim that the checker says is PROVED.
+Every map is one of `takagi sweep nrel5mw --law effort-sharing`; finished points stay in the
+journals, so that a run that was stopped goes on.  Figures and data are written into docs/figures.
+Nothing is asserted; every number in the maps comes from a claim that the checker says is PROVED.
 """
 
 from __future__ import annotations

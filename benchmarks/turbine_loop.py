@@ -1,6 +1,6 @@
 """The turbine's nonlinear loop, made anew in floats from a certificate's own numbers.
 
-The formulas are those of docs/coherent-loop.md: the law with its limits, the pitch drive, the
+The formulas are those of docs/effort-sharing-loop.md: the law with its limits, the pitch drive, the
 rotor, and a wake between equilibrium and frozen, whose torque is
 
     Delta(beta) = -wake * integral from beta* to beta of max(0, b_fw + d(T_r/J)/dbeta).

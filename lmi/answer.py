@@ -11,6 +11,7 @@ import numpy as np
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.models.arrays import Floats
+from takagi.models.deprecation import warn_renamed
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Answer:
         of any size were found, with room for rounding, or exact ones; "unknown", neither.
     P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states, or the one
         that shows the gain; None unless a candidate, and where V depends on the memberships.
-    family : P(h) for V = x' P(h) x, where that was asked for and found; else None.
+    lyapunov_function : P(h) for V = x' P(h) x, where that was asked for and found; else None.
     margin : the t up to which every LMI holds, in balanced states and relative to the LMI's
         weight; negative or zero when not a candidate.
     decay_rate : alpha in 1/s with V' <= -2 alpha V, recomputed from P; None unless a candidate.
@@ -109,7 +110,7 @@ class Answer:
     status: Status
     P: Floats | None = None
     margin: float
-    family: PolynomialLyapunov | None = None
+    lyapunov_function: PolynomialLyapunov | None = None
     decay_rate: float | None = None
     gain: float | None = None
     enlargement: float | None = None
@@ -127,6 +128,12 @@ class Answer:
     def found(self) -> bool:
         """Return whether there is a candidate."""
         return self.status == "candidate"
+
+    @property
+    def family(self) -> PolynomialLyapunov | None:
+        """Return ``lyapunov_function``, by its earlier name; warns."""
+        warn_renamed("Answer.family", "Answer.lyapunov_function")
+        return self.lyapunov_function
 
     @property
     def solver(self) -> dict[str, object]:

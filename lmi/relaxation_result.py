@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-RungStatus: TypeAlias = Literal["candidate", "infeasible", "unknown", "not tried", "bound"]
+RelaxationStatus: TypeAlias = Literal["candidate", "infeasible", "unknown", "not tried", "bound"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +30,7 @@ class RelaxationResult:
     """
 
     relaxation: str
-    status: RungStatus
+    status: RelaxationStatus
     lmis: int
     variables: int
     width: int
@@ -47,3 +47,4 @@ class RelaxationResult:
 
 # Names that earlier versions had.
 Rung = RelaxationResult
+RungStatus = RelaxationStatus

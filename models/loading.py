@@ -21,17 +21,16 @@ if TYPE_CHECKING:
 def read_model(name_or_path: str | Path) -> ModelFile:
     """Return the file of a built-in name or path, read once.
 
-    A file that says neither kind is taken for a turbine's, whose reader names file and line.
-
     Raises
     ------
-    ModelError : no such model, or a file that is not TOML.
+    ModelError : no such model, a file that is not TOML, or one that states no kind of model.
     """
     from takagi.models.files.library import resolve_model
+    from takagi.models.files.model_kind import kind_of
     from takagi.models.files.toml_document import decimal_of, read_document
 
     document = read_document(resolve_model(name_or_path), parse_float=decimal_of)
-    if document.data.get("kind") == "plant":
+    if kind_of(document) == "plant":
         from takagi.models.plant_files.loader import PlantFile
 
         return PlantFile(name_or_path, document)
@@ -50,10 +49,4 @@ def load_model(name_or_path: str | Path) -> Plant | Turbine:
     ModelError : neither a built-in name nor a readable file, a file of another kind, or one that
         is malformed; the message names file, line, field and what was expected.
     """
-    found = read_model(name_or_path)
-    stated = found.document.data.get("kind")
-    if stated != found.kind:
-        raise found.document.error(
-            "kind", f'{stated!r} was given; a model file says kind = "plant" or kind = "turbine"'
-        )
-    return found.model
+    return read_model(name_or_path).model

@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("models", "lmi", "certificates", "reports", "cli")
 MOST_PARAMETERS = 10
 MOST_POSITIONS = 8
+MOST_FIELDS = 12
 # What users type, by keyword: each makes one value of its arguments, or is documented one by one.
 DOORS = {
     "models/sector/model.py": {"sector_model"},
@@ -23,9 +24,6 @@ DOORS = {
     "lmi/gains/structured/design.py": {"structured_pdc"},
     "lmi/gains/attraction/design.py": {"attraction_ellipsoid", "attraction_pdc"},
     "lmi/varying/varying_memberships.py": {"fuzzy_lyapunov"},
-    # The options of the command line, which typer reads from parameters.
-    "cli/options/design_options.py": {"turbine_options"},
-    "cli/options/plant_options.py": {"plant_options"},
 }
 
 
@@ -64,6 +62,33 @@ def test_a_call_passes_few_arguments_by_position(floor: str) -> None:
         for path, tree in parsed(floor)
         for node in ast.walk(tree)
         if isinstance(node, ast.Call) and len(node.args) > MOST_POSITIONS
+    ]
+
+    assert long == []
+
+
+def fields_by_position(item: ast.ClassDef) -> int:
+    """Return how many fields of a data class or named tuple a caller may give by position."""
+    decorators = " ".join(ast.unparse(one) for one in item.decorator_list)
+    own_order = any(
+        isinstance(one, ast.FunctionDef) and one.name == "__init__" for one in item.body
+    )
+    if "dataclass" not in decorators or "kw_only=True" in decorators or own_order:
+        return 0
+    fields = [one for one in item.body if isinstance(one, ast.AnnAssign)]
+    kinds = [ast.unparse(one.annotation) for one in fields]
+    last = kinds.index("KW_ONLY") if "KW_ONLY" in kinds else len(kinds)
+    return sum(1 for kind in kinds[:last] if not kind.startswith("ClassVar"))
+
+
+@pytest.mark.parametrize("floor", FLOORS)
+def test_a_value_of_many_fields_takes_them_by_keyword(floor: str) -> None:
+    """A named tuple of numbers for compiled code cannot, and is left out."""
+    long = [
+        f"{path}: {node.name} takes {fields_by_position(node)} fields by position"
+        for path, tree in parsed(floor)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef) and fields_by_position(node) > MOST_FIELDS
     ]
 
     assert long == []

@@ -1,7 +1,7 @@
 """Thousands of random simulations of a certified loop, inside and outside its certified class.
 
     loop, spline_patches    plant, law and claim as numbers, from the certificate's document alone
-    motion                  the nonlinear loop of docs/coherent-loop.md, n runs at once
+    motion                  the nonlinear loop of docs/effort-sharing-loop.md, n runs at once
     plants, winds           starts, plants and winds of the certified class; adversaries
     bounds                  every bound of the certificate, as a ratio that must not exceed 1
     batch, runs             steps that end at wind nodes, and records: ``run_campaign``

@@ -21,9 +21,9 @@ PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")
 TABLES = ("rotor_speed", "trim_effort", "effectiveness", "proportional", "effectiveness_limit")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class CertifiedLoop:
-    """The loop of a certificate of kind ``coherent-loop``; symbols of docs/coherent-loop.md.
+    """The loop of a certificate of kind ``coherent-loop``; symbols of docs/effort-sharing-loop.md.
 
     Attributes
     ----------

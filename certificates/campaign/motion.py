@@ -6,7 +6,7 @@ r"""Simulation of the law with its limits, the pitch drive and the rotor, for n 
 
 The states are omega, beta, x, so the certificate's error coordinates (e, zeta, x) do not enter.
 They are computed afterwards to compare them with its bounds.  Formulas and symbols are those
-of docs/coherent-loop.md.  Delta is a share w of the whole way to the frozen wake,
+of docs/effort-sharing-loop.md.  Delta is a share w of the whole way to the frozen wake,
 
     Delta(beta; v_s) = -w int_{beta*}^{beta} (b_fw + s_P d(T_r/J)/dbeta) dbeta
               = -w (b_fw (beta - beta*) + s_P c v_s^2 (c_Q(lambda*, beta) - c_Q(lambda*, beta*))),

@@ -15,7 +15,7 @@ KIND = "coherent-loop"
 RUNNING = "running-loop"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ClaimSummary:
     """The claim about the effort-sharing loop in numbers.
 

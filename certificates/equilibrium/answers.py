@@ -9,6 +9,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.document.certificate_file import certificate_document
+from takagi.models.laws.law_words import law_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,7 @@ class ClosedLoopEquilibria:
     def claim(self) -> dict[str, Any]:
         """Return the claim of kind ``equilibrium`` about the cells that are decided."""
         return {
-            "name": f"rests of the loop with law {self.law}",
+            "name": f"rests of the loop with the {law_words(self.law)}",
             "kind": "equilibrium",
             "cells": [
                 {"wind": list(cell.wind), "rests": cell.rests}

@@ -84,13 +84,13 @@ class FuzzyDecay:
                 break
         solver = str(answer.solver.get("status", ""))
         tried: tuple[str, ...] = (answer.diagnosis, "no P(h) was found")
-        if answer.family is not None:
+        if answer.lyapunov_function is not None:
             attempt = first_proved(loop, list(self._claims(loop, answer, polya)), solver)
             if attempt.proved:
                 return attempt
             tried = attempt.tried
         attempt = self._on_pieces(loop, tried)
-        if attempt.proved or answer.family is None:
+        if attempt.proved or answer.lyapunov_function is None:
             return attempt
         return first_proved(loop, list(self._claims(loop, answer, polya)), solver)
 
@@ -114,10 +114,10 @@ class FuzzyDecay:
                 gains=loop.gains,
             )
             solver = str(answer.solver.get("status", ""))
-            if answer.family is None or not any(answer.family.basis.degrees):
+            if answer.lyapunov_function is None or not any(answer.lyapunov_function.basis.degrees):
                 tried = (*tried, f"no P(h) at {len(points)} blends of the loop")
                 break
-            claim = self._claim(loop, answer.family, self.decay_rate, DIGITS[-1], 0)
+            claim = self._claim(loop, answer.lyapunov_function, self.decay_rate, DIGITS[-1], 0)
             found = cut(claim, loop.exact)
             words = f"P(h) from {len(points)} blends of the loop"
             if found.halvings:
@@ -139,7 +139,7 @@ class FuzzyDecay:
             for digits in DIGITS[1:]:
                 for raised in sorted({polya, polya + 1}):
                     words = f"decay rate {rate:.6g} 1/s, P(h) to {digits} digits, raised {raised}"
-                    yield words, self._claim(loop, answer.family, rate, digits, raised)
+                    yield words, self._claim(loop, answer.lyapunov_function, rate, digits, raised)
 
     def _claim(
         self,

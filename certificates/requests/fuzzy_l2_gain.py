@@ -70,7 +70,7 @@ class FuzzyL2Gain:
         for polya in POLYA:
             answer = self._searched(loop, evidence, polya)
             solver = str(answer.solver.get("status", ""))
-            if answer.family is None or answer.gain is None:
+            if answer.lyapunov_function is None or answer.gain is None:
                 tried.append(answer.diagnosis or "no P(h) was found")
                 continue
             attempt = first_proved(loop, self._claims(loop, evidence, answer, polya), solver)
@@ -112,7 +112,7 @@ class FuzzyL2Gain:
         digits: int,
         polya: int,
     ) -> dict[str, Any]:
-        function = None if answer is None else answer.family
+        function = None if answer is None else answer.lyapunov_function
         return {
             "name": "energy gain from disturbance to output, by a scheduled function",
             "kind": "fuzzy-l2-gain",

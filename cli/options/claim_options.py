@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-# Options that only the law coherent has.
+# Options that only the effort-sharing law has.
 OF_CLAIMS = ("moving_wind",)
 
 MovingWind = Annotated[
@@ -15,6 +15,6 @@ MovingWind = Annotated[
         "--moving-wind",
         help="Turbines: claim also that the loop with its observer keeps a set around its "
         "operating point while the wind moves, up to a rate that is found for each wind: some "
-        "minutes more. Law coherent.",
+        "minutes more. Effort-sharing law.",
     ),
 ]

@@ -20,7 +20,7 @@ from takagi.cli.options.filter_options import (
     TorsionFilter,
     filter_settings,
 )
-from takagi.cli.options.given import defaults_of, option_of
+from takagi.cli.options.given import Groups, defaults_of, option_of
 from takagi.cli.options.law_names import law_in_files, typed_name
 from takagi.cli.options.law_options import (
     OF_COHERENT,
@@ -78,7 +78,7 @@ Overlap = Annotated[
     float | None,
     typer.Option(
         help="Turbines: half the width of effort over which torque and pitch both act [rad/s^2]; "
-        "0.01 unless given. Law effort-sharing."
+        "0.01 unless given. Effort-sharing law."
     ),
 ]
 SpeedOverlap = Annotated[
@@ -106,7 +106,7 @@ SpeedSetpoint = Annotated[
 Bandwidth = Annotated[
     float | None,
     typer.Option(
-        help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Law effort-sharing."
+        help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Effort-sharing law."
     ),
 ]
 BandwidthGrowth = Annotated[
@@ -115,7 +115,7 @@ BandwidthGrowth = Annotated[
         metavar="FACTOR",
         help="Turbines: the bandwidth from 1.25 times the wind where pitch begins to act, over "
         "--bandwidth [-]; 1 unless given, more for a rotor larger than the NREL 5-MW turbine's. "
-        "Law effort-sharing.",
+        "Effort-sharing law.",
     ),
 ]
 AskedMargins = Annotated[
@@ -125,12 +125,13 @@ AskedMargins = Annotated[
         metavar="TEXT",
         help="Turbines: margins that the loop that runs must have, as `takagi check --margins` "
         'takes them: "gain 1.5, phase 20deg, delay 15ms". Numbers that were not given are changed '
-        "as little as keeps them, before the long work. Law effort-sharing.",
+        "as little as keeps them, before the long work. Effort-sharing law.",
     ),
 ]
 
 
-def turbine_options(
+def turbine_law(
+    *,
     law: Law = None,
     overlap: Overlap = None,
     speed_overlap: SpeedOverlap = None,
@@ -138,25 +139,58 @@ def turbine_options(
     speed_setpoint: SpeedSetpoint = None,
     torque_setpoint: TorqueSetpoint = None,
     pitch_effectiveness_share: PitchEffectivenessShare = None,
+) -> None:
+    """Declare the law, its overlaps and set-points: only the signature is read."""
+
+
+def turbine_filters(
+    *,
     ramp_shape: RampShape = None,
     ramp_placement: RampPlacement = None,
     tracking_time: TrackingTime = None,
     wind_filter: WindFilter = None,
     speed_filter: SpeedFilter = None,
     torsion_filter: TorsionFilter = None,
+) -> None:
+    """Declare the law's ramp and filters: only the signature is read."""
+
+
+def turbine_gains(
+    *,
     bandwidth: Bandwidth = None,
     bandwidth_growth: BandwidthGrowth = None,
     margins: AskedMargins = None,
+) -> None:
+    """Declare what the gains aim at: only the signature is read."""
+
+
+def turbine_claims(
+    *,
     inertia: Inertia = None,
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
     moving_wind: MovingWind = False,
+) -> None:
+    """Declare the plants and winds that claims are about: only the signature is read."""
+
+
+def turbine_synthesis(
+    *,
     two_step: TwoStep = False,
     one_step: OneStep = False,
     objective: ObjectiveName = None,
 ) -> None:
-    """Declare the options of a design for a wind turbine: only the signature is read."""
+    """Declare how gains are found: only the signature is read."""
 
+
+# In the order in which the help lists them.
+TURBINE_OPTIONS: Groups = (
+    turbine_law,
+    turbine_filters,
+    turbine_gains,
+    turbine_claims,
+    turbine_synthesis,
+)
 
 _OF_GAINS = ("bandwidth", "bandwidth_growth")
 _OF_COHERENT = (
@@ -178,7 +212,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
 
     Parameters
     ----------
-    options : values of the options that ``turbine_options`` declares.
+    options : values of the options that ``TURBINE_OPTIONS`` declare.
 
     Raises
     ------
@@ -188,7 +222,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     from takagi.certificates.design.turbine.scale import default_settings
     from takagi.lmi.turbine.effort import EffortSettings
 
-    given = {**defaults_of((turbine_options,)), **options}
+    given = {**defaults_of(TURBINE_OPTIONS), **options}
     law = COHERENT if given["law"] is None else given["law"]
     for name in (*_OVERLAPS, *_OF_GAINS):
         _check_positive(name, given[name])
@@ -217,7 +251,7 @@ def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have; ignoring them would mislead the user."""
     for name in _OF_PAPER if law == COHERENT else _OF_COHERENT:
         if given[name] is not None and given[name] is not False:
-            owner = "the published laws" if law == COHERENT else "the law effort-sharing"
+            owner = "the published laws" if law == COHERENT else "the effort-sharing law"
             raise ModelError(
                 f"option {option_of(name)} belongs to {owner}, but --law {typed_name(law)} "
                 "was asked for; leave it out or choose the other law"

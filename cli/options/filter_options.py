@@ -18,7 +18,7 @@ SpeedFilter = Annotated[
         metavar="RAD/S",
         help="Turbines: corner of the low-pass on the measured rotor speed [rad/s] that goes out "
         "with the law, 0 for none; 30 unless given, 8 without a torsion filter. It is not in the "
-        "proof. Law effort-sharing.",
+        "proof. Effort-sharing law.",
     ),
 ]
 TorsionFilter = Annotated[
@@ -28,7 +28,7 @@ TorsionFilter = Annotated[
         help="Turbines: frequency of the band-stop on the measured rotor speed [rad/s] that goes "
         "out with the law, 0 for none; 0.9 of the drivetrain's torsion mode unless given, where "
         "the turbine's file states one. It keeps that mode out of the loop, and is not in the "
-        "proof. Law effort-sharing.",
+        "proof. Effort-sharing law.",
     ),
 ]
 

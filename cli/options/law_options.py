@@ -27,7 +27,7 @@ PitchEffectivenessShare = Annotated[
     typer.Option(
         metavar="SHARE",
         help="Turbines: pitch effectiveness that the law divides by, over the frozen wake's [-]; "
-        "1 unless given. Less moves pitch more. Law effort-sharing.",
+        "1 unless given. Less moves pitch more. Effort-sharing law.",
     ),
 ]
 RampShape = Annotated[
@@ -60,7 +60,7 @@ WindFilter = Annotated[
         metavar="SECONDS",
         help="Turbines: low-pass on the wind estimate [s]; 12 unless given. A fast one, 0.05, is "
         "for a wind that is measured, by a lidar say: the wind rate that is proved is then larger, "
-        "but with an estimate from rotor speed the loop oscillates. Law effort-sharing.",
+        "but with an estimate from rotor speed the loop oscillates. Effort-sharing law.",
     ),
 ]
 # The options that only one kind of law has.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.options.given import option_of
+from takagi.cli.options.given import Groups, option_of
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
@@ -23,7 +23,8 @@ _PAIR = re.compile(
 )
 
 
-def plant_options(
+def plant_design_options(
+    *,
     decay_rate: Annotated[
         str | None,
         typer.Option(
@@ -79,6 +80,12 @@ def plant_options(
     fastest: Annotated[
         float | None, typer.Option(help="Plants: largest size of the poles [1/s].")
     ] = None,
+) -> None:
+    """Declare what the loop of a plant must do: only the signature is read."""
+
+
+def plant_model_options(
+    *,
     choice: Annotated[
         str | None,
         typer.Option(
@@ -93,7 +100,10 @@ def plant_options(
         ),
     ] = False,
 ) -> None:
-    """Declare the options of a design for a plant: only the signature is read."""
+    """Declare how a plant's model is derived: only the signature is read."""
+
+
+PLANT_OPTIONS: Groups = (plant_design_options, plant_model_options)
 
 
 def sampled_options(

@@ -16,7 +16,7 @@ TwoStep = Annotated[
     typer.Option(
         "--two-step",
         help="Turbines: find the gains wind by wind and prove them afterwards, as is done unless "
-        "--one-step or --objective is given. Law effort-sharing.",
+        "--one-step or --objective is given. Effort-sharing law.",
     ),
 ]
 OneStep = Annotated[
@@ -36,7 +36,7 @@ ObjectiveName = Annotated[
         help="Turbines: what gains found in one step make better: balanced (wind class, and some "
         "decay), wind-class, decay, calm-pitch or calm-tower; --one-step alone means balanced. The "
         "first three give up no wind class that the two-step gains have on average or "
-        "at the weakest wind, the calm ones up to 15 %. Law effort-sharing.",
+        "at the weakest wind, the calm ones up to 15 %. Effort-sharing law.",
     ),
 ]
 

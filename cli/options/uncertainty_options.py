@@ -20,7 +20,7 @@ Inertia = Annotated[
     typer.Option(
         metavar="LOW HIGH",
         help="Turbines: true over nominal inertia that gains and certificate must cover; 0.9 1.1 "
-        "unless given. Law effort-sharing.",
+        "unless given. Effort-sharing law.",
     ),
 ]
 PowerCoefficient = Annotated[
@@ -28,7 +28,7 @@ PowerCoefficient = Annotated[
     typer.Option(
         metavar="LOW HIGH",
         help="Turbines: true over tabulated power coefficient that the certificate must cover, "
-        "such as 0.99 1.01; the table's own unless given. Law effort-sharing.",
+        "such as 0.99 1.01; the table's own unless given. Effort-sharing law.",
     ),
 ]
 EquilibriumWake = Annotated[

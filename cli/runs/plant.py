@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Groups, as_typed
 from takagi.cli.options.plant_options import (
+    PLANT_OPTIONS,
     noise_options,
-    plant_options,
     plant_settings,
     sampled_options,
 )
@@ -32,7 +32,7 @@ class PlantMaker:
     """What verbs ask of a plant, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a plant"
-    groups: ClassVar[Groups] = (plant_options, sampled_options, noise_options, time_options)
+    groups: ClassVar[Groups] = (*PLANT_OPTIONS, sampled_options, noise_options, time_options)
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
     has_maps: ClassVar[bool] = False

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
-from takagi.cli.options.design_options import design_settings, turbine_options
+from takagi.cli.options.design_options import TURBINE_OPTIONS, design_settings
 from takagi.cli.options.given import Groups, as_typed
 from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
 from takagi.cli.progress import Tell
@@ -29,7 +29,7 @@ class TurbineMaker:
     """What verbs ask of a turbine, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a wind turbine"
-    groups: ClassVar[Groups] = (turbine_options,)
+    groups: ClassVar[Groups] = TURBINE_OPTIONS
     summary: ClassVar[str] = "takagi.cli.terminal.turbine_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_turbine"
     has_maps: ClassVar[bool] = True

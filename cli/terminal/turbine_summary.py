@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.terminal.claim_lines import claim_lines
+from takagi.models.laws.law_words import law_words
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
@@ -44,7 +45,7 @@ def as_text(design: TurbineDesign) -> str:
     from takagi.reports.page.rounded_bounds import at_least
 
     verdict = design.checked.verdict.name
-    head = f"{verdict}  {design.turbine.name}, law {design.settings.law}"
+    head = f"{verdict}  {design.turbine.name}, {law_words(design.settings.law)}"
     if overlaps := overlap_claims(design):
         return "\n".join([head, *_by_overlaps(overlaps), *assumed_line(design.checked)])
     found = claim_summary(design)

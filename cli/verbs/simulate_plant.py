@@ -13,7 +13,7 @@ import typer
 from takagi.certificates.design.design import NoDesign
 from takagi.cli.errors import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, refuse_designing
-from takagi.cli.options.plant_options import plant_options, values_in_si
+from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
 from takagi.cli.options.simulation_options import (
     plant_scenario,
     plant_scenario_options,
@@ -59,7 +59,7 @@ def plant_simulation(
     """Declare what a simulation of a plant may be asked for."""
 
 
-GROUPS: Groups = (plant_simulation, plant_scenario_options, shared_simulation, plant_options)
+GROUPS: Groups = (plant_simulation, plant_scenario_options, shared_simulation, *PLANT_OPTIONS)
 # Options that are not about a design.
 _OWN = ("gains", "start", "reference", "disturbance", "noise", "seed", "sample_time")
 

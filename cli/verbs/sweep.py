@@ -120,8 +120,8 @@ def _swept_law(name: str) -> SweptLaw:
 def _trade_off(law: str | None) -> SweptLaw:
     if law not in (None, TRADE_OFF.law):
         raise ModelError(
-            f"--trade-off belongs to --law {TRADE_OFF.law}, but {law} was asked for; leave one of "
-            "the two out"
+            f"--trade-off belongs to --law {typed_name(TRADE_OFF.law)}, but {law} was asked for; "
+            "leave one of the two out"
         )
     return TRADE_OFF
 
@@ -131,8 +131,8 @@ def _ready_made(swept: SweptLaw) -> Sequence[str]:
     axes: Sequence[str] = getattr(import_module(swept.map), "READY_MADE", ())
     if not axes:
         raise ModelError(
-            f"no axis was given: add --over NAME=LOW:HIGH:COUNT for --law {swept.law}; an unknown "
-            "name lists those that there are"
+            f"no axis was given: add --over NAME=LOW:HIGH:COUNT for --law {typed_name(swept.law)}; "
+            "an unknown name lists those that there are"
         )
     return axes
 

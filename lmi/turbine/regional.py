@@ -36,7 +36,7 @@ RELAXATION = "none needed: one input matrix in all rules"
 OBJECTIVE_SLACK = 1e-2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class RegionGains:
     """Gains of one region with the published signs, or why there are none.
 

@@ -32,7 +32,7 @@ def decided_lyapunov(
     good = outcome.status == "candidate"
     return replace(
         outcome.as_answer(condition, s),
-        family=lyapunov_in_states(outcome, loop, s, basis) if good else None,
+        lyapunov_function=lyapunov_in_states(outcome, loop, s, basis) if good else None,
         decay_rate=shown_rate(condition, outcome.values, loop.sample_time) if good else None,
         diagnosis="" if good else _diagnosis(condition, outcome, advice),
     )

@@ -213,7 +213,7 @@ def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None)
     size = units.output * units.disturbance / units.rate
     return replace(
         outcome.as_answer(condition, s),
-        family=lyapunov_in_states(outcome, task.loop, s, basis, size),
+        lyapunov_function=lyapunov_in_states(outcome, task.loop, s, basis, size),
         gain=_shown(condition, outcome) * units.output / units.disturbance,
         objective_unit=ObjectiveUnit("gain", units.output / units.disturbance),
         tries=(*stable.tries, *outcome.tries),
@@ -385,7 +385,7 @@ def _unsettled(
     return replace(
         stable,
         status="unknown",
-        family=None,
+        lyapunov_function=None,
         decay_rate=None,
         margin=min(outcome.margin, 0.0),
         values={},

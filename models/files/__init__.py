@@ -1,6 +1,7 @@
 """What model files have in common.
 
 toml_document        a TOML file that can say where in it something is wrong
+model_kind           a plant's file, a turbine's, or neither
 units, turbine_units     units as text: of any plant, of a turbine file
 csv_table, coefficient_table    tables from CSV
 flushed_folder       a folder whose entries are safe on disk

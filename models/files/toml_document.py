@@ -28,9 +28,14 @@ class Document:
         except RecursionError as error:
             raise _too_deep(self.path) from error
 
-    def error(self, field: str, problem: str) -> ModelError:
-        """Return (not raise) an error that names file, line if it can be found, and field."""
-        line = self._line_of(field)
+    def error(self, field: str, problem: str, *, beside: str = "") -> ModelError:
+        """Return (not raise) an error that names file, line if it can be found, and field.
+
+        Parameters
+        ----------
+        beside : a field or section whose line is named where the field itself is not there.
+        """
+        line = self._line_of(field) or (self._line_of(beside) if beside else None)
         place = f"{self.path}:{line}" if line else f"{self.path}"
         return ModelError(f"{place}: field {field!r}: {problem}")
 

@@ -1,5 +1,6 @@
 """Controller laws as values: the protocol that they share, and the laws.
 
+law_words          what the laws are called in sentences
 protocol           Law, Measurement, Command
 sampled            a law as the discrete program that a controller runs
 pdc                one gain a rule: u = u* - sum h_i K_i (x - x*), for any plant

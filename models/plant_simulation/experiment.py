@@ -31,7 +31,7 @@ class SampledProgram(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Experiment:
     """A loop that is simulated from several starts, in SI units.
 

@@ -14,7 +14,7 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind, trim
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class History:
     """A closed loop over time, one row per controller sample; all arrays are (n,) and read-only.
 

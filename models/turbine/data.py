@@ -105,7 +105,7 @@ class TorsionMode:
     damping: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Turbine:
     """A variable-speed, pitch-controlled turbine; SI units throughout, angles in rad.
 

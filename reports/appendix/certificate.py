@@ -83,7 +83,7 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
 
 def cell_speed(design: TurbineDesign, k: int) -> float:
     """Return the largest reference speed of cell k [rad/s]."""
-    law = design.coherent
+    law = design.effort_sharing_law
     if law is None:
         return design.turbine.rated_rotor_speed
     return float(max(law.schedule.rotor_speed[k : k + 2]))

@@ -50,7 +50,7 @@ def _conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
             "sum over rules reduces to these inequalities.",
         )
     yield _entry("Gains of the wind observer", _observer(design), _OBSERVER)
-    if design.coherent is not None and design.effort is not None:
+    if design.effort_sharing_law is not None and design.effort is not None:
         yield _entry("Gains of the effort-sharing law", _effort(design), _EFFORT)
     if design.candidate is not None and design.candidate.P is not None:
         yield _entry(

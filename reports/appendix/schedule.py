@@ -12,7 +12,7 @@ from takagi.reports.appendix.turbine import DEGREES
 
 def law_context(design: TurbineDesign) -> dict[str, Any]:
     """Return constants and gain table of the effort-sharing law; for another law a flag alone."""
-    law = design.coherent
+    law = design.effort_sharing_law
     if law is None:
         return {"coherent": False}
     return {

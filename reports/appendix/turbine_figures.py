@@ -74,7 +74,7 @@ def _cells(design: TurbineDesign) -> Figure | None:
     """Return the figure of the proved rates over wind; None if the claim is not proved."""
     from takagi.reports.figures import cells_figure
 
-    law, found = design.coherent, design.candidate
+    law, found = design.effort_sharing_law, design.candidate
     if law is None or found is None or found.P is None:
         return None
     if design.checked.verdict is not Verdict.PROVED:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING
@@ -72,6 +72,7 @@ class PlantMotion:
     value: Floats
     whole: bool = True
     acting: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    _: KW_ONLY
     disturbance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     wanted: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     cuts: tuple[Cut, ...] = ()

@@ -1,6 +1,6 @@
 r"""Linearisation of any law at its trims.
 
-Coherent law, u = gamma (e - x), x' = -nu e, F = psi'(q*): with x = nu x_I and
+Effort-sharing law, u = gamma (e - x), x' = -nu e, F = psi'(q*): with x = nu x_I and
 x_I' = omega_ref - omega,
 
     dT/domega        = (J/n_g) (1 - F) gamma      dT/dx_I        = -(J/n_g) (1 - F) gamma nu
@@ -73,7 +73,7 @@ def loop_points(
 
 
 def _point(design: TurbineDesign, wind: float) -> LoopPoint | None:
-    law = design.coherent
+    law = design.effort_sharing_law
     return _coherent(design, law, wind) if law is not None else _paper(design, wind)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from takagi.certificates.sweep.grid import SweepResult
+from takagi.models.laws.law_words import law_words
 from takagi.reports.figures.writing import figure_to_pdf, figure_to_svg
 from takagi.reports.maps.effort_sharing_effects import effect_figure, pair_figure
 from takagi.reports.maps.effort_sharing_rows import (
@@ -40,7 +41,7 @@ def pages(result: SweepResult) -> dict[str, bytes | str]:
     }
     drawn = _figure(result)
     name = result.map.settings["model"]["name"]
-    lines = [f"# {name}: the law {result.map.name}", "", f"{_counts(result)}. {KEPT}", ""]
+    lines = [f"# {name}: the {law_words(result.map.name)}", "", f"{_counts(result)}. {KEPT}", ""]
     if drawn is not None:
         figure, stem, description = drawn
         found[f"figures/{stem}.svg"] = figure_to_svg(

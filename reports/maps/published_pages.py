@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from takagi.certificates.sweep.grid import PointResult, SweepResult
+from takagi.models.laws.law_words import law_words
 from takagi.reports.figures.writing import figure_to_svg
 from takagi.reports.maps.published_overlaps import overlap_map_figure
 from takagi.reports.maps.published_rows import grid, of_windows, reason_counts, windows_of
@@ -63,7 +64,7 @@ def _page(result: SweepResult) -> str:
     name = result.map.settings["model"]["name"]
     sizes = result.map.settings["sets [rad/s]"]
     lines = [
-        f"# {name}: where the law {result.map.name} is proved",
+        f"# {name}: where the {law_words(result.map.name)} is proved",
         "",
         f"{len(result.points)} pairs of overlaps; at each, {len(windows)} windows of constant wind "
         f"from {windows[0][0]:g} to {windows[-1][1]:g} m/s, each "

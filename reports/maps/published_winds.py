@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.sweep.grid import PointResult, SweepResult
+from takagi.models.laws.law_words import law_words
 from takagi.reports.figures.style import COLOURS, SEQUENTIAL, house_style, new_figure, wind_axis
 from takagi.reports.maps.published_rows import SPEED, TORQUE, windows_of
 
@@ -54,13 +55,15 @@ def wind_slices_figure(result: SweepResult) -> Figure:
         for axes, other in zip(panels, result.beside, strict=False):
             _marks(axes, [(0.0, w) for w in windows_of(other.points[0])], colours)
             axes.set_yticks([])
-            axes.set_title(f"law {other.map.name}, with gains found in two steps", loc="left")
+            axes.set_title(
+                f"{law_words(other.map.name)}, with gains found in two steps", loc="left"
+            )
         for axes, torque in zip(panels[strips:], chosen, strict=True):
             points = [point for point in result.points if point.at[TORQUE] == torque]
             _marks(axes, [(p.at[SPEED], w) for p in points for w in windows_of(p)], colours)
             axes.set_ylabel("\u03b5$_\u03c9$ [rad/s]")
             axes.set_title(
-                f"law {result.map.name}, torque overlap {torque / 1e3:.3g} kN m", loc="left"
+                f"{law_words(result.map.name)}, torque overlap {torque / 1e3:.3g} kN m", loc="left"
             )
         wind_axis(panels[-1])
         figure.colorbar(colours, ax=panels, label="proved decay rate [1/s]", pad=0.01, aspect=40)

@@ -1,4 +1,4 @@
-"""The numbers of the coherent law that trade calm for margin, and how far each may be moved.
+"""The numbers of the effort-sharing law that trade calm for margin, and how far each may be moved.
 
 Each lever makes the loop that runs slower, or takes lag out of it.  Its position is a share from 0,
 where the settings stand, to 1, the end of its range; in between it is geometric:

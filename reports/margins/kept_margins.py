@@ -23,6 +23,7 @@ from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.law_words import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
@@ -77,7 +78,7 @@ def settings_with_margins(
     given: Collection[str] = (),
     tell: Tell | None = None,
 ) -> KeptMargins | NoMargins:
-    """Return settings of the coherent law whose loop has the margins, found before the long work.
+    """Return settings whose loop has the margins, found before the long work.
 
     Parameters
     ----------
@@ -106,8 +107,8 @@ def check_margins_asked(turbine: Turbine, settings: DesignSettings, asked: Asked
     """
     if settings.law != "coherent":
         raise ModelError(
-            f"margins were asked for with the law {settings.law}; they belong to the law coherent, "
-            "whose gains are known before the long work"
+            f"margins were asked for with the {law_words(settings.law)}; they belong to the "
+            "effort-sharing law, whose gains are known before the long work"
         )
     if settings.synthesis != "two-step":
         raise ModelError(

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 INF = float("inf")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Margins:
     """The margins of one loop. For an unstable closed loop all margins are 0.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.laws.law_words import law_words
 from takagi.models.laws.protocol import Law, Measurement
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
@@ -71,8 +72,8 @@ def loop_rest(plant: SimulatedTurbine, law: Law, observer: Observer, wind: float
             _require_seen(plant, found, wind)
             return LoopRest(found[:n], found[n : n + k], found[n + k :], commands(found)[1])
     raise NoRest(
-        f"at {wind:g} m/s the loop of law {law.name!r} has no rest near the turbine's trim "
-        f"(torque {torque:.6g} N m, pitch {pitch:.6g} rad): leave this wind out"
+        f"at {wind:g} m/s the loop of the {law_words(law.name)} has no rest near the turbine's "
+        f"trim (torque {torque:.6g} N m, pitch {pitch:.6g} rad): leave this wind out"
     )
 
 

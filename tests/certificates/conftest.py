@@ -1,4 +1,4 @@
-"""One certificate of the coherent loop for all tests here, and a short one of six cells."""
+"""One certificate of the effort-sharing loop for all tests here, and a short one of six cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The claim about the coherent loop: it proves, and breaks wherever it is made false."""
+"""The claim about the effort-sharing loop: it proves, and breaks wherever it is made false."""
 
 from __future__ import annotations
 
@@ -65,7 +65,10 @@ def test_the_name_is_the_checkers_own(short: Document, reseal: Reseal) -> None:
     claim = check_document(reseal(short)).claims[0]
 
     assert claim.verdict is Verdict.PROVED
-    assert claim.name == f"coherent loop, {claim.text.split(' m/s')[0][6:]} m/s, equilibrium wake"
+    assert (
+        claim.name
+        == f"effort-sharing loop, {claim.text.split(' m/s')[0][6:]} m/s, equilibrium wake"
+    )
 
 
 def test_a_wrong_power_coefficient_has_to_be_in_the_ranges(short: Document, reseal: Reseal) -> None:

@@ -161,7 +161,7 @@ def test_a_claim_that_the_gains_have_no_part_in_is_pointed_out(
     """A true claim about other matrices does not pass silently as one about the gain file."""
     short["claims"] = [
         {
-            "name": "coherent loop, 3 to 25 m/s",
+            "name": "effort-sharing loop, 3 to 25 m/s",
             "kind": "quadratic-decay",
             "A": [[[-1]]],
             "P": [[1]],

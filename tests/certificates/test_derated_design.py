@@ -26,7 +26,7 @@ TURBINE_FILE = next(file for file in FILES if file.suffix == ".toml")
 
 @pytest.fixture(scope="module")
 def document() -> dict[str, Any]:
-    """The certificate of the coherent loop at 80 % of rated torque, gains in two steps."""
+    """The certificate of the effort-sharing loop at 80 % of rated torque, gains in two steps."""
     turbine = nrel5mw()
     lower = derated(turbine, SHARE * turbine.rated_torque)
     schedule = effort_schedule(lower)

@@ -70,7 +70,7 @@ def default_law() -> EffortSharingLaw:
 def law_of(
     turbine: Turbine, *, speed_setpoint: float | None = None, **asked: Any
 ) -> EffortSharingLaw:
-    """Return a coherent law with gains of no meaning that fill every digit."""
+    """Return an effort-sharing law with gains of no meaning that fill every digit."""
     schedule = effort_schedule(turbine, speed_setpoint=speed_setpoint, **asked)
     count = len(schedule.wind)
     gains = EffortGains(np.linspace(1 / 3, 2 / 3, count), np.linspace(1 / 7, 3 / 7, count - 1))

@@ -109,16 +109,18 @@ def test_the_files_name_of_a_claim_is_the_verdicts(built: Any) -> None:
     """What the claim is called in certificate and gain file says no more than what is proved."""
     stated = [claim["name"] for claim in built.document["claims"]]
 
-    assert stated[0].startswith("coherent loop, 3 to 25 m/s, pitch effectiveness up to ")
+    assert stated[0].startswith("effort-sharing loop, 3 to 25 m/s, pitch effectiveness up to ")
     assert stated == [claim.name for claim in check_document(built.document).claims]
     calm = replace(built.candidate, uncertainty=replace(DEFAULT_UNCERTAINTY, frozen_wake=False))
-    assert effort_sharing_claim(calm)["name"] == "coherent loop, 3 to 25 m/s, equilibrium wake"
+    assert (
+        effort_sharing_claim(calm)["name"] == "effort-sharing loop, 3 to 25 m/s, equilibrium wake"
+    )
 
 
 def test_a_file_with_the_name_of_before_is_read(short: dict[str, Any]) -> None:
     """Its own words prove nothing: the verdict is called by what is checked."""
     own = check_document(short).claims[0]
-    short["claims"][0]["name"] = "coherent loop, 3 to 25 m/s, frozen wake included"
+    short["claims"][0]["name"] = "effort-sharing loop, 3 to 25 m/s, frozen wake included"
 
     assert check_document(resealed(short)).claims[0] == own
     assert [one.verdict for one in judge_document(resealed(short))] == ["PROVED"]

@@ -68,7 +68,7 @@ def tank(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def turbine() -> tuple[dict[str, Any], dict[str, Any]]:
-    """A coherent law with gains of no meaning: the certificate without claims, and its file."""
+    """A law with gains of no meaning: the certificate without claims, and its file."""
     found = nrel5mw()
     schedule = effort_schedule(found)
     gains = EffortGains([0.5] * len(schedule.wind), [0.2] * (len(schedule.wind) - 1))  # type: ignore[arg-type]

@@ -99,7 +99,12 @@ def test_malformed_toml_names_file_line_and_what_was_expected(
         ("\nradius", "\nradios", "rotor.radios", "did you mean 'radius'"),
         ("\nradius", "\n# radius", "rotor.radius", "is missing; add radius ="),
         ('power = "nrel5mw_cp.csv"', 'power = "no.csv"', "coefficients.power", "no such file"),
-        ('kind = "turbine"', 'kind = "boat"', "kind", 'a turbine file says kind = "turbine"'),
+        (
+            'kind = "turbine"',
+            'kind = "boat"',
+            "kind",
+            'belong to a turbine: write kind = "turbine"',
+        ),
     ],
 )
 def test_a_wrong_field_is_named_with_file_and_line(
@@ -141,7 +146,7 @@ def test_a_wrong_field_is_named_with_file_and_line(
         (["--law", "papr"], "choose one of coherent, paper, paper-two-integrators"),
         (
             ["--law", "paper", "--overlap", "0.1"],
-            "option --overlap belongs to the law effort-sharing",
+            "option --overlap belongs to the effort-sharing law",
         ),
         (["--speed-overlap", "0.1"], "option --speed-overlap belongs to the published laws"),
         (["--speed-setpoint", "1.2"], "a number with its unit is needed"),

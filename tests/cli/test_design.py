@@ -34,7 +34,7 @@ def test_the_folder_holds_what_is_promised(asked: Any, tmp_path: Path, capsys: C
 
     assert listing(tmp_path / "new" / "out") == FILES
     printed = capsys.readouterr().out
-    assert printed.startswith("PROVED  NREL 5-MW, law coherent\n")
+    assert printed.startswith("PROVED  NREL 5-MW, effort-sharing law\n")
     assert all(name in printed for name in ("gains.json", "certificate.json", "report.html"))
 
 
@@ -181,7 +181,7 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
         (["--objective", "calm-towre"], "did you mean 'calm-tower'"),
         (["--objective", "decay", "--two-step"], "leave one of the two out"),
         (["--one-step", "--two-step"], "leave one of the two out"),
-        (["--two-step", "--law", "paper"], "--two-step belongs to the law effort-sharing"),
+        (["--two-step", "--law", "paper"], "--two-step belongs to the effort-sharing law"),
     ],
 )
 def test_a_synthesis_that_makes_no_sense_is_refused(

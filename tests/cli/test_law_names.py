@@ -33,6 +33,6 @@ def test_an_option_of_another_law_is_refused_by_either_name(
 
     assert main(asked) == 2
     assert (
-        "--overlap belongs to the law effort-sharing, but --law published"
+        "--overlap belongs to the effort-sharing law, but --law published"
         in capsys.readouterr().err
     )

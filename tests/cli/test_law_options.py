@@ -14,7 +14,7 @@ TURBINE = nrel5mw()
 
 
 def test_each_option_sets_its_field() -> None:
-    """Of the coherent law, and of the laws of the paper; what is not given keeps its default."""
+    """Of the effort-sharing and the published laws; what is not given keeps its default."""
     coherent = design_settings(TURBINE, torque_setpoint="80%", pitch_effectiveness_share=0.8)
     paper = design_settings(
         TURBINE,
@@ -43,7 +43,7 @@ def test_the_speed_filter_may_be_none_and_is_the_coherent_laws() -> None:
     for given in (-1.0, 0.49, float("inf"), float("nan")):
         with pytest.raises(ModelError, match=r"--speed-filter: .* at least 0.5 rad/s"):
             design_settings(TURBINE, speed_filter=given)
-    with pytest.raises(ModelError, match="--speed-filter belongs to the law effort-sharing"):
+    with pytest.raises(ModelError, match="--speed-filter belongs to the effort-sharing law"):
         design_settings(TURBINE, law="paper", speed_filter=4.0)
 
 
@@ -60,7 +60,7 @@ def test_the_torsion_filter_goes_with_a_low_pass() -> None:
             design_settings(TURBINE, torsion_filter=given)
     with pytest.raises(ModelError, match="needs a low-pass behind it"):
         design_settings(TURBINE, torsion_filter=9.0, speed_filter=0.0)
-    with pytest.raises(ModelError, match="--torsion-filter belongs to the law effort-sharing"):
+    with pytest.raises(ModelError, match="--torsion-filter belongs to the effort-sharing law"):
         design_settings(TURBINE, law="paper", torsion_filter=9.0)
 
 
@@ -71,7 +71,7 @@ def test_the_wind_filter_is_the_coherent_laws() -> None:
     for given in (0.0, -1.0, float("inf"), float("nan")):
         with pytest.raises(ModelError, match=r"--wind-filter: .* must be positive"):
             design_settings(TURBINE, wind_filter=given)
-    with pytest.raises(ModelError, match="--wind-filter belongs to the law effort-sharing"):
+    with pytest.raises(ModelError, match="--wind-filter belongs to the effort-sharing law"):
         design_settings(TURBINE, law="paper", wind_filter=1.0)
 
 
@@ -100,7 +100,7 @@ def test_a_low_torque_goes_with_a_low_speed() -> None:
         ({"law": "paper", "ramp_placement": 1.5}, "--ramp-placement: 1.5"),
         ({"law": "paper", "tracking_time": 2.0}, "law published-two-integrators"),
         ({"law": "paper-two-integrators", "tracking_time": 0.0}, "--tracking-time: 0"),
-        ({"law": "paper", "pitch_effectiveness_share": 0.6}, "belongs to the law effort-sharing"),
+        ({"law": "paper", "pitch_effectiveness_share": 0.6}, "belongs to the effort-sharing law"),
     ],
 )
 def test_nonsense_is_refused_by_name(options: dict[str, Any], words: str) -> None:

@@ -79,7 +79,7 @@ def test_a_point_that_fails(tmp_path: Path, capsys: Capture) -> None:
     ("options", "parts"),
     [
         (("--law", "papr", *GRID), ["--law papr", "did you mean 'paper'", "paper, troubled"]),
-        (("--law", "paper", "--trade-off"), ["--trade-off belongs to --law coherent"]),
+        (("--law", "paper", "--trade-off"), ["--trade-off belongs to --law effort-sharing"]),
         (("--over", "z=1"), ["'z' cannot be swept", "x [m], y [s]"]),
         (("--over", "x=2:1:3"), ["does not increase"]),
         (("--over", "x=1kg"), ["'kg' does not fit"]),

@@ -16,7 +16,7 @@ from takagi.cli.verbs.sweep import run
         (["--law", "coherent", "--over", "overlp=0.01"], "did you mean 'overlap'"),
         (["--law", "coherent", "--over", "inertia=0.1,0.95"], "at most 0.9"),
         (["--law", "coherent", "--over", "inertia=-0.1,0.1"], "at least 0"),
-        (["--law", "paper-two-integrators", "--trade-off"], "belongs to --law coherent"),
+        (["--law", "paper-two-integrators", "--trade-off"], "belongs to --law effort-sharing"),
     ],
 )
 def test_misuse(

@@ -1,4 +1,4 @@
-"""What the coherent law's integral limit is for: a loop that was out of reach comes back soon."""
+"""The effort-sharing law's integral limit: a loop that was out of reach comes back soon."""
 
 from __future__ import annotations
 

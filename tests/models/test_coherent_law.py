@@ -1,4 +1,4 @@
-"""The coherent law as it runs: formulas, limits, continuity, and what the tables say."""
+"""The effort-sharing law as it runs: formulas, limits, continuity, and what the tables say."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The effort ramp and the schedule of the coherent law: trims that meet the plant's own."""
+"""The effort ramp and the schedule of the effort-sharing law: trims that meet the plant's own."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def test_the_law_feels_the_filtered_reference() -> None:
 def test_in_region_2_it_is_a_filter_on_the_wind() -> None:
     """Where omega_ref = lambda v / R, filtering the reference is filtering the wind estimate.
 
-    That is where the coherent law's filter stands: both references agree to rounding.
+    That is where the effort-sharing law's filter stands: both references agree to rounding.
     """
     law = make_law()
     filtered: Law = FilteredReferenceLaw(law, ReferenceFilter(5.0))

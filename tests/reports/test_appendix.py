@@ -125,7 +125,7 @@ def test_every_cell_of_the_certificate_is_in_the_tables(design: TurbineDesign, b
 
 def test_the_gain_table_is_the_laws(design: TurbineDesign, body: str) -> None:
     """Rounded to the decimals shown, every node has the law's gain and integral rate."""
-    law = design.coherent
+    law = design.effort_sharing_law
     assert law is not None
 
     rows = table(body, "tk:gains")
@@ -197,7 +197,7 @@ def test_what_is_not_proved_is_not_called_proved(
     design: TurbineDesign, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With an open claim the figure of proved cells and every proved number are left out."""
-    claim = Claim("coherent loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
+    claim = Claim("effort-sharing loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
     undrawn(monkeypatch)
 
     found = appendix_files(replace(design, checked=concluded([claim], [])))
@@ -212,7 +212,7 @@ def test_what_is_not_proved_is_not_called_proved(
 def test_the_published_law_has_an_appendix_without_the_theorem(
     paper_files: dict[str, bytes | str],
 ) -> None:
-    """Nothing of the coherent law is said of another; the text of the claim is escaped."""
+    """Nothing of the effort-sharing law is said of another; the text of the claim is escaped."""
     body = str(paper_files["appendix-body.tex"])
 
     assert "Theorem" not in body and "effort-sharing" not in body

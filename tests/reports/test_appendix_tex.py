@@ -82,7 +82,7 @@ def sound(log: str) -> None:
 
 
 def test_the_default_appendix_compiles(design: TurbineDesign, tmp_path: Path) -> None:
-    """The coherent law, with theorem and all tables."""
+    """The effort-sharing law, with theorem and all tables."""
     sound(compiled(tmp_path, appendix_files(design)))
 
 
@@ -94,7 +94,7 @@ def test_the_published_laws_compile(design: TurbineDesign, tmp_path: Path, law: 
 
 def test_an_open_certificate_compiles(design: TurbineDesign, tmp_path: Path) -> None:
     """Without a proof there is a figure and a paragraph less."""
-    claim = Claim("coherent loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
+    claim = Claim("effort-sharing loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
     sound(compiled(tmp_path, appendix_files(replace(design, checked=concluded([claim], [])))))
 
 

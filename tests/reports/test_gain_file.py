@@ -74,7 +74,7 @@ def test_every_number_of_the_law_has_a_unit(turbine_design: TurbineDesign) -> No
 
 def test_one_sample_is_written_out(turbine_design: TurbineDesign) -> None:
     """What a controller does every T: filter, its rate, integral; and the law does the same."""
-    law, execution = turbine_design.coherent, gain_file(turbine_design)["execution"]
+    law, execution = turbine_design.effort_sharing_law, gain_file(turbine_design)["execution"]
     assert law is not None
     x, v_s, seen, T = 0.01, 14.0, 14.5, 0.02
     e = 0.005
@@ -92,7 +92,7 @@ def test_one_sample_is_written_out(turbine_design: TurbineDesign) -> None:
 
 def test_the_rate_that_is_fed_forward_has_one_formula(turbine_design: TurbineDesign) -> None:
     """That of the law's own sample, seen in its torque; no other one stands in the file's words."""
-    law, content = turbine_design.coherent, gain_file(turbine_design)
+    law, content = turbine_design.effort_sharing_law, gain_file(turbine_design)
     assert law is not None
     v_s, T = 9.0, 0.1
     omega = float(np.interp(v_s, law.schedule.wind, law.schedule.rotor_speed)) - 0.02
@@ -124,7 +124,7 @@ def test_trim_table_is_the_turbines(turbine_design: TurbineDesign) -> None:
 
 
 def test_no_gains_of_a_law_that_is_not_run(turbine_design: TurbineDesign) -> None:
-    """The regions' gains, which the coherent law does not use, are not in its file."""
+    """The regions' gains, which the effort-sharing law does not use, are not in its file."""
     content = gain_file(turbine_design)
 
     assert "regional" not in content and "filter" not in content
@@ -156,7 +156,7 @@ def test_schema_refuses_what_it_does_not_know(
 
 
 def test_schema_refuses_a_column_of_another_length(turbine_design: TurbineDesign) -> None:
-    """A law whose table misses a node is refused as a coherent law."""
+    """A law whose table misses a node is refused as an effort-sharing law."""
     content = copy.deepcopy(gain_file(turbine_design))
     content["law"]["proportional"].pop()
 
@@ -171,3 +171,10 @@ def test_json_schema_names_the_law_and_its_units() -> None:
     assert schema["$schema"].endswith("2020-12/schema")
     assert "proportional" in schema["$defs"]["CoherentLawTables"]["properties"]
     assert schema["additionalProperties"] is False
+
+
+def test_the_effort_sharing_law_of_a_design_was_called_coherent(
+    turbine_design: TurbineDesign,
+) -> None:
+    with pytest.warns(DeprecationWarning, match="now called TurbineDesign.effort_sharing_law"):
+        assert turbine_design.coherent is turbine_design.effort_sharing_law

@@ -187,8 +187,8 @@ def turbine_file(design: TurbineDesign, law: Law, folder: Path) -> Path:
 
 def laws_of(design: TurbineDesign) -> dict[str, Law]:
     """Return every law that ``design --law`` emits, and variants of its options."""
-    assert design.coherent is not None
-    plain, turbine = design.coherent, design.turbine
+    assert design.effort_sharing_law is not None
+    plain, turbine = design.effort_sharing_law, design.turbine
     models = (design.partial_load, design.full_load, design.regional)
     found: dict[str, Law] = {
         "coherent": plain,

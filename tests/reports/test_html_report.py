@@ -57,7 +57,7 @@ def undecided(design: TurbineDesign) -> TurbineDesign:
     """The shared design, with a checker that refused its third wind cell."""
     low, high = design.document["claims"][0]["cells"][2]["wind"]
     text = f"not proved, of 70 wind cells: wind {low:g} to {high:g} m/s: <limit>"
-    claim = Claim("coherent loop", Verdict.UNDECIDED, text)
+    claim = Claim("effort-sharing loop", Verdict.UNDECIDED, text)
     resting = [
         replace(other, verdict=Verdict.UNDECIDED, text="what it rests on is not proved")
         for other in design.checked.claims[1:]
@@ -196,7 +196,7 @@ def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -
 @pytest.mark.parametrize("wind", [8.0, 11.45, 18.0])
 def test_local_gains_are_the_laws_derivatives(turbine_design: TurbineDesign, wind: float) -> None:
     """The formulas for the local gains agree with central differences of the law itself."""
-    law = turbine_design.coherent
+    law = turbine_design.effort_sharing_law
     assert law is not None
     (loop,), _ = loop_points(turbine_design, [wind])
     gains = loop.controller
@@ -220,7 +220,7 @@ def test_local_gains_are_the_laws_derivatives(turbine_design: TurbineDesign, win
 
 def test_the_linear_loop_rests_where_the_law_rests(turbine_design: TurbineDesign) -> None:
     """At the loop's trim the law asks for exactly the trim's torque and pitch."""
-    law = turbine_design.coherent
+    law = turbine_design.effort_sharing_law
     assert law is not None
     for loop in loop_points(turbine_design, [5.0, 11.45, 20.0])[0]:
         point = loop.point

@@ -184,7 +184,7 @@ def test_shares_are_1_at_the_threshold_and_fall_where_the_loop_is_unstable() -> 
 @pytest.mark.parametrize(
     ("settings", "asked", "words"),
     [
-        ({"law": "paper"}, "gain 1.2", "they belong to the law coherent"),
+        ({"law": "paper"}, "gain 1.2", "belong to the effort-sharing law"),
         ({"synthesis": "one-step"}, "gain 1.2", "leave --one-step"),
         ({}, "gain 1.2, sample 0.2s", "torsion mode.*sample at least every"),
         ({}, "gain 1.2, sample 10ms, computing 11ms", "at most one sample"),

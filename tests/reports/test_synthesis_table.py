@@ -21,7 +21,7 @@ from takagi.reports.sections.turbine.synthesis_table import synthesis_table
 @pytest.fixture
 def joint(turbine_design: TurbineDesign) -> TurbineDesign:
     """The shared design as if its gains had been found in two joint steps."""
-    law, candidate = turbine_design.coherent, turbine_design.candidate
+    law, candidate = turbine_design.effort_sharing_law, turbine_design.candidate
     assert law is not None and candidate is not None
     before = ReachedValues(0.1894, 0.04, 0.01695, np.nan, np.nan)
     middle, after = replace(before, wind_error=0.2), replace(before, wind_error=0.2075)

@@ -19,7 +19,7 @@ suffices to check the rules.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -60,6 +60,7 @@ class PolytopicLoop:
     """
 
     A: Stack
+    _: KW_ONLY
     B: Stack = ()
     C: Stack = ()
     D: Stack = ()

@@ -14,7 +14,7 @@ in its ball.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -88,6 +88,7 @@ class PlantNodes:
     inputs: list[Variable]
     disturbances: list[Variable]
     sample_time: Fraction | None
+    _: KW_ONLY
     f: list[int] = field(default_factory=list)
     mass: Rows | None = None
     outputs: list[int] = field(default_factory=list)

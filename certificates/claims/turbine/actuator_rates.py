@@ -62,7 +62,7 @@ def actuator_rates_claim(
     limit = number(data["model"], "torque_rate_limit", "model")
     rates = [number(cell, "wind_rate", "loop") for cell in data["loop"]["cells"]]
     claim: dict[str, Any] = {
-        "name": "actuator rates of the coherent loop",
+        "name": "actuator rates of the effort-sharing loop",
         "kind": "actuator-rates",
         "loop": 0,
         "torque_step": float(_up(torque_step(subject.law, rates))),

@@ -165,7 +165,7 @@ def _name(candidate: EffortSharingCandidate) -> str:
     if candidate.uncertainty.frozen_wake and least > 0:
         reach = f"{at_least(least, 3)} to {at_least(most, 3)} rad/s^2 per rad"
         wake = f"pitch effectiveness up to {reach}"
-    return f"coherent loop, {at_most(low, 6)} to {at_least(high, 6)} m/s, {wake}"
+    return f"effort-sharing loop, {at_most(low, 6)} to {at_least(high, 6)} m/s, {wake}"
 
 
 def _stated(value: Fraction) -> Fraction:

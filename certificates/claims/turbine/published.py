@@ -18,6 +18,7 @@ from takagi.certificates.claims.turbine.published_search import (
     Unproved,
     search_cells,
 )
+from takagi.models.laws.law_words import law_words
 from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium_point import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw
@@ -157,7 +158,8 @@ def published_claim(candidate: PublishedCandidate) -> dict[str, Any]:
     coupling = candidate.law.coupling
     n = 3 if candidate.law.tracking_time is None else 4
     return {
-        "name": f"law {candidate.law.name}, speed overlap {coupling.speed_ramp.width:g} rad/s, "
+        "name": f"{law_words(candidate.law.name)}, "
+        f"speed overlap {coupling.speed_ramp.width:g} rad/s, "
         f"torque overlap {coupling.torque_overlap:g} N m",
         "kind": "paper-loop",
         "state": ["rotor speed [rad/s]", "pitch [rad]", *candidate.law.state_names][:n],

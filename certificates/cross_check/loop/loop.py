@@ -11,7 +11,7 @@ mixtures.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -50,6 +50,7 @@ class VertexLoop:
     """
 
     A: Stack
+    _: KW_ONLY
     B: Stack = ()
     C: Stack = ()
     D: Stack = ()

@@ -8,7 +8,7 @@ drive's tau.  The stated numbers of a cell must enclose:
     |w_zeta| <= max(|1 - theta| rho |N|, sup(rho |N| - psi(U) / tau))
 
 Torque must stay above 0, and the pitch command below the largest pitch.  Derived in
-docs/coherent-loop.md, sections Speed, Effort lag and Invariance.
+docs/effort-sharing-loop.md, sections Speed, Effort lag and Invariance.
 """
 
 from __future__ import annotations

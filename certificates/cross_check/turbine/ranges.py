@@ -16,7 +16,7 @@ each cell of the law's winds has, with lambda = R omega / v (``loop_claim`` has 
 
 p is the true power coefficient divided by the tabulated one.  All ranges are products of intervals,
 for G with the range of U in parts.  The effects of v_s' are in ``moving_schedule``.  Derived in
-docs/coherent-loop.md, sections Speed, Effort lag, Family and Residual.
+docs/effort-sharing-loop.md, sections Speed, Effort lag, Family and Residual.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ curve moves at T phi' phi on both sides.  The conditions, with s = v_s, are
     at -    phi - r(s - T phi) >= T phi' phi
 
 wherever the estimate s +- T phi lies in the range.  Both sides are affine in s between the winds
-collected in ``_turned_back``, so that these winds suffice.  Derived in docs/coherent-loop.md, Wind
-rate.
+collected in ``_turned_back``, so that these winds suffice.  Derived in docs/effort-sharing-loop.md,
+Wind rate.
 """
 
 from __future__ import annotations

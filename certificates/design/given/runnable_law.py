@@ -44,7 +44,7 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
     ----------
     path : ``gains.json``, version 1 to 3; a law of version 1 feeds nothing forward.
     turbine : the turbine of the file.  A published law needs it, because its premises are computed
-        from the coefficient table at run time.  The file contains the whole coherent law.
+        from the coefficient table at run time.  The file contains the whole effort-sharing law.
 
     Raises
     ------

@@ -74,8 +74,8 @@ def effort_sharing_law_from_data(
     name = text(data, "name", source)
     if name != "coherent":
         raise CertificateError(
-            f"{source}.name: {name!r} was given; a gain file is certified for the law 'coherent', "
-            "a published law by designing it anew, without --gains"
+            f"{source}.name: {name!r} was given; a gain file is certified for the "
+            "effort-sharing law ('coherent'), a published law by designing it anew, without --gains"
         )
     nodes = len(numbers(data, "wind", source))
     row = {

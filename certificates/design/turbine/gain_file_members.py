@@ -24,7 +24,7 @@ def turbine_members(design: TurbineDesign) -> dict[str, Any]:
         **observer_members(design.observer, design.settings),
         "certificate": _certificate(design),
     }
-    if design.coherent is None:
+    if design.effort_sharing_law is None:
         found["start"] = _start(design)
     return found
 

@@ -26,7 +26,7 @@ def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
     both        a steady state at every wind from cut-in to cut-out
     coherent    overlap < n_g T_rated / J, the effort that torque can hold in reserve, and
                 bandwidth, grown too, <= 1 / tau, the rate of the pitch drive
-    paper laws  torque overlap below half of rated torque, its rounded corner below the largest
+    published   torque overlap below half of rated torque, its rounded corner below the largest
                 torque; the ramp of f_1 above the smallest speed; and, with one integrator,
                 f_1 > 0 at the set-point, or nothing acts above rated wind
 
@@ -141,9 +141,10 @@ def _check_speed_ramp(turbine: Turbine, asked: DesignSettings) -> None:
     if asked.law == "paper" and placement >= 1:
         rated = rated_wind(turbine, speed_setpoint=asked.speed_setpoint)
         raise ModelError(
-            f"ramp placement {placement:.4g} was given; below 1 is needed for the law paper: at "
-            "the set-point torque is held at rated and f_1 is 0, so that no actuator acts; the "
-            f"loop has no equilibrium at {rated:.4g} to {turbine.cut_out:.4g} m/s; try 0.5"
+            f"ramp placement {placement:.4g} was given; below 1 is needed for the published "
+            "law: at the set-point torque is held at rated and f_1 is 0, so that no actuator "
+            f"acts; the loop has no equilibrium at {rated:.4g} to {turbine.cut_out:.4g} m/s; "
+            "try 0.5"
         )
 
 

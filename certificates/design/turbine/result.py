@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from takagi.models.deprecation import warn_renamed
+
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
@@ -39,7 +41,7 @@ class ObserverDesign:
     observer: WindObserver
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class TurbineDesign:
     """A finished design.
 
@@ -97,11 +99,17 @@ class TurbineDesign:
         return speed_filter(self.settings)
 
     @property
-    def coherent(self) -> EffortSharingLaw | None:
+    def effort_sharing_law(self) -> EffortSharingLaw | None:
         """The law where it is the effort-sharing law, else None."""
         from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
         return self.law if isinstance(self.law, EffortSharingLaw) else None
+
+    @property
+    def coherent(self) -> EffortSharingLaw | None:
+        """The effort-sharing law, by its earlier name; warns."""
+        warn_renamed("TurbineDesign.coherent", "TurbineDesign.effort_sharing_law")
+        return self.effort_sharing_law
 
 
 def speed_filter(settings: DesignSettings) -> SpeedFilter | None:

@@ -40,18 +40,18 @@ class DesignSettings:
     ----------
     law : "coherent", "paper" or "paper-two-integrators".
     overlap : eps of the effort ramp [rad/s^2] (coherent).
-    speed_overlap : eps_omega of the coupling filter [rad/s] (paper laws).
-    torque_overlap : eps_T of the coupling filter [N m] (paper laws).
+    speed_overlap : eps_omega of the coupling filter [rad/s] (published laws).
+    torque_overlap : eps_T of the coupling filter [N m] (published laws).
     speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
     torque_setpoint : de-rated torque [N m, high-speed shaft]; None takes the rated torque.
     wind_filter : tau_f, of the effort-sharing law's low-pass on the wind estimate [s].
     effectiveness_share : b of the effort-sharing law divided by the frozen wake's pitch
         effectiveness [-].
     speed_filter : corner of the low-pass on the measured speed, which the gain file of the
-        coherent law contains [rad/s]; 0 for none.
+        effort-sharing law contains [rad/s]; 0 for none.
     torsion_filter : frequency of the band-stop before that low-pass [rad/s]; 0 for none.
     ramp_shape, ramp_placement : shape and place of the coupling filter's ramp in speed, see
-        ``coupling_filter`` (paper laws).
+        ``coupling_filter`` (published laws).
     tracking_time : time constant of the anti-windup [s] (paper-two-integrators).
     effort : requirements on the effort-sharing gains; None takes the defaults.
     synthesis : "two-step" finds the gains wind by wind, and the loop's quadratic functions

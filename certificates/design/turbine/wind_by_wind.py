@@ -37,7 +37,7 @@ def wind_observer_design(turbine: Turbine, asked: DesignSettings) -> ObserverDes
 def wind_by_wind_law(
     turbine: Turbine, asked: DesignSettings
 ) -> tuple[EffortDesign, EffortSharingLaw]:
-    """Return the coherent law with gains found wind by wind, and what they were found for.
+    """Return the effort-sharing law with gains found wind by wind, and what they were found for.
 
     Raises
     ------

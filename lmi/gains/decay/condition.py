@@ -26,6 +26,7 @@ from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
 from takagi.lmi.gains.requirements.requirements import Requirements, required_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
+from takagi.models.deprecation import renamed_keywords
 
 
 class Controlled(Protocol):
@@ -42,13 +43,14 @@ class Controlled(Protocol):
 LARGEST_ELLIPSOID = 1e3
 
 
+@renamed_keywords(demands="requirements")
 def pdc_condition(
     model: Controlled,
     *,
     decay_rate: float = 0.0,
     relaxation: str | Relaxation = "wang-tanaka-griffin",
     limits: Limits | None = None,
-    demands: Requirements | None = None,
+    requirements: Requirements | None = None,
     sample_time: float | None = None,
 ) -> Condition:
     """Pose sum_ij h_i h_j Theta_ij < 0, Theta_ij = He(A_i Q - B_i M_j) + 2 alpha Q, Q > 0.
@@ -63,7 +65,7 @@ def pdc_condition(
     decay_rate : alpha in 1/s.
     relaxation : how the double sum is made LMIs; see ``relaxations``.  Or what poses it.
     limits : on inputs, states and gains, in the model's coordinates.
-    demands : on eigenvalues, for uncertain plants and known memberships; in those coordinates.
+    requirements : eigenvalues, uncertain plants, known memberships; in those coordinates.
     sample_time : T in s; None takes the model's own, continuous where it has none.
 
     Returns
@@ -80,7 +82,7 @@ def pdc_condition(
     pose = relaxation if callable(relaxation) else relaxation_named(relaxation)
     alpha = number("decay_rate", decay_rate)
     step = sample_time_of(model, sample_time)
-    posed = double_sums(model, alpha, name, demands, step)
+    posed = double_sums(model, alpha, name, requirements, step)
     Q, M = posed.Q, posed.M
     nu = Unknown("nu", 1, 1, latex=r"\nu")
     relaxed = [pose(loop) for loop in posed.sums]
@@ -126,7 +128,7 @@ def double_sums(
     model: Controlled,
     alpha: float | Fraction,
     relaxation: str,
-    demands: Requirements | None,
+    requirements: Requirements | None,
     step: float | None,
 ) -> DoubleSums:
     """Return the double sums of ``pdc_condition``.
@@ -150,9 +152,9 @@ def double_sums(
         discrete=step is not None,
         corners=corners_of(model),
     )
-    if demands is None:
+    if requirements is None:
         return DoubleSums(Q, M, (loop,), (), ())
-    found = required_sums(loop, A, B, Q, M, demands, discrete=step is not None)
+    found = required_sums(loop, A, B, Q, M, requirements, discrete=step is not None)
     return DoubleSums(Q, M, *found)
 
 

@@ -139,13 +139,13 @@ def _first_gains(task: DecayRequest, goal: Goal) -> Design:
         best = done.designs[-1] if done.no is None else done.no
         said = _why_none(done, best)
         best = replace(best, relaxation="auto", answer=replace(best.answer, diagnosis=said))
-    return replace(best, ladder=tuple(done.rungs))
+    return replace(best, ladder=tuple(done.results))
 
 
 def _why_none(done: RelaxationSearch, last: Design) -> str:
     if done.no is not None:
         return last.answer.diagnosis
     tried = [design.relaxation for design in done.designs]
-    left = [rung.relaxation for rung in done.rungs if rung.status == "not tried"]
+    left = [result.relaxation for result in done.results if result.status == "not tried"]
     rest = f" (not tried: {', '.join(left)})" if left else ""
     return f"no gains by any of {', '.join(tried)}{rest}; of the last, {last.answer.diagnosis}"

@@ -15,7 +15,7 @@ from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.gains.decay.design import ANY, decided, design_at, design_of
 from takagi.lmi.gains.decay.largest_rate import BACK, design_at_largest, largest
 from takagi.lmi.gains.decay.request import DecayRequest
-from takagi.lmi.relaxation_result import RelaxationResult, RungStatus
+from takagi.lmi.relaxation_result import RelaxationResult, RelaxationStatus
 from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, contains, work_of
 from takagi.lmi.sums.relaxation_sizes import RelaxationSize, size_of
@@ -37,14 +37,14 @@ class RelaxationSearch:
 
     Attributes
     ----------
-    rungs : results of the relaxations, in the order in which they were looked at.
+    results : results of the relaxations, in the order in which they were looked at.
     designs : of those that were tried.
     no : why no relaxation has gains, where that was found.
     most : decay rate in 1/s that no relaxation exceeds, to solver accuracy; nan until it was
         looked for, inf where that did not settle it.
     """
 
-    rungs: list[RelaxationResult] = field(default_factory=list)
+    results: list[RelaxationResult] = field(default_factory=list)
     designs: list[Design] = field(default_factory=list)
     no: Design | None = None
     most: float = np.nan
@@ -99,14 +99,14 @@ def search_relaxations(
             break
         reason = _reason_to_skip(done, task, name)
         if reason:
-            done.rungs.append(_rung(task, name, "not tried", reason))
+            done.results.append(_result(task, name, "not tried", reason))
         else:
             _try(done, task, goal, name)
     return done
 
 
 def _contains(task: DecayRequest, rich: str, poor: str) -> bool:
-    few = task.demands.active_rules
+    few = task.requirements.active_rules
     return contains(rich, poor, few_active=few is not None and few < len(task.A))
 
 
@@ -123,9 +123,9 @@ def _reason_to_skip(done: RelaxationSearch, task: DecayRequest, name: str) -> st
         return f"too large: {_count(size.lmis)} LMIs, the widest {size.width}"
     if done.no is not None:
         return "no relaxation has gains"
-    for rung in done.rungs:
-        if rung.status == "infeasible" and _contains(task, rung.relaxation, name):
-            return f"{rung.relaxation} contains it and has no gains"
+    for result in done.results:
+        if result.status == "infeasible" and _contains(task, result.relaxation, name):
+            return f"{result.relaxation} contains it and has no gains"
     return ""
 
 
@@ -140,13 +140,13 @@ def _try(done: RelaxationSearch, task: DecayRequest, goal: Goal, name: str) -> N
     else:
         design = design_at(task, goal, name)
         rate = design.answer.decay_rate or goal
-    status: RungStatus = design.status
+    status: RelaxationStatus = design.status
     if status == "infeasible" and served:
         status = "unknown"
-    rung = _rung(task, name, status, _bought(done.best, design, served, goal))
-    done.rungs.append(
+    result = _result(task, name, status, _bought(done.best, design, served, goal))
+    done.results.append(
         replace(
-            rung,
+            result,
             seconds=time.perf_counter() - started,
             margin=design.margin,
             decay_rate=rate if design.found else None,
@@ -184,7 +184,7 @@ def _look_outside(done: RelaxationSearch, task: DecayRequest, goal: Goal) -> Non
     settled_no = found.outcome.status == "infeasible" and done.best is None
     blends = [lmi for lmi in found.condition.lmis if lmi.name.endswith("blend")]
     count = sum(lmi.count for lmi in blends)
-    rung = RelaxationResult(
+    result = RelaxationResult(
         relaxation=ANY,
         status="infeasible" if settled_no else "bound",
         lmis=count,
@@ -195,7 +195,7 @@ def _look_outside(done: RelaxationSearch, task: DecayRequest, goal: Goal) -> Non
         decay_rate=done.most if np.isfinite(done.most) and not settled_no else None,
         note=f"{_said(settled_no, done)} at {_count(count)} blends",
     )
-    done.rungs.append(rung)
+    done.results.append(result)
     if settled_no:
         done.no = design_of(found, 0.0 if goal == "max" else goal, ANY)
 
@@ -214,7 +214,7 @@ def _parts(task: DecayRequest) -> int:
     return fine[0] if fine else 2
 
 
-def _rung(task: DecayRequest, name: str, status: RungStatus, note: str) -> RelaxationResult:
+def _result(task: DecayRequest, name: str, status: RelaxationStatus, note: str) -> RelaxationResult:
     size = _size(task, name)
     gains = task.gain_numbers // (len(task.A) if name == "common-gain" else 1)
     return RelaxationResult(

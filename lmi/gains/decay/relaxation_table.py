@@ -22,6 +22,7 @@ from takagi.lmi.gains.decay.request import decay_request
 from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.deprecation import warn_renamed
 from takagi.models.errors import ModelError
 
 HEADS = (
@@ -43,21 +44,27 @@ class Ladder:
 
     Attributes
     ----------
-    rungs : one result each; "any relaxation" is the condition at single blends, which each implies.
+    results : one each; "any relaxation" is the condition at single blends, which each implies.
     best : the design of the largest decay rate that was asked for, by the cheapest relaxation that
         has it; None without gains.
     """
 
-    rungs: tuple[RelaxationResult, ...]
+    results: tuple[RelaxationResult, ...]
     best: Design | None
+
+    @property
+    def rungs(self) -> tuple[RelaxationResult, ...]:
+        """Return ``results``, by their earlier name; warns."""
+        warn_renamed("Ladder.rungs", "Ladder.results")
+        return self.results
 
     @property
     def rows(self) -> tuple[Mapping[str, object], ...]:
         """Return the table, one mapping from the heads for each relaxation."""
-        return tuple(dict(zip(HEADS, _cells(rung), strict=True)) for rung in self.rungs)
+        return tuple(dict(zip(HEADS, _cells(result), strict=True)) for result in self.results)
 
     def __str__(self) -> str:
-        lines = [HEADS, *(tuple(_text(cell) for cell in _cells(rung)) for rung in self.rungs)]
+        lines = [HEADS, *(tuple(_text(cell) for cell in _cells(result)) for result in self.results)]
         widths = [max(len(line[k]) for line in lines) for k in range(len(HEADS))]
         # Numbers to the right, words to the left.
         left = {0, 1, len(HEADS) - 1}
@@ -130,7 +137,7 @@ def relaxation_ladder(
     done = search_relaxations(
         task, goal, default_relaxations(task) if names is None else names, stop=False
     )
-    return Ladder(tuple(done.rungs), done.best)
+    return Ladder(tuple(done.results), done.best)
 
 
 def checked_names(relaxations: Sequence[str]) -> tuple[str, ...]:
@@ -150,18 +157,18 @@ def checked_names(relaxations: Sequence[str]) -> tuple[str, ...]:
     return names
 
 
-def _cells(rung: RelaxationResult) -> tuple[object, ...]:
-    tried = rung.status != "not tried"
+def _cells(result: RelaxationResult) -> tuple[object, ...]:
+    tried = result.status != "not tried"
     return (
-        rung.relaxation,
-        rung.status,
-        rung.lmis,
-        rung.variables,
-        rung.width,
-        rung.seconds if tried else None,
-        rung.margin if tried else None,
-        rung.decay_rate,
-        rung.note,
+        result.relaxation,
+        result.status,
+        result.lmis,
+        result.variables,
+        result.width,
+        result.seconds if tried else None,
+        result.margin if tried else None,
+        result.decay_rate,
+        result.note,
     )
 
 

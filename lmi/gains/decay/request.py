@@ -44,7 +44,7 @@ class DecayRequest:
     A, B : (r, n, n), (r, n, m), scaled by powers of two: no digit is touched.
     sample_time : T in s; None for continuous time.
     premises, rules : the model's, for relaxations that know products of memberships.
-    limits, demands : in the model's own units.
+    limits, requirements : in the model's own units.
     decay_rate : alpha in 1/s that is asked for.
     s, tau : (n,), (m,).
     """
@@ -55,7 +55,7 @@ class DecayRequest:
     premises: Sequence[Premise]
     rules: Sequence[tuple[int, ...]]
     limits: Limits
-    demands: Requirements
+    requirements: Requirements
     decay_rate: float
     s: Floats
     tau: Floats
@@ -72,13 +72,13 @@ class DecayRequest:
             decay_rate=decay_rate,
             relaxation=relaxation,
             limits=self.limits.scaled(self.s, self.tau),
-            demands=self.demands.scaled(len(self.A), self.s, self.tau),
+            requirements=self.requirements.scaled(len(self.A), self.s, self.tau),
         )
 
     def double_sums(self, relaxation: str) -> tuple[DoubleSum, ...]:
         """Return what a relaxation is posed of, to know its size before it is."""
-        demands = self.demands.scaled(len(self.A), self.s, self.tau)
-        return double_sums(self, self.decay_rate, relaxation, demands, self.sample_time).sums
+        requirements = self.requirements.scaled(len(self.A), self.s, self.tau)
+        return double_sums(self, self.decay_rate, relaxation, requirements, self.sample_time).sums
 
     def in_units_of(self, Q: Floats) -> DecayRequest:
         """Return the task in states where Q, found in the present ones, has a diagonal near 1.
@@ -126,7 +126,7 @@ def decay_request(model: Controlled, given: GivenLimits, *, decay_rate: float) -
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     limits = given.limits(A.shape[1], B.shape[2])
-    demands = given.requirements(*B.shape)
+    requirements = given.requirements(*B.shape)
     step = sample_time_of(model, given.sample_time)
     s = _states(motion(A, step), limits, given.scales)
     scaled = A * s / s[:, None]
@@ -138,7 +138,7 @@ def decay_request(model: Controlled, given: GivenLimits, *, decay_rate: float) -
         premises=tuple(getattr(model, "premises", ())),
         rules=tuple(getattr(model, "rules", ())),
         limits=limits,
-        demands=demands,
+        requirements=requirements,
         decay_rate=decay_rate,
         s=s,
         tau=tau,

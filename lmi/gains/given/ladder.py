@@ -67,13 +67,13 @@ def closed_loop_ladder(
     loop = given_loop(
         model, gains, overlap=overlap, active_rules=active_rules, sample_time=sample_time
     ).scaled(scales)
-    rungs: list[RelaxationResult] = []
+    results: list[RelaxationResult] = []
     best: Design | None = None
     for name in _applicable(loop) if names is None else names:
-        rung, answer = _tried(loop, goal, name)
+        result, answer = _tried(loop, goal, name)
         if answer is not None and answer.P is not None and answer.decay_rate is not None:
             note = _gained(best, answer.decay_rate, goal)
-            rung = replace(rung, note=note)
+            result = replace(result, note=note)
             if best is None or answer.decay_rate > best.decay_rate:
                 best = Design(
                     gains=loop.gains,
@@ -83,9 +83,9 @@ def closed_loop_ladder(
                     relaxation=name,
                     answer=answer,
                 )
-        rungs.append(rung)
-    rungs.append(_outside(loop, goal))
-    return Ladder(tuple(rungs), best)
+        results.append(result)
+    results.append(_outside(loop, goal))
+    return Ladder(tuple(results), best)
 
 
 def _applicable(loop: GivenLoop) -> tuple[str, ...]:
@@ -101,7 +101,7 @@ def _applicable(loop: GivenLoop) -> tuple[str, ...]:
 
 def _tried(loop: GivenLoop, goal: Goal, name: str) -> tuple[RelaxationResult, Answer | None]:
     size = _size(loop, name)
-    rung = RelaxationResult(
+    result = RelaxationResult(
         relaxation=name,
         status="not tried",
         lmis=size.lmis,
@@ -110,11 +110,11 @@ def _tried(loop: GivenLoop, goal: Goal, name: str) -> tuple[RelaxationResult, An
         note=f"too large: {size.lmis} LMIs, the widest {size.width}",
     )
     if work_of(size) > MOST_WORK:
-        return rung, None
+        return result, None
     started = time.perf_counter()
     answer = largest_decay(loop, name) if goal == "max" else decided(loop, goal, name)
     found = replace(
-        rung,
+        result,
         status=answer.status,
         seconds=time.perf_counter() - started,
         margin=answer.margin,

@@ -22,7 +22,7 @@ from takagi.models.errors import ModelError
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Requirements:
-    """Each None where nothing is demanded or known.
+    """Each None where nothing is required or known.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Requirements:
     active_rules: int | None = None
 
     def scaled(self, r: int, s: Array, tau: Array) -> Requirements:
-        """Return the demands in x = s xhat, u = tau uhat; regions are the same in all units."""
+        """Return them in x = s xhat, u = tau uhat; regions are the same in all units."""
         if self.uncertainty is None:
             return self
         blocks = blocks_of(self.uncertainty, r, len(s), len(tau))
@@ -58,7 +58,7 @@ def requirements_of(
     overlap: ArrayLike | None,
     active_rules: int | None,
 ) -> Requirements:
-    """Return checked demands in the model's units.
+    """Return checked requirements in the model's units.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def required_sums(
     B: Array,
     Q: Unknown,
     M: Unknown,
-    demands: Requirements,
+    requirements: Requirements,
     *,
     discrete: bool,
 ) -> tuple[tuple[DoubleSum, ...], tuple[Unknown, ...], tuple[LMI, ...]]:
@@ -108,17 +108,17 @@ def required_sums(
     sums: list[DoubleSum] = []
     unknowns: tuple[Unknown, ...] = ()
     lmis: tuple[LMI, ...] = ()
-    for plain, carrier in _with_carriers(loop, A, B, Q, M, demands.region):
+    for plain, carrier in _with_carriers(loop, A, B, Q, M, requirements.region):
         found = plain
         # A part of a region without the loop in it, L < 0, is the same for every plant.
-        if demands.uncertainty is not None and (carrier is None or carrier.any()):
+        if requirements.uncertainty is not None and (carrier is None or carrier.any()):
             found, more = with_uncertainty(
-                found, Q, M, demands.uncertainty, carrier=carrier, discrete=discrete
+                found, Q, M, requirements.uncertainty, carrier=carrier, discrete=discrete
             )
             unknowns += more
-        if demands.overlap is not None or demands.active_rules is not None:
+        if requirements.overlap is not None or requirements.active_rules is not None:
             found, more, bounds = with_overlap(
-                found, demands.overlap, active_rules=demands.active_rules
+                found, requirements.overlap, active_rules=requirements.active_rules
             )
             unknowns, lmis = unknowns + more, lmis + bounds
         sums.append(found)

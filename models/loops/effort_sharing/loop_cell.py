@@ -54,7 +54,7 @@ class LoopUncertainty:
     power_coefficient: Interval = NOMINAL
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LoopCell:
     """Enclosures of the loop's coefficients for schedule winds in one cell, moving at some rate.
 

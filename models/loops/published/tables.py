@@ -93,7 +93,7 @@ class GainTable:
         return Dual(value, tuple(slopes))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LoopFigures:
     """Every number of the closed loop, SI units, angles in rad; see ``loop_figures``."""
 

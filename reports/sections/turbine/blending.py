@@ -24,15 +24,15 @@ def blending_section(design: TurbineDesign) -> Section:
     """Return the section about the blending of torque and pitch control."""
     coupling = filter_of(design)
     content: dict[str, Any] = {
-        "coherent": design.coherent is not None,
+        "coherent": design.effort_sharing_law is not None,
         "coupling": coupling,
         "speed_overlap": significant(coupling.speed_ramp.width),
         "torque_overlap": with_decimals(coupling.torque_overlap / 1e3, 2),
         "corners": [(with_decimals(a, 3), with_decimals(b, 0)) for a, b in _corners(coupling)],
         "memberships": _memberships(design, coupling),
     }
-    if design.coherent is not None:
-        overlap = float(design.coherent.schedule.overlap)
+    if design.effort_sharing_law is not None:
+        overlap = float(design.effort_sharing_law.schedule.overlap)
         content["overlap"] = significant(overlap)
         content["effort"] = captioned_figure(
             effort_figure(overlap),

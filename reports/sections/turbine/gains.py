@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def gains_section(design: TurbineDesign) -> Section:
     """Return the section about the law and its gains."""
-    law = design.coherent
+    law = design.effort_sharing_law
     content: dict[str, Any] = {"law": design.law, "coherent": law is not None}
     if law is not None:
         content |= _coherent(design, law)

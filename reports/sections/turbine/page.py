@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from takagi.models.laws.law_words import law_words
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 
@@ -33,7 +34,7 @@ def report_html(
     return report_files(
         "turbine",
         sections,
-        title=f"{design.turbine.name}: {design.law.name} law",
+        title=f"{design.turbine.name}: {law_words(design.law.name)}",
         verdict=design.checked.verdict.name,
         subtitle="Design report: model, gains, certificate, margins, responses.",
         units="SI units; angles in the tables of the law in rad, elsewhere in degrees where "

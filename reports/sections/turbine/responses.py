@@ -135,7 +135,7 @@ def _table(design: TurbineDesign, results: Sequence[Result]) -> Table:
 
 def _class_use(design: TurbineDesign, result: Result) -> tuple[str, str, str]:
     """Return the largest |v - v_s| and |v_s'|, and the share of time in the certified class."""
-    summary, law = claim_summary(design), design.coherent
+    summary, law = claim_summary(design), design.effort_sharing_law
     if summary is None or law is None or result.label != law.name:
         return "–", "–", "–"
     history = result.history

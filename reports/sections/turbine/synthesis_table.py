@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def synthesis_table(design: TurbineDesign) -> Table | None:
     """Return the comparison; None where the design's gains were found in two steps."""
-    found, law = synthesis_summary(design), design.coherent
+    found, law = synthesis_summary(design), design.effort_sharing_law
     if found is None or found.before is None or found.after is None:
         return None
     if law is None or design.effort is None:

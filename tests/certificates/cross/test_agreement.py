@@ -89,7 +89,7 @@ def test_a_law_s_own_weights_sum_to_one(whole: dict[str, Data], lower: str) -> N
 
 
 def test_turbine_is_decided_twice(short: Data) -> None:
-    """The matrices of the coherent loop, and that its ranges enclose the turbine."""
+    """The matrices of the effort-sharing loop, and that its ranges enclose the turbine."""
     found = cross_checked_document(short)
 
     assert found.agrees

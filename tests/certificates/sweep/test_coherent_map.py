@@ -1,4 +1,4 @@
-"""The coherent law's map: one point against the direct design, ranges, and what is answered."""
+"""The effort-sharing law's map: a point against the direct design, ranges, what is answered."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a claim about the coherent loop may not speak of: each number on both sides of its limit."""
+"""What a claim about the effort-sharing loop may not speak of: numbers on both sides of a limit."""
 
 from __future__ import annotations
 

@@ -267,7 +267,7 @@ def test_the_option_belongs_to_the_effort_sharing_law(
 ) -> None:
     options = ["--law", "paper", "--moving-wind", "--out", str(tmp_path)]
     assert main(["design", "nrel5mw", *options]) == 2
-    assert "--moving-wind belongs to the law effort-sharing" in capsys.readouterr().err
+    assert "--moving-wind belongs to the effort-sharing law" in capsys.readouterr().err
 
 
 # The nonlinear loop.

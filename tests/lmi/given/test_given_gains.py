@@ -136,7 +136,7 @@ def test_the_ladder_of_three_rules_has_gains_that_only_the_richest_relaxation_pr
 
     ladder = closed_loop_ladder(three_rules(), gains, relaxations=names)
 
-    rate = {rung.relaxation: float(rung.decay_rate or np.nan) for rung in ladder.rungs}
+    rate = {result.relaxation: float(result.decay_rate or np.nan) for result in ladder.results}
     assert (
         rate["wang-tanaka-griffin"] < rate["tanaka-wang"] < rate["kim-lee"] < 0 < rate["liu-zhang"]
     )
@@ -153,7 +153,7 @@ def test_broken_gains_are_not_shown_to_decay() -> None:
 
     ladder = closed_loop_ladder(model, broken, decay_rate=0.0)
 
-    assert {rung.status for rung in ladder.rungs} == {"infeasible"}
+    assert {result.status for result in ladder.results} == {"infeasible"}
     assert ladder.best is None
 
 
@@ -163,7 +163,7 @@ def test_one_gain_for_all_rules_needs_no_relaxation() -> None:
 
     ladder = closed_loop_ladder(model, gains[0])
 
-    first = ladder.rungs[0]
+    first = ladder.results[0]
     vertices = model.A - model.B @ gains[0]
     assert first.relaxation == "common-gain"
     assert first.decay_rate == pytest.approx(max_decay_rate(vertices).decay_rate, rel=1e-4)

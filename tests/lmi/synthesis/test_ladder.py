@@ -1,4 +1,4 @@
-"""The ladder of relaxations: order, theorems between rungs, sizes, and what no rung exceeds."""
+"""The ladder of relaxations: order, theorems between them, sizes, and what none exceeds."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ def random_model(seed: int, *, premises: bool = False) -> TSModel:
     return TSModel(A, B, premises=named)
 
 
-def rung_named(rungs: tuple[RelaxationResult, ...], name: str) -> RelaxationResult:
-    return next(rung for rung in rungs if rung.relaxation == name)
+def result_named(results: tuple[RelaxationResult, ...], name: str) -> RelaxationResult:
+    return next(result for result in results if result.relaxation == name)
 
 
 @pytest.mark.parametrize(
@@ -94,8 +94,8 @@ def test_auto_stops_at_the_first_gains_and_says_what_was_before() -> None:
     design = pdc(three_rules(2.0), relaxation="auto")
 
     assert design.relaxation == "liu-zhang" == design.ladder[-1].relaxation
-    for rung in design.ladder[:-1]:
-        assert rung.status in ("infeasible", "bound") and not rung.found
+    for result in design.ladder[:-1]:
+        assert result.status in ("infeasible", "bound") and not result.found
     np.testing.assert_array_equal(
         design.require()[0], pdc(three_rules(2.0), relaxation="liu-zhang").require()[0]
     )
@@ -105,7 +105,7 @@ def test_auto_costs_one_cheap_solve_where_it_is_easy() -> None:
     """Two calls of the solver, as for one gain alone: to decide, and to lessen the effort."""
     design = pdc(pendulum(), relaxation="auto")
 
-    assert [rung.relaxation for rung in design.ladder] == ["common-gain"]
+    assert [result.relaxation for result in design.ladder] == ["common-gain"]
     assert len(design.answer.tries) == 2
 
 
@@ -116,18 +116,18 @@ def test_a_no_of_auto_is_a_no_of_every_relaxation() -> None:
     assert design.status == "infeasible" and design.gains is None and design.P is None
     assert design.answer.diagnosis.startswith("no gains by any relaxation: the no rests on ")
     assert "richer" not in design.answer.diagnosis
-    assert rung_named(design.ladder, "any relaxation").status == "infeasible"
-    assert rung_named(design.ladder, "polya-8").status == "not tried"
+    assert result_named(design.ladder, "any relaxation").status == "infeasible"
+    assert result_named(design.ladder, "polya-8").status == "not tried"
     assert pdc(three_rules(8.0), relaxation="polya-16").status == "infeasible"
 
 
 def test_a_no_that_is_open_names_what_was_tried() -> None:
-    """At b = 6 no rung has gains, though the blends do not rule them out."""
+    """At b = 6 no result has gains, though the blends do not rule them out."""
     design = pdc(three_rules(6.0), relaxation="auto")
 
     assert design.status == "infeasible" and design.relaxation == "auto"
     assert "polya-8; of the last" in design.answer.diagnosis
-    assert rung_named(design.ladder, "any relaxation").status == "bound"
+    assert result_named(design.ladder, "any relaxation").status == "bound"
 
 
 @pytest.mark.slow
@@ -141,8 +141,8 @@ def test_auto_is_never_worse_than_a_rung(seed: int, premises: bool) -> None:
     auto = pdc(model, relaxation="auto")
 
     assert auto.found >= any(found)
-    for rung in auto.ladder:
-        if rung.relaxation == "any relaxation" and rung.status == "infeasible":
+    for result in auto.ladder:
+        if result.relaxation == "any relaxation" and result.status == "infeasible":
             assert not any(found)
 
 
@@ -173,9 +173,9 @@ def test_the_table_of_theorems() -> None:
 
 @pytest.mark.slow
 def test_rates_rise_up_the_ladder_and_stay_below_the_bound() -> None:
-    """Each rung's largest rate is at least that of what it contains, at most that of the blends."""
+    """Each largest rate is at least that of what it contains, at most that of the blends."""
     ladder = relaxation_ladder(pendulum(), decay_rate="max", gain_bound=300.0)
-    rates = {rung.relaxation: rung.decay_rate for rung in ladder.rungs}
+    rates = {result.relaxation: result.decay_rate for result in ladder.results}
     bound = rates.pop("any relaxation")
 
     assert bound is not None and len(rates) == 10
@@ -193,13 +193,13 @@ def test_the_bound_is_met_where_one_rule_decides() -> None:
     model = TSModel([[[1.0]]], [[[2.0]]])
     design = pdc(model, relaxation="auto", decay_rate="max", gain_bound=5.0)
 
-    assert [rung.relaxation for rung in design.ladder] == ["common-gain"]
+    assert [result.relaxation for result in design.ladder] == ["common-gain"]
     assert design.decay_rate == pytest.approx(9.0, rel=2e-4)
 
 
 @pytest.mark.slow
 def test_auto_takes_the_largest_rate() -> None:
-    """Of decay rate "max" auto is within 0.1 % of the bound, or of the best rung."""
+    """Of decay rate "max" auto is within 0.1 % of the bound, or of the best result."""
     best = relaxation_ladder(pendulum(), decay_rate="max", gain_bound=300.0).best
     auto = pdc(pendulum(), relaxation="auto", decay_rate="max", gain_bound=300.0)
 
@@ -214,15 +214,15 @@ def test_sizes_are_those_of_the_posed_condition(name: str, discrete: bool) -> No
     source = random_model(0, premises=True)
     step = 0.1 if discrete else None
     model = TSModel(source.A, source.B, premises=source.premises, sample_time=step)
-    rung = relaxation_ladder(model, relaxations=[name]).rungs[0]
+    result = relaxation_ladder(model, relaxations=[name]).results[0]
     plain = ("Q positive definite", "scale of Q", "input effort")
     condition = pdc_condition(model, relaxation=name)
     lmis = [lmi for lmi in condition.lmis if lmi.name not in plain]
     unknowns = [unknown for unknown in condition.unknowns if unknown.name not in ("Q", "nu")]
 
-    assert rung.lmis == sum(lmi.count for lmi in lmis)
-    assert rung.width == max(lmi.size for lmi in lmis)
-    assert rung.variables == sum(unknown.length for unknown in unknowns)
+    assert result.lmis == sum(lmi.count for lmi in lmis)
+    assert result.width == max(lmi.size for lmi in lmis)
+    assert result.variables == sum(unknown.length for unknown in unknowns)
 
 
 def test_a_rung_too_large_is_left_out_before_it_is_posed() -> None:
@@ -231,8 +231,8 @@ def test_a_rung_too_large_is_left_out_before_it_is_posed() -> None:
     model = TSModel(rng.standard_normal((12, 4, 4)), rng.standard_normal((12, 4, 1)))
     ladder = relaxation_ladder(model, relaxations=["polya-6"])
 
-    assert ladder.rungs[0].status == "not tried" and ladder.best is None
-    assert ladder.rungs[0].note == "too large: 75 582 LMIs, the widest 4"
+    assert ladder.results[0].status == "not tried" and ladder.best is None
+    assert ladder.results[0].note == "too large: 75 582 LMIs, the widest 4"
     assert "75582" in str(ladder) and "not tried" in str(ladder)
 
 
@@ -242,9 +242,9 @@ def test_a_rung_within_one_without_gains_is_left_out() -> None:
     ladder = relaxation_ladder(three_rules(4.0), relaxations=["liu-zhang", *poor])
 
     for name in poor:
-        rung = rung_named(ladder.rungs, name)
-        assert rung.status == "not tried"
-        assert rung.note == "liu-zhang contains it and has no gains"
+        result = result_named(ladder.results, name)
+        assert result.status == "not tried"
+        assert result.note == "liu-zhang contains it and has no gains"
 
 
 def test_work_grows_up_the_ladder() -> None:
@@ -257,15 +257,15 @@ def test_work_grows_up_the_ladder() -> None:
 
 
 def test_rows_and_text_tell_the_same() -> None:
-    """One line for each rung below the heads; rows are the same by name."""
+    """One line for each result below the heads; rows are the same by name."""
     ladder = relaxation_ladder(three_rules(0.0), relaxations=["wang-tanaka-griffin", "kim-lee"])
     lines = str(ladder).splitlines()
 
-    assert isinstance(ladder, Ladder) and len(lines) == 1 + len(ladder.rungs) == 3
+    assert isinstance(ladder, Ladder) and len(lines) == 1 + len(ladder.results) == 3
     assert [row["LMIs"] for row in ladder.rows] == [6, 7]
     assert ladder.rows[0]["rate [1/s]"] is None and ladder.rows[1]["note"] == "gains"
-    for line, rung in zip(lines[1:], ladder.rungs, strict=True):
-        assert line.startswith(rung.relaxation) and line.endswith(rung.note)
+    for line, result in zip(lines[1:], ladder.results, strict=True):
+        assert line.startswith(result.relaxation) and line.endswith(result.note)
 
 
 @pytest.mark.parametrize(

@@ -52,8 +52,8 @@ def rules_and_pair(model: TSModel, K: Floats) -> Floats:
 
 def test_two_rules_have_gains_even_with_one_gain() -> None:
     """Tanaka and Wang (2001), page 58, a = 2.5, b = 25: feasible, by every relaxation."""
-    for rung in relaxation_ladder(two_rules()).rungs:
-        assert rung.found, rung.relaxation
+    for result in relaxation_ladder(two_rules()).results:
+        assert result.found, result.relaxation
 
 
 @pytest.mark.parametrize(("a", "b"), [(-3.0, 1.0), (2.5, 25.0), (10.0, 2000.0)])

@@ -1,4 +1,4 @@
-"""Gains of the coherent law: they serve every wind and keep torque above zero."""
+"""Gains of the effort-sharing law: they serve every wind and keep torque above zero."""
 
 from __future__ import annotations
 

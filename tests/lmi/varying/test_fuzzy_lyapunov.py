@@ -35,7 +35,7 @@ def lpj12(lam: float) -> Floats:
 
 def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:
     """Return the largest lambda of He(P A) + dP/dt relative to P, over h and |dh/dt| <= phi."""
-    family = answer.family
+    family = answer.lyapunov_function
     assert family is not None
     rng = np.random.default_rng(0)
     r = len(A)
@@ -78,9 +78,11 @@ def test_any_rate_is_a_common_P() -> None:
     limit = 4 + 4 * np.sqrt(2)
     answer = fuzzy_lyapunov(lpj12(limit - 1e-2), rate_bounds=np.inf)
 
-    assert answer.found and answer.family is not None
-    assert answer.family.basis.degrees == (0,)
-    np.testing.assert_array_equal(answer.family.vertices[0], answer.family.vertices[1])
+    assert answer.found and answer.lyapunov_function is not None
+    assert answer.lyapunov_function.basis.degrees == (0,)
+    np.testing.assert_array_equal(
+        answer.lyapunov_function.vertices[0], answer.lyapunov_function.vertices[1]
+    )
     assert fuzzy_lyapunov(lpj12(limit + 1e-2), rate_bounds=np.inf).status == "infeasible"
     assert fuzzy_lyapunov(lpj12(limit - 1e-2), rate_bounds=1e6).found
     assert not fuzzy_lyapunov(lpj12(limit + 1e-2), rate_bounds=1e6).found
@@ -174,7 +176,7 @@ def test_the_rate_of_a_product_is_that_of_its_premises() -> None:
     """dP/dt at the corners +-rho bounds every motion; found values checked along random ones."""
     model = oscillator()
     answer = fuzzy_lyapunov(model, rate_bounds=[1.5, 7.5], decay_rate=0.01)
-    family = answer.family
+    family = answer.lyapunov_function
     assert family is not None and answer.decay_rate is not None
     rng = np.random.default_rng(0)
     z = rng.uniform(-1, 1, (2, 400)) * [[0.49], [2.49]]
@@ -193,10 +195,12 @@ def test_the_rate_of_a_product_is_that_of_its_premises() -> None:
 def test_a_premise_that_jumps_is_left_out_of_P() -> None:
     """inf for p: P depends on q alone, which is enough here; the other way round it is not."""
     answer = fuzzy_lyapunov(oscillator(), rate_bounds={"p": np.inf, "q": 7.5})
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
 
-    assert answer.family.basis.degrees == (0, 1)
-    np.testing.assert_array_equal(answer.family.vertices[0], answer.family.vertices[2])
+    assert answer.lyapunov_function.basis.degrees == (0, 1)
+    np.testing.assert_array_equal(
+        answer.lyapunov_function.vertices[0], answer.lyapunov_function.vertices[2]
+    )
     other = fuzzy_lyapunov(oscillator(), rate_bounds={"p": 0.0, "q": np.inf})
     assert other.status == "infeasible"
 
@@ -230,9 +234,9 @@ def test_a_found_P_holds_in_rationals() -> None:
     A = np.vectorize(Fraction, otypes=[object])(lpj12(20.0))
     condition = fuzzy_lyapunov_condition(A, rate_bounds=1.0)
     answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=1.0)
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
     members = np.vectorize(lambda entry: Fraction(f"{entry:.6f}"), otypes=[object])(
-        answer.family.members
+        answer.lyapunov_function.members
     )
     exact = exact_matrices(condition, condition.lmis[-1], {"P": members})
     unfit = exact_matrices(condition, condition.lmis[-1], {"P": members[::-1]})
@@ -246,7 +250,7 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
     answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=10.0)
     unstable = fuzzy_lyapunov(-lpj12(20.0), rate_bounds=10.0)
 
-    assert answer.status == "infeasible" and answer.family is None
+    assert answer.status == "infeasible" and answer.lyapunov_function is None
     assert "rates " in answer.diagnosis and "lower the rate bounds" in answer.diagnosis
     assert "rule 1 of 2 alone rules it out" in unstable.diagnosis and not unstable.tries
 

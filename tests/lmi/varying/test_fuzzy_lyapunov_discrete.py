@@ -22,7 +22,7 @@ def rolmip_discrete(k: float = 1.0) -> Floats:
 
 def steepest_step(A: Floats, answer: Answer, bound: float) -> float:
     """Return the largest V(x+) / V(x) over h and h+ that are no farther apart than the bound."""
-    family = answer.family
+    family = answer.lyapunov_function
     assert family is not None
     rng = np.random.default_rng(0)
     r = len(A)

@@ -43,10 +43,10 @@ def dayawansa_martin(a: float) -> Floats:
 
 def blends(A: Floats, answer: Answer) -> tuple[Floats, Floats]:
     """Return A(h) and P(h) at the corners and at random h."""
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
     r = len(A)
     h = np.concatenate([np.eye(r), np.random.default_rng(0).dirichlet(np.ones(r), 300)])
-    return np.tensordot(h, A, axes=1), answer.family.at(h)
+    return np.tensordot(h, A, axes=1), answer.lyapunov_function.at(h)
 
 
 def slowest(A: Floats, answer: Answer) -> float:
@@ -143,23 +143,27 @@ def test_premises_have_a_simplex_each() -> None:
     product = polynomial_lyapunov_condition(model)
     flat = polynomial_lyapunov_condition(model.A)
     answer = polynomial_lyapunov(model)
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
     h = model.memberships(p=[0.3, -0.9], q=[0.1, 0.9]).T
 
     assert (product.lmis[-1].count, flat.lmis[-1].count) == (9, 10)
     assert product.lmis[-1].label(1) == "(p low) (p low) (q low) (q high)"
-    np.testing.assert_allclose(answer.family.at(h)[1], answer.family.vertices[1], atol=1e-9)
     np.testing.assert_allclose(
-        answer.family.at(h), np.tensordot(h, answer.family.vertices, axes=1), atol=1e-9
+        answer.lyapunov_function.at(h)[1], answer.lyapunov_function.vertices[1], atol=1e-9
+    )
+    np.testing.assert_allclose(
+        answer.lyapunov_function.at(h),
+        np.tensordot(h, answer.lyapunov_function.vertices, axes=1),
+        atol=1e-9,
     )
 
 
 def test_degrees_of_single_premises() -> None:
     """Degree 0 in a premise: P is the same at both of its ends."""
     answer = polynomial_lyapunov(two_premises(0.9), degree=(0, 1))
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
 
-    P = answer.family.vertices
+    P = answer.lyapunov_function.vertices
     np.testing.assert_array_equal(P[0], P[2])
     assert np.abs(P[0] - P[1]).max() > 1e-3
     assert polynomial_lyapunov(two_premises(0.9), degree=(1, 0)).status == "infeasible"
@@ -170,10 +174,10 @@ def test_gains_close_the_loop() -> None:
     model = TSModel([[[0, 1], [1, 0]], [[0, 1], [3, 0]]], [[[0], [1]], [[0], [2]]], C=[[1, 0]])
     K = np.array([[[4.0, 2.0]], [[3.0, 2.0]]])
     answer = polynomial_lyapunov(model, gains=K)
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
     h = np.random.default_rng(0).dirichlet(np.ones(2), 100)
     A, B, gain = (np.tensordot(h, part, axes=1) for part in (model.A, model.B, K))
-    P, loop = answer.family.at(h), A - B @ gain
+    P, loop = answer.lyapunov_function.at(h), A - B @ gain
     drop = P @ loop + (P @ loop).transpose(0, 2, 1)
 
     assert np.linalg.eigvalsh(drop).max() < 0
@@ -187,9 +191,9 @@ def test_a_found_P_rounded_to_short_decimals_holds_in_rationals() -> None:
     A = np.vectorize(Fraction, otypes=[object])(lpj12(20.0))
     condition = polynomial_lyapunov_condition(A, degree=3, polya=1, decay_rate=1.0)
     answer = polynomial_lyapunov(lpj12(20.0), degree=3, polya=1, decay_rate=1.0)
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
     members = np.vectorize(lambda entry: Fraction(f"{entry:.6f}"), otypes=[object])(
-        answer.family.members
+        answer.lyapunov_function.members
     )
 
     for lmi in (condition.lmis[0], condition.lmis[-1]):
@@ -219,12 +223,14 @@ def test_units_do_not_matter() -> None:
     """States in other units: the same margin and rate, and P in those units."""
     A, s = lpj12(20.0), np.array([1.0, 2.0**20])
     plain, scaled = polynomial_lyapunov(A), polynomial_lyapunov(A * s / s[:, None])
-    assert plain.family is not None and scaled.family is not None
+    assert plain.lyapunov_function is not None and scaled.lyapunov_function is not None
 
     assert scaled.margin == pytest.approx(plain.margin, rel=1e-9)
     assert scaled.decay_rate == pytest.approx(plain.decay_rate, rel=1e-6)
     np.testing.assert_allclose(
-        scaled.family.members / s / s[:, None], plain.family.members, rtol=1e-5
+        scaled.lyapunov_function.members / s / s[:, None],
+        plain.lyapunov_function.members,
+        rtol=1e-5,
     )
 
 
@@ -240,7 +246,7 @@ def test_a_no_is_about_its_own_degree_and_names_what_binds() -> None:
     """lam = 20 with one P: the diagnosis says that others are not ruled out."""
     answer = polynomial_lyapunov(lpj12(20.0), degree=0)
 
-    assert answer.status == "infeasible" and answer.family is None
+    assert answer.status == "infeasible" and answer.lyapunov_function is None
     assert "says nothing of others: the no rests on h1 (" in answer.diagnosis
     assert "raise the degree" in answer.diagnosis
 

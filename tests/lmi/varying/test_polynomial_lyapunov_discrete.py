@@ -30,9 +30,9 @@ def rolmip_discrete() -> Floats:
 
 def steepest(A: Floats, answer: Answer) -> float:
     """Return the largest V(x+) / V(x) over blends."""
-    assert answer.family is not None
+    assert answer.lyapunov_function is not None
     h = np.concatenate([np.eye(2), np.random.default_rng(0).dirichlet(np.ones(2), 300)])
-    M, P = np.tensordot(h, A, axes=1), answer.family.at(h)
+    M, P = np.tensordot(h, A, axes=1), answer.lyapunov_function.at(h)
     L = np.linalg.cholesky(P)
     moved = np.linalg.solve(L, (L.transpose(0, 2, 1) @ M).transpose(0, 2, 1))
     return float(np.linalg.norm(moved, 2, axis=(1, 2)).max() ** 2)

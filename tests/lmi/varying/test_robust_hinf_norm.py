@@ -80,9 +80,9 @@ def test_masses_and_spring(degree: int, gain: float) -> None:
     """ROLMIP manual, table 2, LMI (15) by coefficients: 2.8429 with one P, 1.0540 with g = 1."""
     answer = robust_hinf_norm(masses_and_spring(), degree=degree)
 
-    assert answer.found and answer.gain is not None and answer.family is not None
+    assert answer.found and answer.gain is not None and answer.lyapunov_function is not None
     assert answer.gain == pytest.approx(gain, abs=1e-4)
-    assert answer.family.members.shape == ((8 if degree else 1), 4, 4)
+    assert answer.lyapunov_function.members.shape == ((8 if degree else 1), 4, 4)
 
 
 @pytest.mark.slow

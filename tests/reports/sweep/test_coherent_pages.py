@@ -1,4 +1,4 @@
-"""The coherent law's pages: read back with other readers, the front, and what is not proved."""
+"""The effort-sharing law's pages: read back with other readers, the front, what is not proved."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 r"""``actuator-rates``: bounds of the pitch and torque rates on a ``coherent-loop`` claim's set.
 
 For V <= 1 and the wind class of the claim that ``loop`` names, in the symbols of
-docs/coherent-loop.md, in each wind cell:
+docs/effort-sharing-loop.md, in each wind cell:
 
     |beta'|  <= min(rate limit, p_zeta / (b tau) + theta rho |N / b|)              (pitch_rate)
     |U'|     <= gamma (B + w) + rho (|q*'| + |gamma'| p_s)

@@ -61,7 +61,7 @@ class Plant:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Law:
     """The law's tables, one entry per wind node; per interval ``nu`` and the torque's feed-forward.
 

@@ -12,8 +12,8 @@ and eta (``estimate_error``) a number.  Checked, in rationals, are
 Then, with v, w and v_s(0) in the range, |w'| <= r(w), |v - w| <= eta, and at the start
 |w - v_s| <= tau_f phi(v_s), one has |v_s'| <= phi(v_s) and |v - v_s| <= eta + tau_f phi(v_s) for
 all times: the wind class of the claim of kind ``coherent-loop`` that ``loop`` names.  Derived in
-docs/coherent-loop.md, Wind rate.  Both sides of each inequality are lines between finitely many
-winds, and are compared there.
+docs/effort-sharing-loop.md, Wind rate.  Both sides of each inequality are lines between finitely
+many winds, and are compared there.
 
 Not promised: that an observer keeps |v - w| <= eta; a law that is sampled.
 """

@@ -95,7 +95,7 @@ class Overlaps:
         return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PublishedLaw:
     """The law's numbers."""
 

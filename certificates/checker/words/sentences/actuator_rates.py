@@ -13,7 +13,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 from takagi.certificates.checker.words.saying import in_words
 
-NAME = "actuator rates of the coherent loop"
+NAME = "actuator rates of the effort-sharing loop"
 ACTUATORS = ("pitch", "torque")
 MOST_REASONS = 12
 

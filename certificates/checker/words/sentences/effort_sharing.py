@@ -39,7 +39,7 @@ def said(
     wake = "equilibrium wake"
     if _pushed(law, uncertainty):
         wake = f"pitch effectiveness up to {_reach(law)}"
-    name = f"coherent loop, {_span(law.wind[0], law.wind[-1])} m/s, {wake}"
+    name = f"effort-sharing loop, {_span(law.wind[0], law.wind[-1])} m/s, {wake}"
     if plant is None or settling is None:
         return name, why or _listed(failures, law, len(claim["cells"]))
     return name, _statement(claim, plant, law, uncertainty, settling, where)

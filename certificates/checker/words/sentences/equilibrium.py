@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from takagi.certificates.checker.turbine.equilibria.equilibrium_claim import ANSWERS
 from takagi.certificates.checker.turbine.wind_intervals import Span, gaps, merged
+from takagi.certificates.checker.words.law_words import law_words
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 MOST_LISTED = 12
@@ -25,7 +26,7 @@ def said(
     proved : winds, and what the loop does at each of them.
     failures : winds, the stated answer, and the answer found instead.
     """
-    name = f"rests of the loop with law {law}, constant winds {_shown([known])} m/s"
+    name = f"rests of the loop with the {law_words(law)}, constant winds {_shown([known])} m/s"
     parts = _parts(proved, known)
     if failures:
         reasons = [

@@ -11,6 +11,7 @@ from takagi.certificates.checker.turbine.published.inputs import Overlaps, Publi
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop, interpolated
 from takagi.certificates.checker.turbine.published.loop_claim import Cell
 from takagi.certificates.checker.turbine.wind_intervals import Span, merged
+from takagi.certificates.checker.words.law_words import law_words
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 MOST_LISTED, MOST_NAMED = 12, 4
@@ -49,9 +50,9 @@ def said(
 def _name(law: PublishedLaw, overlaps: Overlaps, winds: list[Span]) -> str:
     spans = merged(winds)
     if len(spans) <= MOST_NAMED:
-        return f"law {law.name}, {_words(overlaps)}, winds {_shown(spans)} m/s"
+        return f"{law_words(law.name)}, {_words(overlaps)}, winds {_shown(spans)} m/s"
     return (
-        f"law {law.name}, {_words(overlaps)}, {len(spans)} windows within "
+        f"{law_words(law.name)}, {_words(overlaps)}, {len(spans)} windows within "
         f"{_shown([(spans[0][0], spans[-1][1])])} m/s"
     )
 

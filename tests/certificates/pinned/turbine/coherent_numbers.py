@@ -1,4 +1,4 @@
-"""Enclosures of the coherent loop in one wind cell."""
+"""Enclosures of the effort-sharing loop in one wind cell."""
 
 from __future__ import annotations
 

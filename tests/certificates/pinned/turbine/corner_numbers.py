@@ -1,4 +1,4 @@
-"""Corner matrices of the coherent loop, what their inequalities allow, and what a cell is told."""
+"""Corner matrices of the effort-sharing loop: what their inequalities allow, what is told."""
 
 from __future__ import annotations
 

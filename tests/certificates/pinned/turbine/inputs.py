@@ -2,7 +2,7 @@
 
 ``inputs.json`` holds the 5-MW turbine, the laws ``coherent``, ``paper`` and
 ``paper-two-integrators``, and claims about them, as ``takagi design`` made them once: for the
-coherent law three cells, below rated wind, at it and above it.  They are inputs; that newer
+effort-sharing law three cells, below rated wind, at it and above it.  They are inputs; that newer
 designs have other numbers changes nothing here.
 """
 

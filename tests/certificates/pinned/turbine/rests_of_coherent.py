@@ -1,4 +1,4 @@
-"""Numbers of the balance whose zeros are rests of the coherent loop, and their counts."""
+"""Numbers of the balance whose zeros are rests of the effort-sharing loop, and their counts."""
 
 from __future__ import annotations
 

@@ -143,16 +143,16 @@ def test_sizes_with_demands_are_those_of_the_posed_condition(relaxation: str) ->
     """Regions and uncertainty add double sums and rows; the ladder knows before posing."""
     region = EigenvalueRegion.half_plane(0.5) & EigenvalueRegion.sector(1.2)
     block = NormBounded([[0.0], [1.0]], [[1.0, 0.0]])
-    rung = relaxation_ladder(
+    result = relaxation_ladder(
         pendulum(), relaxations=[relaxation], region=region, uncertainty=block
-    ).rungs[0]
-    demands = Requirements(region=region, uncertainty=(block,))
-    condition = pdc_condition(pendulum(), relaxation=relaxation, demands=demands)
+    ).results[0]
+    requirements = Requirements(region=region, uncertainty=(block,))
+    condition = pdc_condition(pendulum(), relaxation=relaxation, requirements=requirements)
     plain = ("Q positive definite", "scale of Q", "input effort")
     lmis = [lmi for lmi in condition.lmis if lmi.name not in plain]
 
-    assert rung.lmis == sum(lmi.count for lmi in lmis)
-    assert rung.width == max(lmi.size for lmi in lmis)
+    assert result.lmis == sum(lmi.count for lmi in lmis)
+    assert result.width == max(lmi.size for lmi in lmis)
 
 
 @pytest.mark.parametrize(
