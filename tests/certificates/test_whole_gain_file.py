@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check, read_text
-from takagi.certificates.checker.files.gain_file import compare_gains
+from takagi.certificates.checker.files.gain_file import compare_gains, expected_file
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller import bound, gain_file_of, given_file
 from takagi.certificates.design.plant import PlantDesign, design_plant
@@ -451,3 +451,11 @@ def test_gains_out_needs_gains_and_a_place_of_its_own(
     assert "--gains-out writes the file of --gains anew" in capsys.readouterr().err
     assert certified(tank, tank / "gains.json", tmp_path / "c.json", "--gains-out", out) == 2
     assert "the same file" in capsys.readouterr().err
+
+
+def test_a_law_of_another_kind_of_model_has_no_file(tank: Path) -> None:
+    """The program follows from the law's name: a plant's claims would stand beside another's."""
+    document = json.loads((tank / "c.json").read_text(encoding="utf-8"))
+    document["gains"]["name"] = "coherent"
+    with pytest.raises(CertificateError, match="'coherent' is no law of this kind of model"):
+        expected_file(read_text(json.dumps(document), "certificate"))

@@ -13,6 +13,7 @@ from typing import Any
 from takagi.certificates.checker.controller.language import LANGUAGE
 from takagi.certificates.checker.controller.texts import law_texts
 from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.kernel.refusal import CertificateError
 
 FORMAT, VERSION = "takagi-gains", 3
 
@@ -29,6 +30,8 @@ def file_content(
     called : tables called by their names, as files before this form have them.
     """
     head = {"format": FORMAT, "version": Number(str(VERSION)), "language": LANGUAGE, "law": law}
+    if (law["name"] == "pdc") != (model.get("kind") != "turbine"):
+        raise CertificateError(f"gains.name: {law['name']!a} is no law of this kind of model")
     # Imported here: a turbine's file does not need the code for plants, and vice versa.
     if law["name"] == "pdc":
         from takagi.certificates.checker.controller.plant_content import plant_content

@@ -6,8 +6,18 @@ from collections.abc import Iterator, Sequence
 
 from takagi.reports.code.c.expressions import Expressions, literal
 from takagi.reports.code.c.words import comment
-from takagi.reports.code.controller_program import Assignment, ControllerProgram, Kept, Near
+from takagi.reports.code.controller_program import (
+    Assignment,
+    ControllerProgram,
+    Kept,
+    Near,
+    Spline,
+    Stage,
+)
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of
+
+# The value that an observer sends to a law, or that is measured in its place.
+ESTIMATE = "wind_estimate"
 
 
 def needed_names(program: ControllerProgram) -> frozenset[str]:
@@ -57,7 +67,7 @@ def sample_function(
     """Return the static function ``W_sample``: one sample from state and inputs.
 
     It writes only to its two arguments for results: the outputs, and the next kept values.  It
-    returns the status bit of a command at a limit.
+    returns the status bits of a command at a limit and of a wind estimate that is held.
     """
     names = write.names
     lines = [f"const {word}_real {names[one.name]} = inputs->{names[one.name]};"
@@ -70,6 +80,7 @@ def sample_function(
         for one in stage.assignments:
             if one.name in needed:
                 lines += assignment_lines(one, word, write)
+                lines += _estimate_held(one, stage, word, write)
     lines.append("")
     for sent in program.outputs:
         lines += _at_limit(sent.name, program, word, write)
@@ -137,11 +148,67 @@ def _is_near(place: Near, write: Expressions) -> str:
     return f"{distance} <= {literal(place.within, write.suffix)}"
 
 
+def _estimate_held(one: Assignment, stage: Stage, word: str, write: Expressions) -> Iterator[str]:
+    """Yield the lines that set the status bit where a wind estimate is held.
+
+    It is held within the observer's limits and within the winds of the law's tables; and the
+    observer's own tables end, for example where the rotor stands.
+    """
+    conditions = []
+    formula = one.formula
+    if any(sent.name == ESTIMATE for sent in stage.sends):
+        for call in _calls(formula):
+            conditions += list(_beyond(call, write))
+    if isinstance(formula, Call) and formula.function == "limit":
+        x, low, high = formula.arguments
+        held = write.names[one.name]
+        if x == Name(ESTIMATE):
+            wanted = write.factor(x)
+            conditions.append(f"{wanted} < {held} || {wanted} > {held}")
+        elif any(sent.formula == Name(one.name) for sent in stage.sends if sent.name == ESTIMATE):
+            # The observer stops at its limit, so that reaching it is enough.
+            ends = write.factor(low), write.factor(high)
+            conditions.append(f"{held} <= {ends[0]} || {held} >= {ends[1]}")
+    yield from write.taken_before()
+    if conditions:
+        yield f"if ({' || '.join(conditions)}) {{"
+        yield f"    status |= {word.upper()}_ESTIMATE_HELD;"
+        yield "}"
+
+
+def _calls(formula: Formula) -> Iterator[Call]:
+    """Yield all calls in a formula."""
+    if isinstance(formula, Call):
+        yield formula
+        for argument in formula.arguments:
+            yield from _calls(argument)
+    elif isinstance(formula, Operation):
+        for part in (formula.left, formula.right):
+            if part is not None:
+                yield from _calls(part)
+
+
+def _beyond(call: Call, write: Expressions) -> Iterator[str]:
+    """Yield the conditions under which an argument of a spline lies beyond its knots."""
+    if call.function != "spline":
+        return
+    table = call.arguments[-1]
+    assert isinstance(table, Name)
+    value = write.constants[table.name].value
+    assert isinstance(value, Spline)
+    for argument, knots in zip(call.arguments[:-1], value.knots, strict=True):
+        low, high = (literal(end, write.suffix) for end in (knots[0], knots[-1]))
+        x = write.factor(argument)
+        yield f"{x} < {low} || {x} > {high}"
+
+
 def _at_limit(
     name: str, program: ControllerProgram, word: str, write: Expressions
 ) -> Iterator[str]:
     """Yield the lines that set the status bit where an output was held at a limit."""
     # An output is often only another name of a step: follow the names to the step with ``limit``.
+    if name == ESTIMATE:  # It has a status bit of its own.
+        return
     made = {one.name: one for one in program.assignments}
     found = made[name]
     while isinstance(found.formula, Name) and found.formula.name in made and not found.near:

@@ -21,8 +21,12 @@ STATUS_BITS = (
     (1, "INPUT_NOT_FINITE", "an input was not finite; the last good one stood in"),
     (16, "SAMPLE_TIME_REFUSED", "a sample time was refused; the one before is kept"),
     (2, "INPUT_OUTSIDE", "an input lies outside the range where the model holds"),
+    (64, "ESTIMATE_HELD", "the wind estimate is held at a limit, or at the end of a table"),
     (32, "AT_LIMIT", "a command is held at a limit"),
 )
+# An input outside its range by less than this share of it is noise of a measurement or of a float:
+# it is taken as the end of the range, and not reported.
+HAIR = Decimal("1e-5")
 USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user states one
 # Names that the templates below use, with the prefix: a name of the law must not be one of them.
 TEMPLATE_WORDS = (
@@ -390,7 +394,11 @@ def _seen(program: ControllerProgram, word: str, write: Expressions) -> Iterator
         yield f"    if (isfinite(inputs->{name})) {{\n"
         yield f"        state->inputs.{name} = inputs->{name};\n"
         if one.range is not None:
-            low, high = (literal(end, write.suffix) for end in one.range)
-            yield f"        if (inputs->{name} < {low} || inputs->{name} > {high}) {{\n"
-            yield f"            status |= {W}_INPUT_OUTSIDE;\n        }}\n"
+            hair = HAIR * (one.range[1] - one.range[0])
+            for sign, end, far in (("<", one.range[0], -hair), (">", one.range[1], hair)):
+                edge, beyond = (literal(x, write.suffix) for x in (end, end + far))
+                yield f"        if (inputs->{name} {sign} {beyond}) {{\n"
+                yield f"            status |= {W}_INPUT_OUTSIDE;\n"
+                yield f"        }} else if (inputs->{name} {sign} {edge}) {{\n"
+                yield f"            state->inputs.{name} = {edge};\n        }}\n"
         yield f"    }} else {{\n        status |= {W}_INPUT_NOT_FINITE;\n    }}\n"

@@ -144,7 +144,8 @@ enum {{
 {enum}    MODEL_REALS
 }};
 enum {{ MODEL_TIME = AT_time, MODEL_STATUS = MODEL_REALS }};
-enum {{ MODEL_AT_LIMIT = {c.status_bits["AT_LIMIT"]} }};
+/* Status bits of normal operation: a command or an estimate at a limit. */
+enum {{ MODEL_NORMAL = {c.status_bits["AT_LIMIT"] | c.status_bits["ESTIMATE_HELD"]} }};
 
 /* What may be set: parameters before the first step, inputs always, results never. */
 enum {{ MODEL_PARAMETER, MODEL_INPUT, MODEL_RESULT }};

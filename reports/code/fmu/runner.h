@@ -141,10 +141,10 @@ static int run_terminate(snapshot *now, char *say)
     return RUN_OK;
 }
 
-/* Report each status bit once; a command at a limit is normal operation, not a warning. */
+/* Report each status bit once, but for those of normal operation. */
 static int run_warns(snapshot *now, unsigned status, char *say)
 {
-    const unsigned fresh = status & ~now->told & ~(unsigned)MODEL_AT_LIMIT;
+    const unsigned fresh = status & ~now->told & ~(unsigned)MODEL_NORMAL;
     unsigned bit;
     size_t used = 0;
     if (fresh == 0u) {

@@ -85,6 +85,23 @@ def test_a_bad_first_sample_starts_from_rest(
         first = then
 
 
+@pytest.mark.parametrize("pitch", [-1.4e-45, -4.9e-324, -1e-6])
+def test_a_pitch_a_hair_below_its_limit_is_the_limit(law: Compiled, pitch: float) -> None:
+    """Noise of a measurement, or what a float leaves of 0: it is not reported."""
+    law.init(0.01)
+    wanted = law.step({"speed": 1.1, "pitch": 0.0})
+    law.init(0.01)
+    assert law.step({"speed": 1.1, "pitch": pitch}) == wanted
+    assert not law.bit("INPUT_OUTSIDE")
+
+
+@pytest.mark.parametrize("pitch", [-1e-4, -0.1])
+def test_a_pitch_below_that_is_told(law: Compiled, pitch: float) -> None:
+    law.init(0.01)
+    law.step({"speed": 1.1, "pitch": pitch})
+    assert law.bit("INPUT_OUTSIDE")
+
+
 def test_inputs_out_of_range_and_too_large(law: Compiled) -> None:
     """Used as they are, and told; where a result is not finite what was sent last is kept."""
     law.init(0.01)

@@ -306,6 +306,8 @@ def test_the_log_has_a_row_for_each_call(library: Path, file: Path, tmp_path: Pa
     head, *rows = log.read_text(encoding="utf-8").splitlines()
     assert head.startswith("status [-],time [s]") and len(rows) == 7
     assert [row.split(",")[3] for row in rows] == ["1"] * 5 + ["0"] * 2
+    assert head.endswith(",status bits of the law [-]")
+    assert {row.split(",")[-1] for row in rows} == {"0"}
 
 
 # ------------------------------------------------------------------ what cannot be exported

@@ -87,6 +87,26 @@ def test_a_run_of_wind_steps(library: Path, rows: list[Row], turbine_design: Tur
     assert max(pitches) > 0.2 and min(pitches) == 0
 
 
+def test_the_log_says_where_the_estimate_is_held(library: Path, tmp_path: Path) -> None:
+    """A rotor that stops: behind the filter its tip-speed ratio falls below the table's.
+
+    It is no message: in a gust above 25 m/s the estimate is held as well, beyond the law's tables.
+    """
+    log = tmp_path / "log.csv"
+    run = Simulator(library, edited(library.parent / "DISCON.IN", tmp_path / "i", log_file=log),
+                    "held", T)  # fmt: skip
+    run.pitch(0.1)
+    run.records({20: 1.2 * GEAR_RATIO, 21: 1.2, 27: 12.0})
+    told = [run.call(0, 0.0).message, *(run.call(1, k * T).message for k in range(1, 6))]
+    run.records({20: 0.0, 21: 0.0})
+    told += [run.call(1, k * T).message for k in range(6, 600)]
+    run.call(-1, 600 * T)
+    assert not any(told)
+    rows = log.read_text(encoding="utf-8").splitlines()[1:]
+    held = [int(row.split(",")[-1]) & 64 != 0 for row in rows]
+    assert not any(held[:10]) and all(held[300:])
+
+
 def test_the_wind_of_record_27(
     library: Path, program: ControllerProgram, rows: list[Row], tmp_path: Path
 ) -> None:

@@ -10,8 +10,9 @@ commands, and comes back at the limit less R or faster: within
     D = rho |F* beyond F| / (limit - R).
 
 So it is among the cell's commands if all feed-forwards and leads of the last D seconds were in F.
-They were if the state at the shared wind was so far inside the box that D seconds earlier v_s, U
-and omega_m - omega* - x were in it as well: for each of these three rows h, with its rate h_r,
+They were if the state at the shared wind was so far inside the box that D seconds earlier v_s was
+in it as well, and for the lead also U and omega_m - omega* - x: for each of these rows h, with its
+rate h_r,
 
     sqrt(h P^-1 h') + D h_r < its bound         at the winds that the cell shares with others,
 
@@ -31,6 +32,8 @@ from takagi.certificates.checker.turbine.running_loop.inputs import Span
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates, motion
 
 LAGS = "torque or pitch may lag behind the law where the wind enters the cell"
+# What decides the feed-forward of the torque, and the lead of the pitch.
+DECIDING = (("schedule",), ("schedule", "effort", "signal"))
 Room = dict[str, tuple[Fraction, Fraction]]
 
 
@@ -74,25 +77,35 @@ def carried_failures(run: Sequence[Passed]) -> list[tuple[Span, str]]:
         left = [rho * _beyond(whole[i], ranges[k][i]) for i in (0, 1)]
         left[0] *= law.effort_torque
         rooms = [*one.rooms[0]] * (k > 0) + [*one.rooms[1]] * (k < len(run) - 1)
-        if rooms and not _caught_up(left, spare, rooms, rates):
+        if not all(
+            _caught_up(left[i], spare[i], rooms, {name: rates[name] for name in names})
+            for i, names in enumerate(DECIDING)
+        ):
             found.append((one.cell.winds, LAGS))
     return found
 
 
 def _caught_up(
-    left: Sequence[Fraction],
-    spare: Sequence[Fraction],
+    left: Fraction,
+    spare: Fraction,
     rooms: Sequence[Room],
     rates: dict[str, Fraction],
 ) -> bool:
-    """Return whether torque and pitch come back in time from ``left``, what they lag by."""
-    if any(most > 0 and more <= 0 for most, more in zip(left, spare, strict=True)):
+    """Return whether a command comes back in time from ``left``, by which it may lag.
+
+    Parameters
+    ----------
+    spare : its limit less the largest rate of the law's command.
+    rates : of what decides the command.
+    """
+    if left <= 0:
+        return True
+    if spare <= 0:
         return False
-    lag = max(most / more if most > 0 else NIL for most, more in zip(left, spare, strict=True))
     for room in rooms:
         for name, rate in rates.items():
             square, bound = room[name]
-            inner = bound - lag * rate
+            inner = bound - left / spare * rate
             if inner <= 0 or square >= inner**2:
                 return False
     return True

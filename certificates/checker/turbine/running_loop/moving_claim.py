@@ -191,7 +191,8 @@ def check_running_rate(claim: Any, data: Any, where: str) -> Found:
         MovingCell.read(cell, functions, f"{where}.cells[{i}]")
         for i, cell in enumerate(listed(claim, "cells", where, 1, MOST_CELLS))
     ]
-    said = {"law": law, "winds": stated_winds(claim, cells, where)}
+    winds = stated_winds(claim, cells, where)
+    said = {"law": law, "winds": winds}
     kept, failures = [], []
     for stated in cells:
         found = examined(plant, law, machine, stated)
@@ -200,7 +201,7 @@ def check_running_rate(claim: Any, data: Any, where: str) -> Found:
         else:
             kept.append(found)
     if not failures:
-        for low, high in said["winds"]:
+        for low, high in winds:
             run = [one.passed for one in kept if low <= one.winds[0] and one.winds[1] <= high]
             failures += carried_failures(run)
     if failures:

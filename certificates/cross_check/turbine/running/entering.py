@@ -3,7 +3,8 @@ r"""Where the wind enters a cell, torque and pitch must be among the commands of
 F is the range of the feed-forward, or of the lead, in a cell, F* in all cells of a range of winds
 without a gap, rho the largest |v_s'| and R the largest rate of the command, with sizes of F*, in
 these.  What is sent is at most e = rho |F* beyond F| outside the commands of the cell, and returns
-in D = e / (limit - R).  For each row h of v_s, U and omega_m - omega* - x, with rate h_r,
+in D = e / (limit - R).  For the row h of v_s, and for the lead also those of U and of
+omega_m - omega* - x, each with its rate h_r,
 
     h P^-1 h' < (b - D h_r)^2
 
@@ -23,7 +24,7 @@ from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.rates import Row
 from takagi.certificates.cross_check.turbine.surface import NumberRange
 
-MOVED = ("schedule", "effort", "signal")
+MOVED = {"torque": ("schedule",), "pitch": ("schedule", "effort", "signal")}
 
 
 @dataclass(frozen=True)
@@ -61,45 +62,38 @@ def _range(cells: list[Entered]) -> Iterator[Obligation]:
     }
     whole = {name: _around(spans) for name, spans in every.items()}
     speeds = [one.cell.speeds() for one in cells]
-    fastest = {name: max(one[name] for one in speeds) for name in MOVED}
+    fastest = {name: max(one[name] for one in speeds) for name in MOVED["pitch"]}
     sizes = whole["torque"].size / rotor.per_effort, whole["pitch"].size
     rates = [one.cell.command_rates(*sizes) for one in cells]
     spare = {
         "torque": machine.torque_rate - max(torque for torque, _ in rates),
         "pitch": rotor.rate_limit - max(pitch for _, pitch in rates),
     }
-    lags = [_lag(whole, spare, {n: spans[k] for n, spans in every.items()}, fastest["schedule"])
-            for k in range(len(cells))]  # fmt: skip
-    for k, (one, lag) in enumerate(zip(cells, lags, strict=True)):
-        yield Fact(f"{one.label}: rates to come back", lag is not None)
-        if lag is None:
-            continue
+    for k, one in enumerate(cells):
         shared = ([one.ends[0]] if k > 0 else []) + ([one.ends[1]] if k + 1 < len(cells) else [])
-        for name, row, bound in one.sides:
-            if name in MOVED:
-                left = bound - lag * fastest[name]
-                yield Fact(f"{one.label}: entered, side {name}", left > 0)
-                h = fmpq_mat([row])
-                for P in shared:
-                    inside = scaled(left**2, P) - transposed(h) * h
-                    yield Definite(f"{one.label}: entered, width of {name}", inside)
+        for command, rows in MOVED.items():
+            own = every[command][k]
+            beyond = max(whole[command].high - own.high, own.low - whole[command].low)
+            if beyond == 0:
+                continue
+            yield Fact(f"{one.label}: {command} comes back", spare[command] > 0)
+            if spare[command] <= 0:
+                continue
+            lag = fastest["schedule"] * beyond / spare[command]
+            yield from _inside(one, shared, {name: lag * fastest[name] for name in rows})
 
 
-def _lag(
-    whole: dict[str, NumberRange],
-    spare: dict[str, fmpq],
-    own: dict[str, NumberRange],
-    rho: fmpq,
-) -> fmpq | None:
-    """Return D, or None where a command may move as fast as its limit."""
-    lag = fmpq(0)
-    for name, span in own.items():
-        outside = rho * max(whole[name].high - span.high, span.low - whole[name].low)
-        if outside > 0 and spare[name] <= 0:
-            return None
-        if outside > 0:
-            lag = max(lag, outside / spare[name])
-    return lag
+def _inside(one: Entered, shared: list[fmpq_mat], moved: dict[str, fmpq]) -> Iterator[Obligation]:
+    """Yield that the sets at shared winds keep the box, less what its rows move by."""
+    for name, row, bound in one.sides:
+        if name not in moved:
+            continue
+        left = bound - moved[name]
+        yield Fact(f"{one.label}: entered, side {name}", left > 0)
+        h = fmpq_mat([row])
+        for P in shared:
+            inside = scaled(left**2, P) - transposed(h) * h
+            yield Definite(f"{one.label}: entered, width of {name}", inside)
 
 
 def _around(spans: list[NumberRange]) -> NumberRange:
