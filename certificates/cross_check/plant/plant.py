@@ -207,6 +207,24 @@ def _constant(value: Any) -> fmpq:
     return found
 
 
+def plant_of_form(model: Any, form: str) -> TreePlant:
+    """Return the plant of a claim about its embedding, which has to be of this form.
+
+    Raises
+    ------
+    Refusal : as ``plant_loop``; or no plant, or another form.
+    NotReplayed : as ``require_decimals``.
+    """
+    if entry(model, "kind") != "plant":
+        raise Refusal("a claim about a plant, and the model is none")
+    plant = read_plant(model)
+    plant_loop(model)
+    require_decimals(plant)
+    if plant.form != form:
+        raise Refusal(f"embedding.form is {plant.form!a}, not {form!a}")
+    return plant
+
+
 def require_decimals(plant: TreePlant) -> None:
     """Raise NotReplayed where a rest or a parameter is a ball: this checker cannot prove a ball."""
     if plant.balls:
