@@ -23,7 +23,7 @@ from takagi.certificates.document import (
 )
 from takagi.models import Interval, Output, Plant, Variable, sector_model
 from tests.certificates.kinds.test_damage import resealed
-from tests.certificates.kinds.test_tracking import arm, second, verdicts
+from tests.certificates.kinds.tracking_documents import arm, second, verdicts
 
 Data = dict[str, Any]
 
