@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
-from tests.certificates.kinds.tracking_documents import Data, at, changed, second, verdicts
+from tests.certificates.kinds.tracking_documents import Data, at, changed
 
 
 def wrong(name: str, factor: float) -> Callable[[Data], None]:

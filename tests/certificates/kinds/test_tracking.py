@@ -20,6 +20,7 @@ from takagi.certificates.design.plant import PlantDesign, certify_plant, design_
 from takagi.certificates.document import dumps
 from takagi.models import ModelError, Plant, load_model
 from takagi.models.plant import PlantSettings
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.kinds.tracking_documents import (
     ARM,
@@ -32,8 +33,6 @@ from tests.certificates.kinds.tracking_documents import (
     curved,
     plant_of,
     pure,
-    second,
-    verdicts,
 )
 
 

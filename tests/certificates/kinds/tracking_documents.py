@@ -11,9 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates import CertificateError
-from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.certificates.document import certificate_document
 from takagi.models import Plant, load_model
@@ -84,20 +81,6 @@ def changed(change: Callable[[Data], None], which: int = 1) -> Data:
     found["claims"] = [c for c in found["claims"] if c["kind"] == "secant-embedding"] + [kept]
     change(found)
     return resealed(found)
-
-
-def verdicts(document: Data) -> list[str]:
-    try:
-        return [claim.verdict.name for claim in check_document(document).claims]
-    except CertificateError:
-        return ["REFUSED"]
-
-
-def second(document: Data) -> list[str]:
-    try:
-        return [opinion.verdict for opinion in judge_document(document)]
-    except Refusal:
-        return ["REFUSED"]
 
 
 def pure(
