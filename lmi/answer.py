@@ -150,8 +150,52 @@ class Answer:
         }
 
 
+class WithAnswer:
+    """What the result of a search for gains takes from its ``answer``."""
+
+    __slots__ = ()
+    if TYPE_CHECKING:
+
+        @property
+        def answer(self) -> Answer: ...
+
+    @property
+    def status(self) -> Status:
+        """Return "candidate", "infeasible" or "unknown", as of an ``Answer``."""
+        return self.answer.status
+
+    @property
+    def found(self) -> bool:
+        """Return whether there are gains."""
+        return self.answer.found
+
+
+class GainsWithAnswer(WithAnswer):
+    """Gains and a quadratic function, or the reason why there are none."""
+
+    __slots__ = ()
+    if TYPE_CHECKING:
+
+        @property
+        def gains(self) -> Floats | None: ...
+
+        @property
+        def P(self) -> Floats | None: ...
+
+    def require(self) -> tuple[Floats, Floats]:
+        """Return (gains, P).
+
+        Raises
+        ------
+        ModelError : there are none; the message is the diagnosis.
+        """
+        if self.gains is None or self.P is None:
+            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
+        return self.gains, self.P
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Design:
+class Design(GainsWithAnswer):
     """Gains with the Lyapunov function they were found with.
 
     Attributes
@@ -176,26 +220,6 @@ class Design:
     ladder: tuple[RelaxationResult, ...] = ()
 
     @property
-    def status(self) -> Status:
-        return self.answer.status
-
-    @property
     def gain(self) -> float | None:
         """Return the bound on a norm from disturbance to output; None unless asked and found."""
         return self.answer.gain
-
-    @property
-    def found(self) -> bool:
-        """Return whether there are gains."""
-        return self.answer.found
-
-    def require(self) -> tuple[Floats, Floats]:
-        """Return (gains, P).
-
-        Raises
-        ------
-        ModelError : there are none; the message is the diagnosis.
-        """
-        if self.gains is None or self.P is None:
-            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
-        return self.gains, self.P

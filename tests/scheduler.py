@@ -17,6 +17,7 @@ SHARED = {
     "models of the paper's law": re.compile(
         r"import regional_models|from tests\.certificates\.test_paper_certificate import"
     ),
+    "the arm with a reference": re.compile(r"kinds\.tracking_documents import"),
     "designs of plants": re.compile(r"from tests\.reports\.plant_designs import"),
 }
 

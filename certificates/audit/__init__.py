@@ -11,6 +11,11 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from takagi.certificates.audit.trusted_lines import Trusted as Trusted
+    from takagi.certificates.audit.trusted_lines import check_counted as check_counted
+    from takagi.certificates.audit.trusted_lines import code_lines as code_lines
+    from takagi.certificates.audit.two_checkers import VerdictComparison as VerdictComparison
+    from takagi.certificates.audit.two_checkers import VerdictRow as VerdictRow
     from takagi.certificates.audit.two_checkers import cross_checked as cross_checked
     from takagi.certificates.audit.two_checkers import (
         cross_checked_document as cross_checked_document,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from numpy.typing import ArrayLike
 
@@ -37,10 +37,17 @@ def attempts_at_all(
     observer : L, (r, n, p) or (n, p), of an observer for the loop; None for none.
     """
     first = attempted(Decay(decay_rate), loop)
-    found, notes = [first], []
     if not first.proved:
-        return found, ["without decay nothing else was tried"]
-    for request in requests_for(loop, observer=observer):
+        return [first], ["without decay nothing else was tried"]
+    found, notes = proved_of(requests_for(loop, observer=observer), loop)
+    return [first, *found], notes
+
+
+def proved_of(requests: Iterable[Request], loop: ClaimedLoop) -> tuple[list[Attempt], list[str]]:
+    """Return the attempts that are proved, and a note for each request that is not."""
+    found: list[Attempt] = []
+    notes: list[str] = []
+    for request in requests:
         name = type(request).__name__
         try:
             attempt = attempted(request, loop)

@@ -60,7 +60,7 @@ class Tracking:
         ModelError : the model has no references, or there are no gains.
         """
         plant = _plant_of(loop)
-        return _Search(loop, plant, rest_line(plant, loop.model, _gain(loop)), self).attempt()
+        return _Search(loop, plant, rest_line(plant, _gain(loop)), self).attempt()
 
     def candidate(self, loop: ClaimedLoop) -> dict[str, Any] | None:
         """Return evidence that holds in floating point alone; None for none.
@@ -70,9 +70,7 @@ class Tracking:
         ModelError : as ``attempt``.
         """
         plant = _plant_of(loop)
-        return _Search(loop, plant, rest_line(plant, loop.model, _gain(loop)), self).evidence(
-            quick=True
-        )
+        return _Search(loop, plant, rest_line(plant, _gain(loop)), self).evidence(quick=True)
 
 
 def _plant_of(loop: ClaimedLoop) -> Plant:

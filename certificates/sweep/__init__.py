@@ -68,6 +68,11 @@ if TYPE_CHECKING:
     from takagi.certificates.sweep.grid import Task as Task
     from takagi.certificates.sweep.journal import Journal as Journal
     from takagi.certificates.sweep.journal import JournalError as JournalError
+    from takagi.certificates.sweep.loop_limits import what_limits as what_limits
+    from takagi.certificates.sweep.loop_settings import LoopSettings as LoopSettings
+    from takagi.certificates.sweep.published_point import WindowResult as WindowResult
+    from takagi.certificates.sweep.published_point import certified_windows as certified_windows
     from takagi.certificates.sweep.runner import run_sweep as run_sweep
+    from takagi.certificates.sweep.wind_ranges import WindRange as WindRange
 
 __getattr__, __dir__ = lazy_names(__name__)

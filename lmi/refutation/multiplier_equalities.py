@@ -105,7 +105,7 @@ def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
     if share:
         most = float(np.abs(z[diagonal]).max())
         alive[diagonal] &= z[diagonal] > share * most
-        _spread(program, groups, alive)
+        _spread(groups, alive)
     while True:
         here = alive[row]
         count = np.bincount(variable[here], minlength=A.shape[1])
@@ -121,12 +121,10 @@ def _alive(program: ConeProgram, z: Floats, share: float) -> NDArray[np.bool_]:
         if not dead.any():
             return alive
         alive &= ~dead
-        _spread(program, groups, alive)
+        _spread(groups, alive)
 
 
-def _spread(
-    program: ConeProgram, groups: list[tuple[Indices, Indices]], alive: NDArray[np.bool_]
-) -> None:
+def _spread(groups: list[tuple[Indices, Indices]], alive: NDArray[np.bool_]) -> None:
     """Leave out the rows and columns of diagonal entries that are left out."""
     for first, places in groups:
         size = places.shape[1]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import rational
 from takagi.models.plant.dimensions import short
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
@@ -195,13 +195,7 @@ def _at_ends(plant: Plant, left: sp.Expr) -> str:
     shown = []
     for end in ("lower", "upper"):
         values = {v.symbol: getattr(v.range, end) for v in plant.uncertain}
-        held = {s: _rational(value) for s, value in values.items() if s in left.free_symbols}
+        held = {s: rational(value) for s, value in values.items() if s in left.free_symbols}
         place = ", ".join(f"{s} = {float(value):.4g}" for s, value in held.items())
         shown.append(f"{float(left.subs(held)):.4g} at {place}")
     return " and ".join(shown)
-
-
-def _rational(value: Fraction) -> sp.Rational:
-    import sympy as sp
-
-    return sp.Rational(*value.as_integer_ratio())

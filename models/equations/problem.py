@@ -20,7 +20,7 @@ from takagi.models.equations.premise_units import units_of
 from takagi.models.equations.residuals import require_zero, residuals
 from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval, Number, exact
+from takagi.models.intervals.interval import Interval, rational
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
 from takagi.models.ranges.domain import Domain
@@ -237,13 +237,6 @@ def _ball_steps(balls: Mapping[sp.Symbol, Ball]) -> tuple[Step, ...]:
         for ball in balls.values()
     ]
     return (Step("Numbers that are no decimals, in SI units.", r",\quad ".join(told)),)
-
-
-def rational(value: Number) -> sp.Rational:
-    """Return the number as sympy's rational, floats by their shortest decimal."""
-    import sympy as sp
-
-    return sp.Rational(*exact(value).as_integer_ratio())
 
 
 def cleaned(

@@ -19,7 +19,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval
+from takagi.models.intervals.interval import Interval, rational
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -138,14 +138,8 @@ def _vanishes_at_rest(factor: sp.Expr, plant: Plant) -> bool:
     return (
         bool(symbols)
         and all(slope.is_number and slope != 0 for slope in slopes)
-        and factor.subs({s: _rational(rest[s]) for s in symbols}) == 0
+        and factor.subs({s: rational(rest[s]) for s in symbols}) == 0
     )
-
-
-def _rational(value: Fraction) -> sp.Rational:
-    import sympy as sp
-
-    return sp.Rational(*value.as_integer_ratio())
 
 
 def _excludes_zero(argument: sp.Expr, plant: Plant) -> bool:

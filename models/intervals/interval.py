@@ -6,8 +6,12 @@ import math
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    import sympy as sp
 
 Number = Fraction | int | float | str
 """What a bound may be given as; a float stands for its shortest decimal (see ``exact``)."""
@@ -33,6 +37,13 @@ def exact(value: Number) -> Fraction:
         return Fraction(Decimal(value if isinstance(value, str) else repr(float(value))))
     except (ArithmeticError, TypeError, ValueError) as error:
         raise ModelError(f"{value!r} was given; a finite number is needed") from error
+
+
+def rational(value: Number) -> sp.Rational:
+    """Return the number as sympy's rational, floats by their shortest decimal."""
+    import sympy as sp
+
+    return sp.Rational(*exact(value).as_integer_ratio())
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from takagi.models.equations.equations import Equations, Factored
-from takagi.models.equations.problem import Problem, cleaned, over_box, problem_of_plant, rational
+from takagi.models.equations.problem import Problem, cleaned, over_box, problem_of_plant
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval, Number
+from takagi.models.intervals.interval import Interval, Number, rational
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.assembly import LETTERS
 

@@ -21,7 +21,7 @@ from takagi.models.plant.plant import Plant
 from takagi.models.tracking.held_rests import held_rests, signals_of
 
 if TYPE_CHECKING:
-    from takagi.models.ts.model import TSModel
+    pass
 
 POINTS, MOST_POINTS = 41, 4_000
 # A residual between the grid points may be larger than on the grid by this share.
@@ -47,7 +47,7 @@ class RestLine:
     residuals: Floats
 
 
-def rest_line(plant: Plant, model: TSModel, gain: Floats) -> RestLine:
+def rest_line(plant: Plant, gain: Floats) -> RestLine:
     """Return the linear function for a plant with references under u = u* - K (X - X*)."""
     import sympy as sp
 

@@ -36,5 +36,9 @@ if TYPE_CHECKING:
     from takagi.models.turbine.trim import optimal_torque_constant as optimal_torque_constant
     from takagi.models.turbine.trim import rated_wind as rated_wind
     from takagi.models.turbine.trim import reference_speed as reference_speed
+    from takagi.models.turbine.wind_estimators import (
+        ImmersionInvarianceEstimator as ImmersionInvarianceEstimator,
+    )
+    from takagi.models.turbine.wind_estimators import KalmanWindFilter as KalmanWindFilter
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -13,7 +13,11 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.gains_file.envelope import dump_gains as dump_gains
+    from takagi.reports.gains_file.plant import PlantGainFile as PlantGainFile
     from takagi.reports.gains_file.plant import plant_gain_file as plant_gain_file
+    from takagi.reports.gains_file.plant import plant_gain_file_schema as plant_gain_file_schema
+    from takagi.reports.gains_file.turbine import GainFile as GainFile
     from takagi.reports.gains_file.turbine import gain_file as gain_file
+    from takagi.reports.gains_file.turbine import gain_file_schema as gain_file_schema
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.claims.turbine.wind_spans import Span, gaps, merged
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -26,8 +27,6 @@ HALF_WIDTH = re.compile(rf"in a stated set \(speed within {NUMBER} to {NUMBER} r
 SPEED = re.compile(rf"the speed is within {NUMBER} % of rated of its reference")
 PITCH = re.compile(r"of rated of its reference, (pitch within [^;]*)")
 FEW, MOST = 3, 6
-
-Span = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +79,7 @@ def wind_words(claim: OverlapClaim) -> str:
         return "none"
     if width := window_width(claim):
         # One window may be left out in several parts.
-        looked = count + len(_merged(claim.left, reach=width))
+        looked = count + len(merged(claim.left, reach=width))
         first, last = proved[0][0], proved[-1][0]
         return f"{count} of {looked} windows, from {first:g} to {last:g} m/s"
     more = f" (+{count - MOST} more)" if count > MOST else ""
@@ -107,8 +106,8 @@ def _concerned(stated: Mapping[str, Any]) -> bool:
 def _short(stated: Mapping[str, Any], checked: Claim, own: tuple[object, object]) -> OverlapClaim:
     claimed = [(float(low), float(high)) for low, high in stated["winds"]]
     named = [gap["wind"] for gap in stated["unproved"]]
-    proved = _proved(_merged(claimed), checked)
-    looked = _merged([*claimed, *((float(low), float(high)) for low, high in named)])
+    proved = _proved(merged(claimed), checked)
+    looked = merged([*claimed, *((float(low), float(high)) for low, high in named)])
     decay, width, speed, pitch = (
         found.groups() if (found := words.search(checked.text)) and proved else ()
         for words in (DECAY, HALF_WIDTH, SPEED, PITCH)
@@ -121,7 +120,7 @@ def _short(stated: Mapping[str, Any], checked: Claim, own: tuple[object, object]
         torque_overlap=float(stated["torque_overlap"]),
         chosen=(stated["speed_overlap"], stated["torque_overlap"]) == own,
         proved=proved,
-        left=tuple(gap for span in looked for gap in _gaps(span, proved)),
+        left=tuple(gap for span in looked for gap in gaps(span, proved)),
         decay=decay,
         speed_share="".join(speed),
         half_width=width[1] if width else "",
@@ -141,29 +140,7 @@ def _proved(claimed: Sequence[Span], checked: Claim) -> tuple[Span, ...]:
     if len(named) < len(ranges):
         return ()
     inside = [(max(a, low), min(b, high)) for a, b in named for low, high in claimed]
-    return tuple(_merged([span for span in inside if span[0] < span[1]]))
-
-
-def _merged(spans: Sequence[Span], *, reach: float = 0.0) -> list[Span]:
-    """Return the union as disjoint ranges; those no further apart than ``reach`` become one."""
-    found: list[Span] = []
-    for low, high in sorted(spans):
-        if found and low <= found[-1][1] + reach:
-            found[-1] = found[-1][0], max(high, found[-1][1])
-        else:
-            found.append((low, high))
-    return found
-
-
-def _gaps(span: Span, covered: Sequence[Span]) -> list[Span]:
-    low, gaps = span[0], []
-    for start, stop in covered:
-        if stop <= low or start >= span[1]:
-            continue
-        if start > low:
-            gaps.append((low, start))
-        low = stop
-    return [*gaps, (low, span[1])] if low < span[1] else gaps
+    return tuple(merged([span for span in inside if span[0] < span[1]]))
 
 
 def _rounded(span: Span, *, inward: bool) -> str:

@@ -34,10 +34,10 @@ from takagi.lmi import (
 from takagi.models import TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.fuzzy.test_fuzzy_pdc import guerra_vermeiren, tanaka_ohtake
+from tests.lmi.known_models import three_rules
 from tests.lmi.performance import disturbed
 from tests.lmi.structured.test_structured_pdc import two_rules as two_springs
 from tests.lmi.sums.test_product_premises import model_of_two_premises
-from tests.lmi.synthesis.test_ladder import three_rules
 
 pytestmark = pytest.mark.numeric
 

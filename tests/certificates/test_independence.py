@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import takagi.certificates.checker
+from tests.certificates.imported import imported_modules
 
 FOLDER = Path(str(takagi.certificates.checker.__file__)).parent
 
@@ -46,17 +47,9 @@ def test_check_runs_without_any_installed_package(tmp_path: Path, short: dict[st
 
 def test_sources_import_the_standard_library_and_each_other() -> None:
     """No import, wherever it stands, leaves the standard library or the checker's own folder."""
-    for file in sorted(FOLDER.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            names = []
-            if isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom):
-                assert node.level == 0, file.name
-                names = [str(node.module)]
-            for name in names:
-                own = name.startswith("takagi.certificates.checker")
-                assert own or name.partition(".")[0] in sys.stdlib_module_names, (file.name, name)
+    for file, name in imported_modules(FOLDER):
+        own = name.startswith("takagi.certificates.checker")
+        assert own or name.partition(".")[0] in sys.stdlib_module_names, (file.name, name)
 
 
 def test_no_float_enters_a_decision() -> None:

@@ -15,15 +15,13 @@ from scipy.integrate import solve_ivp
 from takagi.certificates import CertificateError, Claim, Verdict
 from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import (
+    PublishedCandidate,
+    merged,
+    overlap_candidates,
     published_candidate,
     published_claim,
     published_law_data,
     with_overlaps,
-)
-from takagi.certificates.claims.turbine.published import (
-    PublishedCandidate,
-    merged,
-    overlap_candidates,
 )
 from takagi.certificates.document import certificate_document, turbine_data
 from takagi.models import nrel5mw

@@ -1,9 +1,7 @@
-"""The plants that come with the package: exact models, proved bounds, published facts."""
+"""The plants that come with the package: exact models and proved bounds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -11,149 +9,18 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from takagi.models import (
-    ModelError,
-    Plant,
-    TSModel,
-    Variable,
-    built_in_models,
-    load_model,
-    sector_model,
-)
+from takagi.models import ModelError, Plant, Variable, built_in_models, load_model, sector_model
+from tests.models.library_plants import FIELDS, blended, model_name, model_of, named, plant_of
 
-Floats = NDArray[np.float64]
 BLENDED = {"boost_throttle", "split_range"}
+
+
 # Their equations are in plant/test_uncertain_parameters, certificates/test_twelve_states, below.
 ELSEWHERE = {"cart_chain", "dc_servo", "two_mass_spring"}
+
+
 FREE = 2.0  # a variable without a range is drawn from [-2, 2]
-
-
-def cart_pole(x: Floats, u: Floats, w: Floats) -> list[float]:
-    """Tanaka and Wang (2001), section 2.2: m = 2, M = 8, 2 l = 1, g = 9.8."""
-    s, c, s2 = np.sin(x[0]), np.cos(x[0]), np.sin(2 * x[0])
-    rise = 9.8 * s - 0.1 * 2.0 * 0.5 * x[1] ** 2 * s2 / 2 - 0.1 * c * u[0]
-    return [x[1], rise / (4 * 0.5 / 3 - 0.1 * 2.0 * 0.5 * c**2)]
-
-
-def cart_pole_2rules(x: Floats, u: Floats, w: Floats) -> list[float]:
-    """Wang, Tanaka and Griffin (1996): two local models and triangular weights."""
-    beta, share = np.cos(np.deg2rad(88)), 2 * abs(x[0]) / np.pi
-    first = (9.8 * x[0] - 0.1 * u[0]) / (2 / 3 - 0.1)
-    second = (2 / np.pi * 9.8 * x[0] - 0.1 * beta * u[0]) / (2 / 3 - 0.1 * beta**2)
-    return [x[1], (1 - share) * first + share * second]
-
-
-def tora(x: Floats, u: Floats, w: Floats) -> list[float]:
-    """Bupp, Bernstein and Coppola (1998), solved for the accelerations."""
-    e, s, c = 0.1, np.sin(x[2]), np.cos(x[2])
-    pull, scale = e * x[3] ** 2 * s - x[0], 1 - e**2 * c**2
-    return [x[1], (pull - e * c * u[0]) / scale, x[3], (u[0] - e * c * pull) / scale]
-
-
-def truck_trailer(x: Floats, u: Floats, w: Floats) -> list[float]:
-    """Tanaka and Sano (1994) in their x1, x2, x3, before and after the change of coordinates."""
-    turn, x1, x2 = -1.0 * 2.0 / 5.5, x[0], x[1] - (-1.0 * 2.0) / (2 * 5.5) * x[0]
-    ahead = [(1 - turn) * x1 - 2.0 / 2.8 * u[0], x2 + turn * x1, x[2] - 2.0 * np.sin(x[1])]
-    return [ahead[0], ahead[1] + turn / 2 * ahead[0], ahead[2]]
-
-
-def quarter_car(x: Floats, u: Floats, w: Floats) -> list[float]:
-    """Newton's law for body and wheel."""
-    force = u[0] - 16e3 * x[0] - 1e6 * x[0] ** 3 - 1500 * 0.8 * np.tanh(x[1] / 0.8)
-    body, wheel = force / 300, (-force - 19e4 * x[2]) / 40
-    return [x[1], body - wheel, x[3] - w[0], wheel]
-
-
-def between(
-    first: list[list[float]], second: list[list[float]]
-) -> Callable[[Floats, Floats, Floats], Floats]:
-    """Return x' = ((1 - w) first + w second) x."""
-
-    def field(x: Floats, u: Floats, w: Floats) -> Floats:
-        blended: Floats = ((1 - w[0]) * np.array(first) + w[0] * np.array(second)) @ x
-        return blended
-
-    return field
-
-
-# Equations written down again from the literature, figures in place, beside the number of rules.
-FIELDS: dict[str, tuple[int, Callable[[Floats, Floats, Floats], object]]] = {
-    "ball_and_beam": (
-        4,
-        lambda x, u, w: [x[1], 5 / 7 * (x[0] * x[3] ** 2 - 9.81 * np.sin(x[2])), x[3], u[0]],
-    ),
-    "cart_pole": (16, cart_pole),
-    "cart_pole_2rules": (2, cart_pole_2rules),
-    "dayawansa_martin": (2, between([[-1, -1], [1, -1]], [[-1, -5.8], [1 / 5.8, -1]])),
-    "duffing": (2, lambda x, u, w: [x[1], -0.1 * x[1] - x[0] ** 3 + 12 * w[0] + u[0]]),
-    "flexible_joint": (
-        2,
-        lambda x, u, w: [
-            x[1],
-            -9.81 * np.sin(x[0]) - 100 * (x[0] - x[2]),
-            x[3],
-            100 * (x[0] - x[2]) + u[0],
-        ],
-    ),
-    "flexible_link": (
-        2,
-        lambda x, u, w: [
-            x[1],
-            48.6 * (x[2] - x[0]) - 1.25 * x[1] + 21.6 * u[0],
-            x[3],
-            -19.5 * (x[2] - x[0]) - 3.33 * np.sin(x[2]),
-        ],
-    ),
-    # About x = 0.6, y = 0.18, u = -0.076, where it rests.
-    "henon": (
-        2,
-        lambda x, u, w: [
-            1 - 1.4 * (0.6 + x[0]) ** 2 + (0.18 + x[1]) + (u[0] - 0.076) - 0.6,
-            0.3 * (0.6 + x[0]) - 0.18,
-        ],
-    ),
-    "lorenz": (
-        2,
-        lambda x, u, w: [
-            10 * (x[1] - x[0]) + u[0],
-            28 * x[0] - x[0] * x[2] - x[1],
-            x[0] * x[1] - 8 / 3 * x[2],
-        ],
-    ),
-    "mass_spring_damper": (
-        4,
-        lambda x, u, w: [x[1], -0.1 * x[1] ** 3 - 0.02 * x[0] - 0.67 * x[0] ** 3 + u[0]],
-    ),
-    "quarter_car": (4, quarter_car),
-    "shorten_narendra": (2, between([[-2, 4], [-1, -2]], [[-2, 4], [-10.6, -2]])),
-    "tora": (16, tora),
-    "truck_trailer": (2, truck_trailer),
-}
-
-
-@lru_cache
-def plant_of(name: str) -> Plant:
-    plant = load_model(name)
-    assert isinstance(plant, Plant)
-    return plant
-
-
-@lru_cache
-def model_of(name: str) -> TSModel:
-    return sector_model(plant_of(name))
-
-
-def named(plant: Plant, x: Floats, u: Floats, w: Floats) -> dict[str, float]:
-    """Return name -> deviation from rest, of all variables, by the names that the model has."""
-    values = map(float, np.concatenate([x, u, w]))
-    return dict(zip(map(model_name, plant.variables), values, strict=True))
-
-
-def model_name(variable: Variable) -> str:
-    """Return the name of a variable's deviation in the model."""
-    return variable.name if variable.rest == 0 else f"delta_{variable.name}"
 
 
 def side(variable: Variable) -> tuple[float, float] | None:
@@ -162,14 +29,6 @@ def side(variable: Variable) -> tuple[float, float] | None:
     if found is None:
         return None
     return float(found.lower - variable.rest), float(found.upper - variable.rest)
-
-
-def blended(name: str, x: Floats, u: Floats, w: Floats) -> Floats:
-    """Return sum_i h_i (A_i x + B_i u + E_i w) at the point."""
-    model = model_of(name)
-    now = model.blend(model.premise_values(**named(plant_of(name), x, u, w)))
-    moved: Floats = now.A @ x + now.B @ u + now.E @ w
-    return moved
 
 
 def test_every_plant_of_the_library_is_tested_here() -> None:
@@ -266,178 +125,3 @@ def test_a_wrong_bound_is_refused(name: str) -> None:
         ):
             with pytest.raises(ModelError, match="leave out values that it attains"):
                 sector_model(plant_of(name), bounds={symbol: wrong})
-
-
-def jacobian(name: str, x: Floats) -> Floats:
-    """Return df/dx of the literature's equations by central differences, u = w = 0."""
-    plant, field = plant_of(name), FIELDS[name][1]
-    u, w, step = np.zeros(len(plant.inputs)), np.zeros(len(plant.disturbances)), 1e-6
-    columns = [
-        (np.array(field(x + d, u, w)) - np.array(field(x - d, u, w))) / (2 * step)
-        for d in step * np.eye(len(x))
-    ]
-    return np.stack(columns, axis=1)
-
-
-@pytest.mark.parametrize("name", [name for name in FIELDS if name != "cart_pole_2rules"])
-def test_the_model_at_the_origin_is_the_linearisation(name: str) -> None:
-    """A(z(0)) = df/dx at 0, since every term is its entry times a variable that is 0."""
-    plant, model = plant_of(name), model_of(name)
-    now = model.blend(model.premise_values(**dict.fromkeys(map(model_name, plant.variables), 0.0)))
-
-    difference = jacobian(name, np.zeros(len(plant.states)))
-    np.testing.assert_allclose(now.A, difference, rtol=1e-6, atol=1e-6 * np.abs(now.A).max())
-
-
-def test_rules_of_wang_tanaka_and_griffin() -> None:
-    """The vertices are the two local models: 17.294, 9.360, -0.1765, -0.00524.
-
-    Wang, Tanaka and Griffin (1996), by their formulas with m = 2, M = 8, 2 l = 1, g = 9.8.
-    """
-    model = model_of("cart_pole_2rules")
-
-    assert model.A[:, 1, 0] == pytest.approx([17.294, 9.360], abs=1e-3)
-    assert model.B[:, 1, 0] == pytest.approx([-0.1765, -0.00524], abs=5e-5)
-
-
-@pytest.mark.slow
-def test_the_pendulum_needs_four_rules_when_premises_are_free() -> None:
-    """The textbook's four premises give sixteen rules; two of one angle's functions give four."""
-    assert len(sector_model(plant_of("cart_pole"), premises={}).rules) == 4
-
-
-def test_entries_of_tanaka_ikeda_and_wang() -> None:
-    """Tanaka, Ikeda and Wang (1996): damper -0.225 or 0, spring -1.5275 or -0.02."""
-    A = model_of("mass_spring_damper").A
-
-    assert set(np.round(A[:, 1, 1], 6)) == {-0.225, 0.0}
-    assert set(np.round(A[:, 1, 0], 6)) == {-1.5275, -0.02}
-
-
-def test_poles_of_the_motor_of_the_control_tutorials() -> None:
-    """-2.0025 and -9.9975 1/s: P(s) = 0.01/(0.005 s^2 + 0.06 s + 0.1001), by hand.
-
-    Messner and Tilbury, Control Tutorials for MATLAB and Simulink, DC Motor Speed (recalled).
-    """
-    model = model_of("dc_servo")
-    motor = model.A[0][1:3, 1:3]
-
-    assert model.A[0][[0, 3]].tolist() == [[0, 1, 0, 0], [1, 0, 0, 0]]
-    assert model.B[0].ravel().tolist() == [0, 0, 2, 0]
-    assert model.E[0].tolist() == [[0, 0], [100, 0], [0, 0], [0, -1]]
-    assert np.poly(motor) == pytest.approx([1, 12, 20.02])
-    assert sorted(np.linalg.eigvals(motor)) == pytest.approx([-9.9975, -2.0025], abs=1e-4)
-
-
-def test_entries_of_tanaka_and_sano() -> None:
-    """Tanaka and Sano (1994), rule 1 in x1, x2, x3: 1.3636, -0.3636, 0.3636, -2 and -0.7143."""
-    model = model_of("truck_trailer")
-    T = np.array([[1, 0, 0], [2 / 11, 1, 0], [0, 0, 1]])  # x1, x2, x3 from x1, q, x3
-    now = model.blend(model.premise_values(x1=0.0, q=0.0, x3=0.0, u=0.0))
-
-    published = np.array([[1.3636, 0, 0], [-0.3636, 1, 0], [0.3636, -2, 1]])
-    np.testing.assert_allclose(np.asarray(T @ now.A @ np.linalg.inv(T)), published, atol=5e-5)
-    np.testing.assert_allclose(model.C[0] @ np.linalg.inv(T), np.eye(3)[1:], atol=1e-12)
-    np.testing.assert_allclose(model.C[0] @ np.linalg.inv(T), [[0, 1, 0], [0, 0, 1]], atol=1e-12)
-    assert model.sample_time == 2.0
-
-
-def test_equilibria_and_eigenvalues_of_lorenz() -> None:
-    """At (+-sqrt(72), +-sqrt(72), 27): -13.8546, 0.0940 +- 10.1945i; at 0: 11.8277, -22.8277, -8/3.
-
-    Sparrow (1982), The Lorenz Equations, r = 28; the roots of s^3 + 41/3 s^2 + 304/3 s + 1440.
-    """
-    root = np.sqrt(72.0)
-    for sign in (1, -1):
-        point = np.array([sign * root, sign * root, 27.0])
-        still = blended("lorenz", point, np.zeros(1), np.zeros(0))
-        np.testing.assert_allclose(still, 0, atol=1e-9)
-        poles = np.linalg.eigvals(jacobian("lorenz", point))
-        np.testing.assert_allclose(np.poly(poles), [1, 41 / 3, 304 / 3, 1440], rtol=1e-6)
-        assert sorted(poles.real) == pytest.approx([-13.8546, 0.0940, 0.0940], abs=1e-4)
-    model = model_of("lorenz")
-    poles = np.linalg.eigvals(model.blend(model.premise_values(x=0.0)).A)
-    assert sorted(poles.real) == pytest.approx([-22.8277, -8 / 3, 11.8277], abs=1e-4)
-
-
-def test_the_ball_accelerates_by_five_sevenths_of_g() -> None:
-    """Hauser, Sastry and Kokotovic (1992): B = 0.7143, that of a ball that rolls without slip."""
-    model = model_of("ball_and_beam")
-    now = model.blend(model.premise_values(r=0.0, v=0.0, theta=0.0, omega=0.0, u=0.0))
-
-    assert now.A[1, 2] == pytest.approx(-0.7143 * 9.81, rel=1e-4)
-
-
-def test_tora_swings_faster_when_its_mass_is_free() -> None:
-    """Bupp, Bernstein and Coppola (1998): +-i/sqrt(1 - eps^2) and a double 0 at rest."""
-    model = model_of("tora")
-    now = model.blend(model.premise_values(x=0.0, v=0.0, theta=0.0, omega=0.0, u=0.0))
-
-    np.testing.assert_allclose(np.poly(now.A), [1, 0, 1 / 0.99, 0, 0], atol=1e-9)
-
-
-def test_frequencies_of_the_flexible_joint() -> None:
-    """(m g l + k - I s)(k - J s) = k^2 for s, the squares of both frequencies at rest."""
-    model = model_of("flexible_joint")
-    now = model.blend(model.premise_values(q=0.0, q_rate=0.0, p=0.0, p_rate=0.0, u=0.0))
-
-    squares = np.roots([1.0, -(109.81 + 100), 109.81 * 100 - 100**2])
-    wanted = [1, 0, squares.sum(), 0, squares.prod()]
-    np.testing.assert_allclose(np.poly(now.A), wanted, rtol=1e-6, atol=1e-6)
-
-
-def test_modes_of_the_quarter_car() -> None:
-    """det(M s^2 + C s + K) of body and wheel, with the damper's slope at rest."""
-    model = model_of("quarter_car")
-    rest = dict.fromkeys(("s", "r", "t", "vw", "u", "road"), 0.0)
-    body, wheel = [300, 1500, 16e3], [40, 1500, 16e3 + 19e4]
-    coupling = [1500, 16e3]
-    wanted = np.polysub(np.polymul(body, wheel), np.polymul(coupling, coupling)) / (300 * 40)
-
-    found = np.poly(model.blend(model.premise_values(**rest)).A)
-    np.testing.assert_allclose(found, wanted, rtol=1e-6)
-
-
-def test_duffing_stays_in_its_box() -> None:
-    """From the origin, 200 s of the uncontrolled motion in steps of 5 ms: |x| < 5."""
-    field, x, step, largest = FIELDS["duffing"][1], np.zeros(2), 5e-3, 0.0
-
-    def slope(x: Floats, time: float) -> Floats:
-        return np.array(field(x, np.zeros(1), np.array([np.cos(time)])))
-
-    for count in range(40000):
-        now = count * step
-        k1 = slope(x, now)
-        k2 = slope(x + step / 2 * k1, now + step / 2)
-        k3 = slope(x + step / 2 * k2, now + step / 2)
-        k4 = slope(x + step * k3, now + step)
-        x = x + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        largest = max(largest, abs(float(x[0])))
-    assert 3.0 < largest < 5.0
-
-
-def have_common_quadratic(first: Floats, second: Floats) -> bool:
-    """Shorten and Narendra (2002): no negative real eigenvalue of A1 A2 and A1 A2^-1."""
-    found = np.linalg.eigvals(np.array([first @ second, first @ np.linalg.inv(second)]))
-    return not np.any((np.abs(found.imag) < 1e-12) & (found.real < 0))
-
-
-@pytest.mark.parametrize(
-    ("name", "parameter", "threshold"),
-    [("dayawansa_martin", "a", 3 + np.sqrt(8)), ("shorten_narendra", "h", 4 + 4 * np.sqrt(2))],
-)
-def test_planar_pairs_are_below_their_thresholds(
-    name: str, parameter: str, threshold: float
-) -> None:
-    """Their vertices have a common function; a hair beyond the published threshold none has."""
-    model, (figure,) = model_of(name), plant_of(name).parameters
-    assert figure.symbol.name == parameter
-    assert 0.98 * threshold < float(figure.value) < threshold
-    assert have_common_quadratic(*model.A)
-
-    for value in (threshold - 1e-4, threshold + 1e-4):
-        pair = {
-            "a": [[[-1, -1], [1, -1]], [[-1, -value], [1 / value, -1]]],
-            "h": [[[-2, 4], [-1, -2]], [[-2, 4], [-1 - value, -2]]],
-        }[parameter]
-        assert have_common_quadratic(*np.array(pair, dtype=float)) == (value < threshold)

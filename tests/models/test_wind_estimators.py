@@ -10,9 +10,13 @@ import pytest
 
 from takagi.models import ModelError, WindObserver, nrel5mw
 from takagi.models.simulation import Observer
-from takagi.models.turbine import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine import (
+    ImmersionInvarianceEstimator,
+    KalmanWindFilter,
+    rotor_torque,
+    rotor_torque_gradient,
+)
 from takagi.models.turbine.trim import trim
-from takagi.models.turbine.wind_estimators import ImmersionInvarianceEstimator, KalmanWindFilter
 
 WATCHES: dict[str, Observer] = {
     "observer": WindObserver(nrel5mw(), 0.8, 10.0),

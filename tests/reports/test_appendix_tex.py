@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,14 +11,13 @@ import pytest
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.reports.appendix import appendix_files
-from takagi.reports.output import write_folder
+from tests.reports.tex_runs import compiled, sound
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
 
 pytestmark = pytest.mark.tex
 
-WIDEST = 20.0  # pt that a line may stick out
 HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|> K\"uhn Kühn"
 
 
@@ -58,27 +55,6 @@ def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
         document={"claims": [claim]},
         checked=checked,
     )
-
-
-def compiled(folder: Path, files: dict[str, bytes | str]) -> str:
-    """The log of the last of three runs; the first error of any run fails the test."""
-    write_folder(folder, files)
-    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "appendix.tex"]
-    for _ in range(3):
-        run = subprocess.run(command, cwd=folder, capture_output=True, check=False, timeout=120)
-        log = (folder / "appendix.log").read_text(encoding="latin-1")
-        assert run.returncode == 0, log[-3000:]
-    return log
-
-
-def sound(log: str) -> None:
-    """No undefined or doubled reference, nothing that leaves the page, no stale reference."""
-    assert not re.findall(r"LaTeX Warning: (?:Reference|Citation|Label|There were).*", log)
-    assert not re.findall(r"Warning:.*[Rr]erun.*", log)
-    # Bitmap fonts are made on the spot where they are missing, and look poor on a screen.
-    assert not re.findall(r"\S+pk>", log)
-    wide = [float(w) for w in re.findall(r"Overfull \\hbox \(([\d.]+)pt", log)]
-    assert max(wide, default=0.0) <= WIDEST
 
 
 def test_the_default_appendix_compiles(design: TurbineDesign, tmp_path: Path) -> None:

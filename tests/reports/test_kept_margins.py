@@ -15,7 +15,6 @@ from takagi.models import ModelError, nrel5mw
 from takagi.reports.margins import (
     LEVERS,
     AskedMargins,
-    DiskMargin,
     KeptMargins,
     MarginSearch,
     NoMargins,
@@ -26,37 +25,17 @@ from takagi.reports.margins import (
     failed,
     free_levers,
     lever_changes,
-    loop_margins,
     settings_with_margins,
     shares_of,
 )
+from tests.reports.margin_rows import margin_row
 
 START = DesignSettings(effort=EffortSettings())
 
 
 def row(wind: float, gain: float, **changed: Any) -> RunningMargins:
     """A loop at pitch that may grow by ``gain``, with 60 deg and 0.5 s."""
-    import control
-
-    found = replace(
-        loop_margins(control.tf(1, [1, 1, 0])),
-        gain_increase=gain,
-        gain_decrease=0.0,
-        phase=math.radians(60),
-        delay=0.5,
-    )
-    whole = RunningMargins(
-        wind=wind,
-        inertia=1.0,
-        wake="dynamic",
-        torque=None,
-        pitch=found,
-        both=DiskMargin(0.8, 1.0),
-        decay_rate=0.1,
-        modes_met=(),
-        kinks=(),
-    )
-    return replace(whole, **changed)
+    return margin_row(wind, "pitch", gain, 0.8, **changed)
 
 
 @dataclass

@@ -14,17 +14,16 @@ from takagi.models import ModelError
 from takagi.models.files import data_folder
 from takagi.reports.margins import (
     AskedMargins,
-    DiskMargin,
     Mode,
     RunningMargins,
     asked_margins,
     failed,
-    loop_margins,
     measured,
     wind_ranges,
     winds_between,
     worst_of_sides,
 )
+from tests.reports.margin_rows import margin_row
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -34,27 +33,7 @@ Capture = pytest.CaptureFixture[str]
 
 def row(wind: float, gain: float, alpha: float = 0.8, **changed: Any) -> RunningMargins:
     """A wind whose torque loop may grow by ``gain``, with a phase margin of 60 deg and 0.5 s."""
-    import control
-
-    found = replace(
-        loop_margins(control.tf(1, [1, 1, 0])),
-        gain_increase=gain,
-        gain_decrease=0.0,
-        phase=math.radians(60),
-        delay=0.5,
-    )
-    whole = RunningMargins(
-        wind=wind,
-        inertia=1.0,
-        wake="dynamic",
-        torque=found,
-        pitch=None,
-        both=DiskMargin(alpha, 1.0),
-        decay_rate=0.1,
-        modes_met=(),
-        kinks=(),
-    )
-    return replace(whole, **changed)
+    return margin_row(wind, "torque", gain, alpha, **changed)
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,10 +11,9 @@ from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant import PlantDesign
 from takagi.reports.appendix import plant_appendix
-from takagi.reports.output import write_folder
 from tests.reports.plant_designs import design_of
+from tests.reports.tex_runs import compiled, sound
 
-WIDEST = 20.0  # pt that a line may stick out
 HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|> K\"uhn Kühn"
 
 
@@ -75,29 +72,10 @@ def test_the_same_design_gives_the_same_bytes() -> None:
 )
 def test_the_appendix_compiles(name: str, tmp_path: Path) -> None:
     """Sixteen rules, long coefficients, a mass matrix, discrete time, an analysis."""
-    sound(compiled(tmp_path, plant_appendix(design_of(name))))
+    sound(compiled(tmp_path, plant_appendix(design_of(name))), "hv")
 
 
 @pytest.mark.tex
 def test_hostile_words_compile(tmp_path: Path) -> None:
     """No name, source or message breaks the document."""
-    sound(compiled(tmp_path, plant_appendix(hostile(design_of("ball_and_beam")))))
-
-
-def compiled(folder: Path, files: dict[str, bytes | str]) -> str:
-    """The log of the last of three runs; the first error of any run fails the test."""
-    write_folder(folder, files)
-    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "appendix.tex"]
-    for _ in range(3):
-        run = subprocess.run(command, cwd=folder, capture_output=True, check=False, timeout=120)
-        log = (folder / "appendix.log").read_text(encoding="latin-1")
-        assert run.returncode == 0, log[-3000:]
-    return log
-
-
-def sound(log: str) -> None:
-    """No undefined or doubled reference, nothing that leaves the page, no stale reference."""
-    assert not re.findall(r"LaTeX Warning: (?:Reference|Citation|Label|There were).*", log)
-    assert not re.findall(r"Warning:.*[Rr]erun.*", log)
-    over = re.findall(r"Overfull \\[hv]box \(([\d.]+)pt", log)
-    assert max(map(float, over), default=0.0) <= WIDEST
+    sound(compiled(tmp_path, plant_appendix(hostile(design_of("ball_and_beam")))), "hv")

@@ -16,7 +16,7 @@ from takagi.certificates.claims.plant.useful_overshoot import useful_overshoot
 from takagi.certificates.document.certificate_file import certificate_document, content_of
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.document.provenance import provenance
-from takagi.certificates.requests.all_claims import requests_for
+from takagi.certificates.requests.all_claims import proved_of, requests_for
 from takagi.certificates.requests.decay import Decay
 from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.input_limits import InputLimits
@@ -117,21 +117,13 @@ def _attempts(
         return asked, ["without decay nothing else was tried"]
     if len(loop.exact.groups()) > MOST_BLENDS:
         return asked, [f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"]
-    found: list[Attempt] = []
-    notes: list[str] = []
-    for request in requests_for(loop):
-        if isinstance(request, InputLimits) and requirements.input_limits is not None:
-            continue
-        name = type(request).__name__
-        try:
-            attempt = attempted(request, loop)
-        except ModelError as error:
-            notes.append(f"{name}: {error}")
-            continue
-        if attempt.proved:
-            found.append(attempt)
-        else:
-            notes.append(f"{name}: not proved ({attempt.checked.text})")
+    limited = requirements.input_limits is not None
+    others = (
+        request
+        for request in requests_for(loop)
+        if not (limited and isinstance(request, InputLimits))
+    )
+    found, notes = proved_of(others, loop)
     useful, more = useful_overshoot(loop, found)
     return [*asked, *useful], [*notes, *more]
 

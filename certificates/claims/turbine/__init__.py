@@ -35,6 +35,12 @@ if TYPE_CHECKING:
     )
     from takagi.certificates.claims.turbine.loop_claims import moving_claim as moving_claim
     from takagi.certificates.claims.turbine.published import (
+        PublishedCandidate as PublishedCandidate,
+    )
+    from takagi.certificates.claims.turbine.published import (
+        overlap_candidates as overlap_candidates,
+    )
+    from takagi.certificates.claims.turbine.published import (
         published_candidate as published_candidate,
     )
     from takagi.certificates.claims.turbine.published import published_claim as published_claim
@@ -43,5 +49,6 @@ if TYPE_CHECKING:
     )
     from takagi.certificates.claims.turbine.published import with_overlaps as with_overlaps
     from takagi.certificates.claims.turbine.wind_rate_claim import rate_range as rate_range
+    from takagi.certificates.claims.turbine.wind_spans import merged as merged
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -18,6 +18,7 @@ from takagi.certificates.claims.turbine.published_search import (
     Unproved,
     search_cells,
 )
+from takagi.certificates.claims.turbine.wind_spans import Span, merged
 from takagi.models.laws.law_words import law_words
 from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium_point import Equilibrium
@@ -26,8 +27,6 @@ from takagi.models.laws.published.regional_schedule import RegionalSchedule
 from takagi.models.loops.published.tables import schedule_band
 from takagi.models.ramps.membership_ramp import Ramp
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
-
-Span = tuple[float, float]
 
 # Multiples of the law's overlaps in the grid of further claims.
 SHARES = (0.5, 1.0, 2.0)
@@ -56,17 +55,6 @@ class PublishedCandidate:
     def covered(self) -> list[Span]:
         """The winds of the cells, as disjoint ranges [m/s]."""
         return merged([found.cell.wind for found in self.cells])
-
-
-def merged(spans: Sequence[Span]) -> list[Span]:
-    """Return the union of ranges as disjoint ranges, in order."""
-    found: list[Span] = []
-    for low, high in sorted(spans):
-        if found and low <= found[-1][1]:
-            found[-1] = (found[-1][0], max(high, found[-1][1]))
-        else:
-            found.append((low, high))
-    return found
 
 
 def published_candidate(

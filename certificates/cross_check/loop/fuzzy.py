@@ -202,7 +202,7 @@ def fuzzy_decay(claim: Any, loop: VertexLoop) -> Obligations:
     PG = times(P, G)
     still = where.total(PG, {b: transposed(X) for b, X in PG.items()}, each(P, rate))
     for k, speeds in enumerate(speeds_of(claim, where, P)):
-        moved = along(where, P, speeds, loop.n)
+        moved = along(where, P, speeds)
         left = each(where.total(still, moved) if moved else still, -1)
         yield from positive(left, f"corner {k + 1}", loop.n)
 
@@ -291,7 +291,7 @@ def _corners(bounds: list[fmpq]) -> Iterator[list[fmpq]]:
                 yield found
 
 
-def along(where: Simplexes, P: Terms, speeds: list[fmpq], n: int) -> Terms:
+def along(where: Simplexes, P: Terms, speeds: list[fmpq]) -> Terms:
     """Return sum v_kc dP/dw_kc, in the degrees of P; empty where it is zero."""
     found: Terms = {}
     degrees = where.degrees(P)

@@ -20,13 +20,7 @@ from typing import Any
 
 from flint import fmpq_mat
 
-from takagi.certificates.cross_check.kernel.exact import (
-    blocks,
-    identity,
-    scaled,
-    transposed,
-    zeros,
-)
+from takagi.certificates.cross_check.kernel.exact import blocks, identity, scaled, transposed, zeros
 from takagi.certificates.cross_check.kernel.obligation import Obligations
 from takagi.certificates.cross_check.kernel.reading import Refusal, rational, whole
 from takagi.certificates.cross_check.loop.disturbed import channel_of
@@ -85,7 +79,7 @@ def fuzzy_l2_gain(claim: Any, loop: VertexLoop) -> Obligations:
     PG = times(P, G)
     still = where.total(PG, {a: transposed(X) for a, X in PG.items()})
     for k, speeds in enumerate(speeds_of(claim, where, P)):
-        moved = along(where, P, speeds, n)
+        moved = along(where, P, speeds)
         left = room.total(
             (0, 0, each(where.total(still, moved) if moved else still, -1)),
             (1, 1, {where.none: scaled(g, identity(q))}),

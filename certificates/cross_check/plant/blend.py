@@ -44,7 +44,7 @@ from takagi.certificates.cross_check.plant.expression import (
 from takagi.certificates.cross_check.plant.interval import Interval
 from takagi.certificates.cross_check.plant.known import goes_with_known
 from takagi.certificates.cross_check.plant.model_loop import read_loop
-from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, read_plant
+from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, constant, read_plant
 from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_secant
 
 
@@ -74,7 +74,7 @@ def effort_blend_obligations(model: Any, gains: Any) -> Obligations:
     rate, share = _one(plant.inputs, line(given, "rate")), _one(plant.pushes, line(given, "share"))
     own = _as_written(meaning, given, (effort, rate, share))
     sides = [_side(entry(given, key), plant, own, way) for key, way in (("low", -1), ("high", 1))]
-    e, rest, at = _rational(entry(given, "overlap")), value_of(effort.rest), value_of(share.rest)
+    e, rest, at = constant(entry(given, "overlap")), value_of(effort.rest), value_of(share.rest)
     if rest is None or at is None or effort.side is None or share.side is None or e <= 0:
         raise Refusal("an overlap, an effort and a share with ranges are needed")
     ends = [rest + end for end in effort.side]
@@ -134,7 +134,7 @@ def _within_limits(search: Search, one: _Side, most: fmpq) -> Obligations:
 
 
 def _meaning(model: Any, plant: TreePlant) -> dict[str, Tree]:
-    found = {name: number(_rational(value)) for name, value in model.get("parameters", {}).items()}
+    found = {name: number(constant(value)) for name, value in model.get("parameters", {}).items()}
     return found | {v.name: plus(v.rest, ("name", v.symbol)) for v in plant.variables}
 
 
@@ -172,10 +172,10 @@ def _side(given: Any, plant: TreePlant, meaning: dict[str, Tree], way: int) -> _
     if ends is not None:
         if not isinstance(ends, list) or len(ends) != 2:
             raise Refusal("range: two numbers are needed")
-        limits = (_rational(ends[0]), _rational(ends[1]))
+        limits = (constant(ends[0]), constant(ends[1]))
     error = entry(given, "error")
     wrong = None if error is None else _one(plant.pushes, line(given, "error"))
-    return _Side(name, way, direction, b, _rational(entry(given, "idle")), limits, wrong)
+    return _Side(name, way, direction, b, constant(entry(given, "idle")), limits, wrong)
 
 
 def _law(
@@ -218,10 +218,3 @@ def _alone(plant: TreePlant, own: int) -> bool:
         for j, one in enumerate(row)
         if own in (i, j)
     )
-
-
-def _rational(value: Any) -> fmpq:
-    found = value_of(parsed(value))
-    if found is None:
-        raise NotReplayed("a number that is not written as a quotient")
-    return found

@@ -19,7 +19,7 @@ from typing import Any
 from flint import fmpq
 
 from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
-from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, entry, rationals
+from takagi.certificates.cross_check.kernel.reading import NotReplayed, entry, rationals
 from takagi.certificates.cross_check.loop.loop import close
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.expression import (
@@ -39,8 +39,7 @@ from takagi.certificates.cross_check.plant.plant import (
     TreePlant,
     Variable,
     plant_loop,
-    read_plant,
-    require_decimals,
+    plant_of_form,
 )
 
 MOST_BOXES, MOST_ROWS = 6_000, 6
@@ -50,13 +49,7 @@ TRIM = fmpq(1, 10**12)
 
 def embedded(model: Any, gains: Any) -> Obligations:
     """Yield the facts of the module, in its order."""
-    if entry(model, "kind") != "plant":
-        raise Refusal("a claim about a plant, and the model is none")
-    plant = read_plant(model)
-    plant_loop(model)
-    require_decimals(plant)
-    if plant.form != "sector":
-        raise Refusal(f"embedding.form is {plant.form!a}, not 'sector'")
+    plant = plant_of_form(model, "sector")
     if gains is not None:
         yield from trim_fits(plant, gains)
         if "references" in gains:

@@ -118,7 +118,7 @@ def read_plant(model: Any) -> TreePlant:
             meaning[_new(name, taken)] = ("name", name)
             balls.append(name)
         else:
-            meaning[_new(name, taken)] = number(_constant(value))
+            meaning[_new(name, taken)] = number(constant(value))
     groups = []
     for key in ("states", "inputs", "disturbances"):
         listed = model.get(key, [])
@@ -155,7 +155,7 @@ def read_plant(model: Any) -> TreePlant:
     if len(listed) > MOST_PREMISES:
         raise Refusal(f"at most {MOST_PREMISES} premises")
     for one in listed:
-        lower, upper = _constant(entry(one, "lower")), _constant(entry(one, "upper"))
+        lower, upper = constant(entry(one, "lower")), constant(entry(one, "upper"))
         if lower > upper:
             raise Refusal("a premise with its lower bound above the upper one")
         tree = read(entry(one, "expression"), set(meaning) | known)
@@ -200,11 +200,29 @@ def _new(name: str, taken: set[str]) -> str:
     return name
 
 
-def _constant(value: Any) -> fmpq:
+def constant(value: Any) -> fmpq:
     found = value_of(parsed(value))
     if found is None:
         raise NotReplayed("a number that is not written as a quotient")
     return found
+
+
+def plant_of_form(model: Any, form: str) -> TreePlant:
+    """Return the plant of a claim about its embedding, which has to be of this form.
+
+    Raises
+    ------
+    Refusal : as ``plant_loop``; or no plant, or another form.
+    NotReplayed : as ``require_decimals``.
+    """
+    if entry(model, "kind") != "plant":
+        raise Refusal("a claim about a plant, and the model is none")
+    plant = read_plant(model)
+    plant_loop(model)
+    require_decimals(plant)
+    if plant.form != form:
+        raise Refusal(f"embedding.form is {plant.form!a}, not {form!a}")
+    return plant
 
 
 def require_decimals(plant: TreePlant) -> None:
@@ -230,7 +248,7 @@ def _calls(tree: Tree) -> list[str]:
 
 def _ball(written: dict[str, Any]) -> Side:
     """Return the ends of the interval in which a number that is not a decimal lies."""
-    middle, radius = _constant(entry(written, "value")), _constant(entry(written, "within"))
+    middle, radius = constant(entry(written, "value")), constant(entry(written, "within"))
     if not 0 < radius < abs(middle):
         raise Refusal("a number that is no decimal needs a radius that leaves 0 outside")
     if written.get("equals") is not None:
@@ -261,7 +279,7 @@ def _variable(given: Any, taken: set[str], meaning: dict[str, Tree], balls: list
     meaning[name] = plus(rest, ("name", symbol))
     side = None
     if given.get("range") is not None:
-        low, high = (_constant(end) for end in _rows(given["range"], 2))
+        low, high = (constant(end) for end in _rows(given["range"], 2))
         if resting is not None:
             lies = (resting, resting)
         if lies is None:

@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
-from takagi.certificates.cross_check.kernel.reading import Refusal, entry, stack
+from takagi.certificates.cross_check.kernel.reading import Refusal, stack
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.embedding import Search, trim_fits, within
 from takagi.certificates.cross_check.plant.expression import (
@@ -35,25 +35,13 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 from takagi.certificates.cross_check.plant.identity import identical
-from takagi.certificates.cross_check.plant.plant import (
-    TreePlant,
-    Variable,
-    plant_loop,
-    read_plant,
-    require_decimals,
-)
+from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_of_form
 from takagi.certificates.cross_check.plant.slope import has_kink, slope_of
 
 
 def lies_in_secants(model: Any, gains: Any) -> Obligations:
     """Yield the facts of the module, in its order."""
-    if entry(model, "kind") != "plant":
-        raise Refusal("a claim about a plant, and the model is none")
-    plant = read_plant(model)
-    plant_loop(model)
-    require_decimals(plant)
-    if plant.form != "secant":
-        raise Refusal(f"embedding.form is {plant.form!a}, not 'secant'")
+    plant = plant_of_form(model, "secant")
     if plant.mass is not None:
         raise Refusal("secants are of x' = f, without a mass matrix")
     if gains is not None:

@@ -37,9 +37,7 @@ class Errorless:
     model: TSModel
 
 
-def errorless(
-    plant: Plant, model: TSModel, asked: PlantSettings
-) -> tuple[Errorless, Indices] | None:
+def errorless(model: TSModel, asked: PlantSettings) -> tuple[Errorless, Indices] | None:
     """Return the plant without errors, and for each rule of ``model`` the rule that it takes.
 
     None where the model without errors has no premise in the share, or one that is not found in

@@ -118,7 +118,7 @@ def regional_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundG
     """
     if not any(unknown_premises(model)) or asked.relaxation is not None:
         return None
-    found = errorless(plant, model, asked)
+    found = errorless(model, asked)
     if found is None:
         return None
     nominal, rules = found

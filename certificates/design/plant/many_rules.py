@@ -62,13 +62,13 @@ def gain_choice(model: TSModel, asked: PlantSettings, budget: float) -> GainChoi
         return GainChoice(False)
     told = f"{_head(model)}; a gain for every rule: {each.words}"
     if asked.relaxation is not None or each.seconds <= budget:
-        return GainChoice(False, f"{told}. {_less(model, asked, each, single)}")
+        return GainChoice(False, f"{told}. {_less(model, asked, single)}")
     note = (
         f"one gain for all {len(model.A)} rules: a gain for every rule would take "
         f"{each.words}, more than the {budget:g} s of --time"
     )
     chosen = f"Chosen: one gain for all rules, {single.words}, because the budget is {budget:g} s"
-    return GainChoice(True, f"{told}. {chosen} (--time). {_less(model, asked, each, single)}", note)
+    return GainChoice(True, f"{told}. {chosen} (--time). {_less(model, asked, single)}", note)
 
 
 def shortened_gains(
@@ -178,7 +178,7 @@ def _formula(model: TSModel, premise: int) -> str:
     return f", which depends on {', '.join(sorted(map(str, expression.free_symbols)))},"
 
 
-def _less(model: TSModel, asked: PlantSettings, each: WorkEstimate, single: WorkEstimate) -> str:
+def _less(model: TSModel, asked: PlantSettings, single: WorkEstimate) -> str:
     """Return what takes less time."""
     if len(model.premises) < 2:
         return f"--relaxation {ONE_GAIN} takes {single.words}."

@@ -49,7 +49,7 @@ def design_at(task: DecayRequest, decay_rate: float, relaxation: str) -> Design:
 
 def design_of(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Design:
     """Return an outcome as a design in the model's units."""
-    answer = _answer(found, decay_rate, relaxation)
+    answer = _answer(found, relaxation)
     return Design(
         gains=_gains(found.task, found.outcome) if answer.found else None,
         P=answer.P,
@@ -192,7 +192,7 @@ def _lyapunov(task: DecayRequest, outcome: Outcome) -> Floats:
     return np.asarray(inverse / task.s / task.s[:, None])
 
 
-def _answer(found: LimitedOutcome, decay_rate: float, relaxation: str) -> Answer:
+def _answer(found: LimitedOutcome, relaxation: str) -> Answer:
     task, condition, outcome = found.task, found.condition, found.outcome
     good = outcome.status == "candidate"
     return replace(

@@ -114,7 +114,7 @@ def designed(
                 _design(task, _confirmed(task, pose, meaning, found), meaning), tries
             )
     assert plain is not None
-    return _with_tries(_without(task, plain, found, meaning), tries)
+    return _with_tries(_without(task, found, meaning), tries)
 
 
 def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved | None:
@@ -255,7 +255,7 @@ def _held(found: _Solved, gains: Floats) -> float:
     return margin(found.condition, {**found.outcome.values, "M": K @ Q})
 
 
-def _without(task: DisturbanceRequest, plain: Design, found: _Solved, meaning: Meaning) -> Design:
+def _without(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Design:
     """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
     outcome = found.outcome
     # Without limits a large enough gain is always shown; then the solver has met its own.

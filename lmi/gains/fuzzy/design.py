@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Status
+from takagi.lmi.answer import Answer, WithAnswer
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class FuzzyDesign:
+class FuzzyDesign(WithAnswer):
     """u = -M(h) G(h)^-1 x with M(h) = sum_i h_i M_i and G(h) likewise, and V = x' P(h) x.
 
     Attributes
@@ -39,15 +39,6 @@ class FuzzyDesign:
     margin: float
     relaxation: str
     answer: Answer
-
-    @property
-    def status(self) -> Status:
-        return self.answer.status
-
-    @property
-    def found(self) -> bool:
-        """Return whether there are gains."""
-        return self.answer.found
 
     def gain(self, h: ArrayLike) -> Floats:
         """Return K(h) of u = -K(h) x, (..., m, n), for memberships h, (..., r).

@@ -9,12 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.bounded_real import norm_seen
-from takagi.lmi.answer import Answer, ObjectiveUnit, Try
+from takagi.lmi.answer import Answer, ObjectiveUnit, Status, Try
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.gains.output_feedback.change_of_variables import controller_matrices
 from takagi.lmi.gains.output_feedback.condition import hinf_output_feedback_condition
-from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant, StateSpace
+from takagi.lmi.gains.output_feedback.generalised_plant import (
+    ControllerFound,
+    GeneralisedPlant,
+    StateSpace,
+)
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.stabilisability import fixed_mode
@@ -31,7 +35,7 @@ LITTLE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class OutputFeedback:
+class OutputFeedback(ControllerFound):
     """x_K' = A_K x_K + B_K y, u = C_K x_K + D_K y.
 
     Attributes
@@ -53,25 +57,14 @@ class OutputFeedback:
     answer: Answer
 
     @property
-    def status(self) -> str:
+    def status(self) -> Status:
         """Return "candidate", "infeasible" or "unknown", as of an ``Answer``."""
         return self.answer.status
 
     @property
-    def found(self) -> bool:
-        """Return whether there is a controller."""
-        return self.controller is not None
-
-    def require(self) -> StateSpace:
-        """Return the controller.
-
-        Raises
-        ------
-        ModelError : there is none; the message is the diagnosis.
-        """
-        if self.controller is None:
-            raise ModelError(f"no controller was found ({self.status}): {self.answer.diagnosis}")
-        return self.controller
+    def diagnosis(self) -> str:
+        """Return why there is no controller; empty if there is one."""
+        return self.answer.diagnosis
 
 
 @limited

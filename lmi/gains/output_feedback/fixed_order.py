@@ -29,11 +29,14 @@ from takagi.lmi.answer import Status
 from takagi.lmi.argument_checks import whole_number
 from takagi.lmi.gains.descent import GainLoops, best_gains, largest_gain
 from takagi.lmi.gains.output_feedback.controller import unmoved_mode
-from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant, StateSpace
+from takagi.lmi.gains.output_feedback.generalised_plant import (
+    ControllerFound,
+    GeneralisedPlant,
+    StateSpace,
+)
 from takagi.lmi.gains.structured.structure import pattern_of
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 
 # Digits of F, from the most on, and how much larger the norm may get by the rounding, relative.
@@ -43,7 +46,7 @@ LONG = 15
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class FixedOrderDesign:
+class FixedOrderDesign(ControllerFound):
     """A controller of given order, and the loop that a claim is about.
 
     Attributes
@@ -67,22 +70,6 @@ class FixedOrderDesign:
     start: str = ""
     exact: bool = False
     diagnosis: str = ""
-
-    @property
-    def found(self) -> bool:
-        """Return whether there is a controller."""
-        return self.controller is not None
-
-    def require(self) -> StateSpace:
-        """Return the controller.
-
-        Raises
-        ------
-        ModelError : there is none; the message is the diagnosis.
-        """
-        if self.controller is None:
-            raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
-        return self.controller
 
     @property
     def model(self) -> TSModel:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.lmi.answer import Status
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -91,6 +94,38 @@ class StateSpace:
         """Return the complex (p, m) response at a frequency in rad/s."""
         at = 1j * frequency * np.eye(self.order) - self.A
         return self.C @ np.linalg.solve(at, self.B) + self.D
+
+
+class ControllerFound:
+    """A controller, or the reason why there is none."""
+
+    __slots__ = ()
+    if TYPE_CHECKING:
+
+        @property
+        def controller(self) -> StateSpace | None: ...
+
+        @property
+        def status(self) -> Status: ...
+
+        @property
+        def diagnosis(self) -> str: ...
+
+    @property
+    def found(self) -> bool:
+        """Return whether there is a controller."""
+        return self.controller is not None
+
+    def require(self) -> StateSpace:
+        """Return the controller.
+
+        Raises
+        ------
+        ModelError : there is none; the message is the diagnosis.
+        """
+        if self.controller is None:
+            raise ModelError(f"no controller was found ({self.status}): {self.diagnosis}")
+        return self.controller
 
 
 def state_space(name: str, system: Any) -> StateSpace:

@@ -6,16 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from takagi.lmi.answer import Answer, Status
+from takagi.lmi.answer import Answer, GainsWithAnswer
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
 from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStep
 from takagi.lmi.gains.structured.sums import Objective
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class StructuredDesign:
+class StructuredDesign(GainsWithAnswer):
     """Structured gains, their value, and the loss due to the structure.
 
     Attributes
@@ -43,26 +42,6 @@ class StructuredDesign:
     relaxation: str
     steps: tuple[LocalStep, ...]
     answer: Answer
-
-    @property
-    def status(self) -> Status:
-        return self.answer.status
-
-    @property
-    def found(self) -> bool:
-        """Return whether there are gains."""
-        return self.answer.found
-
-    def require(self) -> tuple[Floats, Floats]:
-        """Return (gains, P).
-
-        Raises
-        ------
-        ModelError : there are none; the message is the diagnosis.
-        """
-        if self.gains is None or self.P is None:
-            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
-        return self.gains, self.P
 
 
 def found_at(

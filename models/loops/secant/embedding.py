@@ -8,9 +8,9 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, get_args
 
-from takagi.models.equations.problem import cleaned, rational
+from takagi.models.equations.problem import cleaned
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval, Number, exact
+from takagi.models.intervals.interval import Interval, Number, exact, rational
 from takagi.models.loops.secant.closed_loop import ClosedLoop, close_loop
 from takagi.models.loops.secant.entries import Entry, Form, entries_of, split
 from takagi.models.loops.secant.feedback import Feedback

@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Interval, Number, exact
+from takagi.models.intervals.interval import Interval, Number, exact, rational
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -69,7 +69,7 @@ def product_memberships(premises: Sequence[tuple[sp.Expr, Number, Number]]) -> t
                 f"premise {expression}: lower bound {float(first):.9g} is not below upper bound "
                 f"{float(last):.9g}; give the smaller one first, leave out a constant premise"
             )
-        low, high = _rational(first), _rational(last)
+        low, high = rational(first), rational(last)
         weights = ((high - expression) / (high - low), (expression - low) / (high - low))
         found = [share * weight for share in found for weight in weights]
     return tuple(found)
@@ -105,7 +105,7 @@ def blended_feedback(
         )
     total = sp.zeros(len(inputs), 1)
     for number, (share, gain) in enumerate(zip(memberships, gains, strict=True), start=1):
-        rows = [[_rational(exact(entry)) for entry in row] for row in gain]
+        rows = [[rational(entry) for entry in row] for row in gain]
         if len(rows) != len(inputs) or any(len(row) != len(states) for row in rows):
             raise ModelError(
                 f"gain {number} of {len(gains)} has rows of lengths {[len(row) for row in rows]}; "
@@ -113,9 +113,3 @@ def blended_feedback(
             )
         total -= share * (sp.Matrix(rows) * sp.Matrix(list(states)))
     return Feedback(dict(zip(inputs, total, strict=True)), limits or {})
-
-
-def _rational(value: Number) -> sp.Rational:
-    import sympy as sp
-
-    return sp.Rational(*exact(value).as_integer_ratio())

@@ -39,14 +39,14 @@ def regions_section(design: TurbineDesign) -> Section:
         "regions",
         "Regional Takagi–Sugeno models",
         {
-            "regions": [_region(design, part) for part in parts],
+            "regions": [_region(part) for part in parts],
             "figures": [p for part in parts if (p := _over_wind(design, part)) is not None],
             "used": design.effort_sharing_law is None,
         },
     )
 
 
-def _region(design: TurbineDesign, part: RegionGains) -> dict[str, Any]:
+def _region(part: RegionGains) -> dict[str, Any]:
     model = part.model
     box = [(name, float(low), float(high)) for name, (low, high) in model.box.items()]
     return {

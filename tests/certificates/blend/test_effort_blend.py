@@ -16,9 +16,10 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models.plant import PlantSettings
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.models.blending.plants import ROOM, plant_of
 
@@ -54,21 +55,6 @@ def blend(document: Data, **parts: Any) -> None:
             for step in path:
                 inner = inner[step]
             inner[last] = value
-
-
-def verdicts(document: Data) -> list[str]:
-    """First checker's word on each claim, or the refusal's."""
-    try:
-        return [claim.verdict.name for claim in check_document(document).claims]
-    except CertificateError:
-        return ["REFUSED"]
-
-
-def second(document: Data) -> list[str]:
-    try:
-        return [opinion.verdict for opinion in judge_document(document)]
-    except Refusal:
-        return ["REFUSED"]
 
 
 def test_the_blend_is_proved_by_both_checkers() -> None:

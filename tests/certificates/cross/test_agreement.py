@@ -9,8 +9,12 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.audit import cross_checked, cross_checked_document
-from takagi.certificates.audit.two_checkers import VerdictComparison, VerdictRow
+from takagi.certificates.audit import (
+    VerdictComparison,
+    VerdictRow,
+    cross_checked,
+    cross_checked_document,
+)
 from takagi.cli.verbs.check import run as check_verb
 from tests.certificates.cross.documents import PLANTS, all_kinds, mutants, plant_certificate
 from tests.certificates.kinds.test_damage import resealed

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import ast
 import subprocess
 import sys
 from pathlib import Path
 
 import takagi.certificates.cross_check
+from tests.certificates.imported import imported_modules
 
 FOLDER = Path(str(takagi.certificates.cross_check.__file__)).parent
 
@@ -24,18 +24,10 @@ print("numpy" in names, "sympy" in names, "cvxpy" in names, "flint" in names)
 
 
 def test_sources_import_flint_the_standard_library_and_each_other() -> None:
-    for file in sorted(FOLDER.rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            names = []
-            if isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom):
-                assert node.level == 0, file.name
-                names = [str(node.module)]
-            for name in names:
-                own = name.startswith("takagi.certificates.cross_check")
-                known = name.partition(".")[0] in {*sys.stdlib_module_names, "flint"}
-                assert own or known, (file.name, name)
+    for file, name in imported_modules(FOLDER):
+        own = name.startswith("takagi.certificates.cross_check")
+        known = name.partition(".")[0] in {*sys.stdlib_module_names, "flint"}
+        assert own or known, (file.name, name)
 
 
 def test_nothing_else_is_loaded() -> None:

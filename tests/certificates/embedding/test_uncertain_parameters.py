@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
 from takagi.models import Plant, load_model
 from takagi.models.plant import PlantSettings
 from takagi.reports.loops import plant_rate, uncertain_ends
 from takagi.reports.simulation import simulate_plant
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]
@@ -85,20 +85,6 @@ def changed(change: Callable[[Data], None]) -> Data:
     found["claims"] = [c for c in found["claims"] if c["kind"] in ("sector-embedding", "decay")]
     change(found)
     return resealed(found)
-
-
-def verdicts(document: Data) -> list[str]:
-    try:
-        return [claim.verdict.name for claim in check_document(document).claims]
-    except CertificateError:
-        return ["REFUSED"]
-
-
-def second(document: Data) -> list[str]:
-    try:
-        return [opinion.verdict for opinion in judge_document(document)]
-    except Refusal:
-        return ["REFUSED"]
 
 
 def mass(document: Data) -> Data:

@@ -1,104 +1,39 @@
-"""Claims of kind ``tracking``: outputs follow references; thresholds, forgeries, simulations."""
+"""Outputs that follow references: what is proved, thresholds on paper, and plant files."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Callable
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.document import dumps
 from takagi.models import ModelError, Plant, load_model
 from takagi.models.plant import PlantSettings
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
-
-Data = dict[str, Any]
-# An arm in gravity: what holds it at an angle depends on the angle and on its mass.
-ARM = """
-format = 1
-kind = "plant"
-name = "arm"
-
-[states]
-q = { unit = "deg", range = [-60, 60] }
-w = { unit = "deg/s", range = [-180, 180] }
-
-[inputs]
-tau = { unit = "N m", range = [-15, 15] }
-
-[parameters]
-m = "[0.9, 1.1] kg"
-l = { value = 0.5, unit = "m" }
-g = { value = 9.81, unit = "m/s^2" }
-c = { value = 0.5, unit = "N m s" }
-
-[equations]
-q = "w"
-w = "(tau - c*w - m*g*l*sin(q))/(m*l^2)"
-
-[outputs]
-twice = { expression = "2*q", unit = "rad" }
-
-[reference]
-target = { follow = "q", range = [-30, 30], rate = 5 }
-"""
-GAINS = [[30.0, 6.0, 60.0]]
-
-
-def plant_of(folder: Path, text: str = ARM) -> tuple[Plant, Path]:
-    path = folder / "arm.toml"
-    path.write_text(text, encoding="utf-8")
-    plant = load_model(path)
-    assert isinstance(plant, Plant)
-    return plant, path
-
-
-@cache
-def arm() -> PlantDesign:
-    with TemporaryDirectory() as folder:
-        plant, path = plant_of(Path(folder))
-        return certify_plant(plant, lambda model: np.array(GAINS * 1).reshape(1, 1, 3).repeat(
-            len(model.A), axis=0), PlantSettings(), files=[path])  # fmt: skip
-
-
-def claims() -> list[Data]:
-    return [c for c in arm().document["claims"] if c["kind"] == "tracking"]
-
-
-def changed(change: Callable[[Data], None], which: int = 1) -> Data:
-    """The certificate with one of its claims about the reference, changed and sealed again."""
-    found = copy.deepcopy(dict(arm().document))
-    kept = [c for c in found["claims"] if c["kind"] == "tracking"][which]
-    found["claims"] = [c for c in found["claims"] if c["kind"] == "secant-embedding"] + [kept]
-    change(found)
-    return resealed(found)
-
-
-def verdicts(document: Data) -> list[str]:
-    try:
-        return [claim.verdict.name for claim in check_document(document).claims]
-    except CertificateError:
-        return ["REFUSED"]
-
-
-def second(document: Data) -> list[str]:
-    try:
-        return [opinion.verdict for opinion in judge_document(document)]
-    except Refusal:
-        return ["REFUSED"]
+from tests.certificates.kinds.tracking_documents import (
+    ARM,
+    GAINS,
+    Data,
+    arm,
+    at,
+    changed,
+    claims,
+    curved,
+    plant_of,
+    pure,
+)
 
 
 def test_both_checkers_prove_that_the_arm_follows() -> None:
@@ -109,98 +44,6 @@ def test_both_checkers_prove_that_the_arm_follows() -> None:
     words = check_document(document).claims[1].text
     assert "constant m in [0.9, 1.1] kg the loop has one rest with no error" in words
     assert "while |target'| <= 0.08727" in words
-
-
-def wrong(name: str, factor: float) -> Callable[[Data], None]:
-    """A number of the claim, or all of them, times a factor."""
-
-    def change(document: Data) -> None:
-        claim = document["claims"][1]
-        value = claim[name]
-        if isinstance(value, list):
-            claim[name] = (np.array(value, dtype=float) * factor).tolist()
-        else:
-            claim[name] = float(value) * factor
-
-    return change
-
-
-def no_gravity(document: Data) -> None:
-    """The plant's equation without gravity: the vertices are not its slopes."""
-    document["model"]["equations"][1] = "(tau - c*w)/(m*l^2)"
-
-
-def other_law(document: Data) -> None:
-    """A law that integrates something else than the model says."""
-    document["gains"]["references"][0]["follow"] = "2*q"
-
-
-def other_output(document: Data) -> None:
-    """Both say that 2 q follows, though q is integrated."""
-    for owner in ("model", "gains"):
-        document[owner]["references"][0]["follow"] = "2*q"
-
-
-def uncertain_reference(document: Data) -> None:
-    """The mass is named as the reference."""
-    for owner in ("model", "gains"):
-        document[owner]["references"][0]["reference"] = "m"
-
-
-def wider_reference(document: Data) -> None:
-    for v in document["model"]["disturbances"]:
-        if v["name"] == "target":
-            v["range"] = [-1, 1]
-
-
-def narrower_input(document: Data) -> None:
-    document["model"]["inputs"][0]["range"] = [-3, 3]
-
-
-def two_gains(document: Data) -> None:
-    document["gains"]["K"] = [document["gains"]["K"][0], [[30, 6, 61]]]
-
-
-def flipped(document: Data) -> None:
-    """An indefinite P."""
-    document["claims"][1]["P"][0][0] *= -1
-
-
-def asymmetric(document: Data) -> None:
-    document["claims"][1]["P"][0][1] *= 1.01
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        wrong("decay_rate", 1.5),
-        wrong("radius", 1.01),
-        wrong("radius", 0.3),
-        wrong("rates", 3),
-        wrong("residuals", 0.8),
-        wrong("residual_norm", 0.9),
-        wrong("slope_norms", 0.99),
-        wrong("error_factors", 0.99),
-        wrong("slope", 1.5),
-        wrong("slope", 0.0),
-        wrong("decay_rate", -1),
-        wrong("error_factors", -1),
-        no_gravity,
-        other_law,
-        other_output,
-        uncertain_reference,
-        wider_reference,
-        narrower_input,
-        two_gains,
-        flipped,
-        asymmetric,
-    ],
-)
-def test_a_forged_claim_is_not_proved(damage: Callable[[Data], None]) -> None:
-    document = changed(damage)
-
-    assert verdicts(document)[-1] != "PROVED"
-    assert second(document)[-1] != "PROVED"
 
 
 def test_simulations_keep_the_bounds() -> None:
@@ -236,64 +79,6 @@ def test_simulations_keep_the_bounds() -> None:
         assert abs(step.y[0][-1] - jump) < 1e-4
         assert np.abs(step.y[0]).max() <= np.pi / 3
         assert np.abs(K @ step.y).max() <= 15
-
-
-def pure(
-    drift: str = "0", slope: str = "0", x: Any = (-2, 2), u: Any = (-10, 10), r: Any = (-1, 1)
-) -> Data:
-    """Return x' = u + drift with the slope -1 or 0, xi' = x - r, and u = -K (x, xi).
-
-    A - B K is [[-3, -2], [1, 0]]: poles -1, -2.  With the drift 0 it rests at (r, -3 r/2).
-    """
-    ranges = {"x": x, "u": u, "r": r}
-
-    def listed(*names: str) -> list[Data]:
-        sides = [None if ranges.get(n) is None else list(ranges[n]) for n in names]
-        return [
-            {"name": n, "unit": "-", "range": side, "rest": 0}
-            for n, side in zip(names, sides, strict=True)
-        ]
-
-    model: Data = {"kind": "plant", "name": "integrator", "source": "", "sample_time": None}
-    model |= {"states": listed("x", "xi"), "inputs": listed("u"), "disturbances": listed("r")}
-    model |= {"parameters": {}, "equations": [f"u + {drift}", "x - r"], "outputs": []}
-    model["references"] = [{"reference": "r", "integral": "xi", "follow": "x"}]
-    model["embedding"] = {"form": "secant", "premises": [], "A": [[slope, "0"], ["1", "0"]]}
-    model["embedding"] |= {"B": [["1"], ["0"]], "E": [["0"], ["-1"]]}
-    gains: Data = {"name": "pdc", "sample_time": None, "state_names": ["x [-]", "xi [-]"]}
-    gains |= {"input_names": ["u [-]"], "K": [[[3 + int(slope), 2]]]}
-    gains |= {"trim": {"state": [0, 0], "input": [0]}, "references": [*model["references"]]}
-    first = {"name": "embedding", "kind": "secant-embedding"}
-    return certificate_document(model=model, gains=gains, claims=[first], provenance={})
-
-
-def curved() -> Data:
-    """Return x' = u - x^3/100: two vertices, with the slopes -0.12 and 0."""
-    found = pure(drift="(-x^3/100)")
-    premise = {"name": "z", "expression": "-3*x^2/100", "lower": -0.12, "upper": 0, "unit": "-"}
-    found["model"]["embedding"] |= {"premises": [premise], "A": [["z", "0"], ["1", "0"]]}
-    found["gains"]["K"] *= 2
-    return found
-
-
-def at(document: Data | None = None, **numbers: Any) -> Data:
-    """The claim with V of the modes: P = T'T for T = [[1, 1], [1, 2]], rates 1 and 2."""
-    found = copy.deepcopy(document or pure())
-    claim = {
-        "name": "x follows r",
-        "kind": "tracking",
-        "decay_rate": 1,
-        "P": [[2, 3], [3, 5]],
-        "radius": 0.2,
-        "slope": [[1], [-1.5]],
-        "residuals": [0, 0],
-        "residual_norm": 0,
-        "slope_norms": [2.0616],
-        "rates": [0.09],
-        "error_factors": [2.2361],
-    } | numbers
-    found["claims"].append(claim)
-    return resealed(found)
 
 
 @pytest.mark.parametrize(
@@ -395,51 +180,6 @@ def test_slopes_that_differ_need_one_gain() -> None:
     for name, value in (("residuals", [0.0099, 0]), ("residual_norm", 0.01414)):
         document = at(curved(), **numbers | {name: value}, rates=[0], radius=0.4)
         assert verdicts(document) == second(document) == ["PROVED", "UNDECIDED"]
-
-
-def sampled(document: Data) -> None:
-    """The same matrices, of x(t + 1)."""
-    document["model"]["sample_time"] = document["gains"]["sample_time"] = 1
-
-
-def implicit(document: Data) -> None:
-    document["model"]["mass"] = [["1", "0"], ["0", "1"]]
-
-
-def of_sectors(document: Data) -> None:
-    del document["model"]["embedding"]["form"]
-    document["claims"][0]["kind"] = "sector-embedding"
-
-
-def of_a_ball(document: Data) -> None:
-    """A number that no decimal is: a parameter that no equation has."""
-    ball = {"value": 1.4142135, "within": "1e-7", "equals": "sqrt(2)"}
-    document["model"]["parameters"]["c"] = ball
-
-
-def nearly_at_rest(document: Data) -> None:
-    """Within the slack of other claims; here rests are those that the law has."""
-    document["gains"]["trim"]["state"] = [1e-13, 0]
-
-
-def without_law(document: Data) -> None:
-    document["gains"] = None
-
-
-def of_matrices(document: Data) -> None:
-    document["model"]["kind"] = "takagi-sugeno"
-
-
-@pytest.mark.parametrize(
-    "change",
-    [sampled, implicit, of_sectors, of_a_ball, nearly_at_rest, without_law, of_matrices],
-)
-def test_claims_about_other_loops_are_refused(change: Callable[[Data], None]) -> None:
-    document = at()
-    change(document)
-
-    assert verdicts(resealed(document)) == ["REFUSED"]
-    assert "PROVED" not in second(resealed(document))[-1:]
 
 
 def test_the_sentence_rounds_to_the_safe_side() -> None:

@@ -22,8 +22,9 @@ from takagi.certificates.document import (
     slopes_data,
 )
 from takagi.models import Interval, Output, Plant, Variable, sector_model
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
-from tests.certificates.kinds.test_tracking import arm, second, verdicts
+from tests.certificates.kinds.tracking_documents import arm
 
 Data = dict[str, Any]
 

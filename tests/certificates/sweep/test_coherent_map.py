@@ -15,15 +15,15 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
 from takagi.certificates.design.turbine import default_settings
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
-from takagi.certificates.sweep import Axis, Task, parse_axes
+from takagi.certificates.sweep import Axis, LoopSettings, Task, WindRange, parse_axes, what_limits
 from takagi.certificates.sweep.effort_sharing_map import build, point
 from takagi.certificates.sweep.grid import canonical
 from takagi.certificates.sweep.loop_answer import checked, energy_cost
-from takagi.certificates.sweep.loop_limits import COEFFICIENTS, what_limits
-from takagi.certificates.sweep.loop_settings import AXES, LoopSettings, loop_at, model_numbers
+from takagi.certificates.sweep.loop_limits import COEFFICIENTS
+from takagi.certificates.sweep.loop_settings import AXES, loop_at, model_numbers
 from takagi.certificates.sweep.trade_off import READY_MADE, claim_on
 from takagi.certificates.sweep.widest_set import widest_candidate
-from takagi.certificates.sweep.wind_ranges import WindRange, law_on, wind_ranges
+from takagi.certificates.sweep.wind_ranges import law_on, wind_ranges
 from takagi.lmi.turbine import EffortSettings
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws import EffortGains, EffortSharingLaw, Measurement, effort_schedule

@@ -16,11 +16,11 @@ from takagi.certificates.claims.turbine import (
     with_overlaps,
 )
 from takagi.certificates.document import certificate_document, turbine_data
-from takagi.certificates.sweep import Axis, Task, parse_axes
+from takagi.certificates.sweep import Axis, Task, certified_windows, parse_axes
 from takagi.certificates.sweep import published_point as paper_point
 from takagi.certificates.sweep.effort_sharing_row import effort_sharing_row
 from takagi.certificates.sweep.published_map import AXES, build, default_winds, point, windows
-from takagi.certificates.sweep.published_point import LADDER, certified_windows, overlap_point
+from takagi.certificates.sweep.published_point import LADDER, overlap_point
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.equilibrium import equilibrium

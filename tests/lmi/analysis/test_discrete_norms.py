@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import (
-    Answer,
     expressed,
     h2_norm,
     h2_norm_condition,
@@ -18,6 +17,7 @@ from takagi.lmi import (
     latex,
 )
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import gain_of
 from tests.lmi.norms import frequency_norm, sampled, sampled_gramian_norm, third_order
 
 Floats = NDArray[np.float64]
@@ -32,13 +32,6 @@ def two_vertices() -> TSModel:
         D=[[[0.1, 0.0]], [[0.0, -0.3]]],
         sample_time=0.1,
     )
-
-
-def gain_of(answer: Answer) -> float:
-    """Return the gain of an answer that must have one."""
-    assert answer.status == "candidate", answer.diagnosis
-    assert answer.gain is not None
-    return answer.gain
 
 
 def random_path(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import Answer, expressed, hinf_norm, hinf_norm_condition, latex
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import gain_of
 from tests.lmi.norms import hamiltonian_norm, third_order
 
 Floats = NDArray[np.float64]
@@ -58,13 +59,6 @@ def bounded_real(model: TSModel, P: Floats, gamma: float) -> float:
         )
         worst = max(worst, float(np.linalg.eigvalsh(F)[-1]) / np.abs(F).max())
     return worst
-
-
-def gain_of(answer: Answer) -> float:
-    """Return the gain of an answer that must have one."""
-    assert answer.status == "candidate", answer.diagnosis
-    assert answer.gain is not None
-    return answer.gain
 
 
 def test_mass_spring_with_one_quadratic_function() -> None:

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Answer, expressed, h2_norm, h2_norm_condition, latex
+from takagi.lmi import expressed, h2_norm, h2_norm_condition, latex
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import gain_of
 from tests.lmi.norms import gramian_norm, third_order
 
 Floats = NDArray[np.float64]
@@ -24,13 +25,6 @@ def two_vertices() -> TSModel:
         E=[[[1.0, 0.0], [0.5, 1.0]], [[2.0, 0.0], [0.0, 1.0]]],
         C=[[[1.0, 0.0]], [[1.0, 0.5]]],
     )
-
-
-def gain_of(answer: Answer) -> float:
-    """Return the gain of an answer that must have one."""
-    assert answer.status == "candidate", answer.diagnosis
-    assert answer.gain is not None
-    return answer.gain
 
 
 def test_third_order_system_by_matlab() -> None:

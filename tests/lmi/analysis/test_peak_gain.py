@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import Answer, expressed, latex, peak_gain, peak_gain_condition
+from takagi.lmi import expressed, latex, peak_gain, peak_gain_condition
 from takagi.lmi.analysis.disturbance import disturbance_channel, peak_shown
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import gain_of
 from tests.lmi.norms import sampled
 
 Floats = NDArray[np.float64]
@@ -28,13 +29,6 @@ def two_vertices(sample_time: float | None = None) -> TSModel:
         return TSModel(A, B, C=C, D=D)
     pairs = [sampled(np.array(vertex), np.array(B), sample_time) for vertex in A]
     return TSModel([a for a, _ in pairs], [b for _, b in pairs], C=C, D=D, sample_time=sample_time)
-
-
-def gain_of(answer: Answer) -> float:
-    """Return the gain of an answer that must have one."""
-    assert answer.status == "candidate", answer.diagnosis
-    assert answer.gain is not None
-    return answer.gain
 
 
 def star_norm(A: Floats, B: Floats, C: Floats) -> float:

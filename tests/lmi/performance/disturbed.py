@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.lmi import Design
 from takagi.models import TSModel
 from tests.lmi.norms import sampled
 
@@ -50,3 +51,10 @@ def blends(rules: int, count: int, seed: int = 0) -> Iterator[Floats]:
     """Yield the corners of the memberships, then random ones."""
     yield from np.eye(rules)
     yield from np.random.default_rng(seed).dirichlet(np.ones(rules), count)
+
+
+def gain_of(design: Design) -> float:
+    """Return the gain of a design that must have one."""
+    assert design.status == "candidate", design.answer.diagnosis
+    assert design.gain is not None
+    return design.gain

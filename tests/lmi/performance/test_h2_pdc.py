@@ -9,29 +9,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_discrete_are
 
-from takagi.lmi import (
-    Design,
-    expressed,
-    h2_norm,
-    h2_pdc,
-    h2_pdc_condition,
-    latex,
-    lqr_pdc,
-)
+from takagi.lmi import expressed, h2_norm, h2_pdc, h2_pdc_condition, latex, lqr_pdc
 from takagi.lmi.condition import margin
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import gramian_norm, sampled_gramian_norm
-from tests.lmi.performance.disturbed import blends, loop, three_rules, two_rules
+from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
 
 Floats = NDArray[np.float64]
-
-
-def gain_of(design: Design) -> float:
-    """Return the gain of a design that must have one."""
-    assert design.status == "candidate", design.answer.diagnosis
-    assert design.gain is not None
-    return design.gain
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

@@ -9,22 +9,15 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import Design, expressed, latex, peak_gain, peak_pdc, peak_pdc_condition
+from takagi.lmi import expressed, latex, peak_gain, peak_pdc, peak_pdc_condition
 from takagi.lmi.condition import margin
 from takagi.lmi.gains.disturbance import peak_gain as peak_gain_design
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import sampled
-from tests.lmi.performance.disturbed import blends, loop, three_rules, two_rules
+from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
 
 Floats = NDArray[np.float64]
-
-
-def gain_of(design: Design) -> float:
-    """Return the gain of a design that must have one."""
-    assert design.status == "candidate", design.answer.diagnosis
-    assert design.gain is not None
-    return design.gain
 
 
 @pytest.mark.parametrize("sample_time", [None, 0.1])

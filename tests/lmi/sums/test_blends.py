@@ -11,14 +11,7 @@ from takagi.lmi.gains.decay import decay_request, decided
 from takagi.lmi.gains.requirements import GivenLimits
 from takagi.lmi.sums.membership_points import at_points, number_of_points, points_of
 from takagi.models import Premise, TSModel
-
-
-def three_rules(b: float) -> TSModel:
-    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), with a = 2."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
-    )
+from tests.lmi.known_models import three_rules
 
 
 def status_at_blends(model: TSModel, parts: int, *, active_rules: int | None = None) -> str:

@@ -21,7 +21,7 @@ from takagi.lmi import (
     with_overlap,
     with_shape,
 )
-from takagi.models import TSModel
+from tests.lmi.known_models import three_rules
 from tests.lmi.sums.known import (
     bound,
     combinations_of,
@@ -250,14 +250,6 @@ def test_forms_of_memberships(seed: int) -> None:
     # At h = (2, 1, 0) / 3 the value is -1/9.
     changed, unknowns, lmis = with_shape(loop, forms)
     assert -1 / 9 - 1e-9 <= least(changed, s, "liu-zhang", unknowns, lmis) < 0
-
-
-def three_rules(b: float) -> TSModel:
-    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), with a = 2."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
-    )
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import Design, pdc
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import pendulum
 
 Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
@@ -28,14 +29,6 @@ def two_rules(b: float = 25.0) -> TSModel:
     return TSModel(
         [[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]],
         [[[1.0], [0.0]], [[b], [0.0]]],
-    )
-
-
-def pendulum() -> TSModel:
-    """A pendulum on a cart with two rules of moderate authority."""
-    return TSModel(
-        [[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]],
-        [[[0.0], [-0.177]], [[0.0], [-0.1]]],
     )
 
 

@@ -14,6 +14,7 @@ from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 from takagi.lmi import Design, expressed, latex, lqr_pdc, lqr_pdc_condition
 from takagi.lmi.condition import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import cost_of
 
 Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
@@ -32,13 +33,6 @@ def two_rules(step: float = 0.05) -> TSModel:
     B = np.array([[[1.0], [0.0]], [[3.0], [0.0]]])
     rules = [sampled(a, b, step) for a, b in zip(A, B, strict=True)]
     return TSModel([a for a, _ in rules], [b for _, b in rules], sample_time=step)
-
-
-def cost_of(design: Design) -> float:
-    """Return the cost of a design that must have one."""
-    assert design.status == "candidate", design.answer.diagnosis
-    assert design.cost is not None
-    return design.cost
 
 
 def worst_excess(model: TSModel, design: Design, Q: Floats, R: Floats) -> float:

@@ -19,6 +19,7 @@ from takagi.lmi import (
 )
 from takagi.lmi.sums.relaxation_order import contains, work_of
 from takagi.models import ModelError, Premise, TSModel
+from tests.lmi.known_models import pendulum, three_rules
 from tests.lmi.sums.known import bound, random_theta
 
 Floats = NDArray[np.float64]
@@ -32,22 +33,6 @@ NAMES = (
     "polya-1",
     "polya-2",
 )
-
-
-def three_rules(b: float) -> TSModel:
-    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), with a = 2."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
-    )
-
-
-def pendulum() -> TSModel:
-    """Return two rules of a pendulum on a cart."""
-    return TSModel(
-        [[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]],
-        [[[0.0], [-0.177]], [[0.0], [-0.1]]],
-    )
 
 
 def random_model(seed: int, *, premises: bool = False) -> TSModel:

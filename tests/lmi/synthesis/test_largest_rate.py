@@ -11,16 +11,9 @@ from numpy.typing import NDArray
 from takagi.lmi import pdc
 from takagi.lmi.condition import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import pendulum
 
 Floats = NDArray[np.float64]
-
-
-def pendulum() -> TSModel:
-    """Return two rules of a pendulum on a cart."""
-    return TSModel(
-        [[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]],
-        [[[0.0], [-0.177]], [[0.0], [-0.1]]],
-    )
 
 
 def random_model(seed: int, step: float | None) -> TSModel:

@@ -14,6 +14,7 @@ from scipy.linalg import solve_continuous_are
 from takagi.lmi import Design, expressed, h2_norm, latex, lqr_pdc, lqr_pdc_condition
 from takagi.lmi.gains.cost import guaranteed_cost_gain
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import cost_of, three_rules
 
 Floats = NDArray[np.float64]
 ALL = ("common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang")
@@ -24,14 +25,6 @@ def two_rules() -> TSModel:
     return TSModel(
         [[[2.0, -10.0], [1.0, 0.0]], [[2.5, -10.0], [1.0, 0.0]]],
         [[[1.0], [0.0]], [[3.0], [0.0]]],
-    )
-
-
-def three_rules(b: float) -> TSModel:
-    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5): separates the relaxations."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
     )
 
 
@@ -65,13 +58,6 @@ def benchmark(name: str) -> tuple[Floats, Floats, Floats, float]:
     )
     B = np.array([[0, 0], [5.679, 0], [1.136, -3.146], [1.136, 0]])
     return A - B @ np.eye(4)[2:], B, np.diag([1.0, 1.0, 0.0, 0.0]), 1.2660993441451374
-
-
-def cost_of(design: Design) -> float:
-    """Return the cost of a design that must have one."""
-    assert design.status == "candidate", design.answer.diagnosis
-    assert design.cost is not None
-    return design.cost
 
 
 def worst_excess(model: TSModel, design: Design, Q: Floats, R: Floats) -> float:

@@ -9,25 +9,9 @@ from numpy.typing import NDArray
 from takagi.lmi import Design, EigenvalueRegion, NormBounded, pdc, pdc_condition, relaxation_ladder
 from takagi.lmi.gains.requirements import Requirements
 from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import pendulum, three_rules
 
 Floats = NDArray[np.float64]
-
-
-def three_rules(b: float) -> TSModel:
-    """Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), with a = 2."""
-    return TSModel(
-        [[[1.59, -7.29], [0.01, 0]], [[0.02, -4.64], [0.35, 0.21]], [[-2.0, -4.33], [0, 0.05]]],
-        [[[1.0], [0.0]], [[8.0], [0.0]], [[6.0 - b], [-1.0]]],
-    )
-
-
-def pendulum(step: float | None = None) -> TSModel:
-    """Return two rules of a pendulum on a cart; by Euler's rule in discrete time."""
-    A = np.array([[[0.0, 1.0], [17.3, 0.0]], [[0.0, 1.0], [9.4, 0.0]]])
-    B = np.array([[[0.0], [-0.177]], [[0.0], [-0.1]]])
-    if step is None:
-        return TSModel(A, B)
-    return TSModel(np.eye(2) + step * A, step * B, sample_time=step)
 
 
 def frozen_eigenvalues(model: TSModel, design: Design) -> NDArray[np.complex128]:

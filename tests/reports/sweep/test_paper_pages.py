@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.sweep import Axis, PointResult, SweepMap, SweepResult
-from takagi.certificates.sweep.published_point import WindowResult, point_result
+from takagi.certificates.sweep import Axis, PointResult, SweepMap, SweepResult, WindowResult
+from takagi.certificates.sweep.published_point import point_result
 from takagi.reports.maps.published_overlaps import edges
 from takagi.reports.maps.published_pages import figures, tables
 from takagi.reports.maps.published_rows import grid, reason_counts

@@ -1,0 +1,141 @@
+"""Certificates about outputs that follow references, and the verdicts of both checkers."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.document import certificate_document
+from takagi.models import Plant, load_model
+from takagi.models.plant import PlantSettings
+from tests.certificates.kinds.test_damage import resealed
+
+Data = dict[str, Any]
+
+
+# An arm in gravity: what holds it at an angle depends on the angle and on its mass.
+ARM = """
+format = 1
+kind = "plant"
+name = "arm"
+
+[states]
+q = { unit = "deg", range = [-60, 60] }
+w = { unit = "deg/s", range = [-180, 180] }
+
+[inputs]
+tau = { unit = "N m", range = [-15, 15] }
+
+[parameters]
+m = "[0.9, 1.1] kg"
+l = { value = 0.5, unit = "m" }
+g = { value = 9.81, unit = "m/s^2" }
+c = { value = 0.5, unit = "N m s" }
+
+[equations]
+q = "w"
+w = "(tau - c*w - m*g*l*sin(q))/(m*l^2)"
+
+[outputs]
+twice = { expression = "2*q", unit = "rad" }
+
+[reference]
+target = { follow = "q", range = [-30, 30], rate = 5 }
+"""
+
+
+GAINS = [[30.0, 6.0, 60.0]]
+
+
+def plant_of(folder: Path, text: str = ARM) -> tuple[Plant, Path]:
+    path = folder / "arm.toml"
+    path.write_text(text, encoding="utf-8")
+    plant = load_model(path)
+    assert isinstance(plant, Plant)
+    return plant, path
+
+
+@cache
+def arm() -> PlantDesign:
+    with TemporaryDirectory() as folder:
+        plant, path = plant_of(Path(folder))
+        return certify_plant(plant, lambda model: np.array(GAINS * 1).reshape(1, 1, 3).repeat(
+            len(model.A), axis=0), PlantSettings(), files=[path])  # fmt: skip
+
+
+def claims() -> list[Data]:
+    return [c for c in arm().document["claims"] if c["kind"] == "tracking"]
+
+
+def changed(change: Callable[[Data], None], which: int = 1) -> Data:
+    """The certificate with one of its claims about the reference, changed and sealed again."""
+    found = copy.deepcopy(dict(arm().document))
+    kept = [c for c in found["claims"] if c["kind"] == "tracking"][which]
+    found["claims"] = [c for c in found["claims"] if c["kind"] == "secant-embedding"] + [kept]
+    change(found)
+    return resealed(found)
+
+
+def pure(
+    drift: str = "0", slope: str = "0", x: Any = (-2, 2), u: Any = (-10, 10), r: Any = (-1, 1)
+) -> Data:
+    """Return x' = u + drift with the slope -1 or 0, xi' = x - r, and u = -K (x, xi).
+
+    A - B K is [[-3, -2], [1, 0]]: poles -1, -2.  With the drift 0 it rests at (r, -3 r/2).
+    """
+    ranges = {"x": x, "u": u, "r": r}
+
+    def listed(*names: str) -> list[Data]:
+        sides = [None if ranges.get(n) is None else list(ranges[n]) for n in names]
+        return [
+            {"name": n, "unit": "-", "range": side, "rest": 0}
+            for n, side in zip(names, sides, strict=True)
+        ]
+
+    model: Data = {"kind": "plant", "name": "integrator", "source": "", "sample_time": None}
+    model |= {"states": listed("x", "xi"), "inputs": listed("u"), "disturbances": listed("r")}
+    model |= {"parameters": {}, "equations": [f"u + {drift}", "x - r"], "outputs": []}
+    model["references"] = [{"reference": "r", "integral": "xi", "follow": "x"}]
+    model["embedding"] = {"form": "secant", "premises": [], "A": [[slope, "0"], ["1", "0"]]}
+    model["embedding"] |= {"B": [["1"], ["0"]], "E": [["0"], ["-1"]]}
+    gains: Data = {"name": "pdc", "sample_time": None, "state_names": ["x [-]", "xi [-]"]}
+    gains |= {"input_names": ["u [-]"], "K": [[[3 + int(slope), 2]]]}
+    gains |= {"trim": {"state": [0, 0], "input": [0]}, "references": [*model["references"]]}
+    first = {"name": "embedding", "kind": "secant-embedding"}
+    return certificate_document(model=model, gains=gains, claims=[first], provenance={})
+
+
+def curved() -> Data:
+    """Return x' = u - x^3/100: two vertices, with the slopes -0.12 and 0."""
+    found = pure(drift="(-x^3/100)")
+    premise = {"name": "z", "expression": "-3*x^2/100", "lower": -0.12, "upper": 0, "unit": "-"}
+    found["model"]["embedding"] |= {"premises": [premise], "A": [["z", "0"], ["1", "0"]]}
+    found["gains"]["K"] *= 2
+    return found
+
+
+def at(document: Data | None = None, **numbers: Any) -> Data:
+    """The claim with V of the modes: P = T'T for T = [[1, 1], [1, 2]], rates 1 and 2."""
+    found = copy.deepcopy(document or pure())
+    claim = {
+        "name": "x follows r",
+        "kind": "tracking",
+        "decay_rate": 1,
+        "P": [[2, 3], [3, 5]],
+        "radius": 0.2,
+        "slope": [[1], [-1.5]],
+        "residuals": [0, 0],
+        "residual_norm": 0,
+        "slope_norms": [2.0616],
+        "rates": [0.09],
+        "error_factors": [2.2361],
+    } | numbers
+    found["claims"].append(claim)
+    return resealed(found)

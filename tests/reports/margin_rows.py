@@ -1,0 +1,40 @@
+"""Margins of the running loop at a wind, with numbers that a test chooses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from takagi.reports.margins import DiskMargin, RunningMargins, loop_margins
+
+
+def margin_row(wind: float, loop: str, gain: float, alpha: float, **changed: Any) -> RunningMargins:
+    """Return a wind whose ``loop`` may grow by ``gain``, with 60 deg and 0.5 s; the other is none.
+
+    Parameters
+    ----------
+    loop : "torque" or "pitch".
+    alpha : of the disk margin of both together.
+    """
+    import control
+
+    found = replace(
+        loop_margins(control.tf(1, [1, 1, 0])),
+        gain_increase=gain,
+        gain_decrease=0.0,
+        phase=math.radians(60),
+        delay=0.5,
+    )
+    whole = RunningMargins(
+        wind=wind,
+        inertia=1.0,
+        wake="dynamic",
+        torque=found if loop == "torque" else None,
+        pitch=found if loop == "pitch" else None,
+        both=DiskMargin(alpha, 1.0),
+        decay_rate=0.1,
+        modes_met=(),
+        kinks=(),
+    )
+    return replace(whole, **changed)
