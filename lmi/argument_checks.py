@@ -1,4 +1,4 @@
-"""Check at the door what the conditions are posed of: vertices, inputs, rates, weights."""
+"""Checks of the arguments of conditions on entry: vertices, inputs, rates, weights."""
 
 from __future__ import annotations
 

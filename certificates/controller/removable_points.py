@@ -126,7 +126,7 @@ def _stand_in_of_pieces(
     rows: list[dict[sp.Symbol, float]],
     size: float,
 ) -> dict[str, Any]:
-    """Return what stands in for an expression with tables: one polynomial on each side."""
+    """Return the replacement of an expression with tables: one polynomial on each side."""
     import sympy as sp
 
     *sides, reach = pieces

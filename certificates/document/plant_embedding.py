@@ -60,8 +60,8 @@ def plant_and_claim(
 def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
     """Return premises and trim of a law for a model of kind ``plant``; nothing for another kind.
 
-    The premises are those of the embedding, so that the checker sees that the law has the weights
-    of the model.  The trim is the plant's equilibrium, in floats.
+    The premises are those of the embedding, so that the checker can prove that the law has the
+    weights of the model.  The trim is the plant's equilibrium, in floats.
     """
     if model_data["kind"] != "plant":
         return {}

@@ -64,7 +64,7 @@ def max_decay_rate(
 
     Returns
     -------
-    An ``Answer``: ``decay_rate`` is what the returned P shows, recomputed from it, a hair below
+    An ``Answer``: ``decay_rate`` is recomputed from the returned P, slightly below
     the largest; ``bound`` is above every rate, to solver accuracy, and by the tolerance at most,
     or by a thousandth where less was asked for.  The rate may be negative: then V grows at most
     that fast, and the status is still "candidate".

@@ -5,7 +5,7 @@ least objective the LMIs touch zero, where no check can hold:
 
 1. the least objective, with no margin; its multipliers bound the objective of all unknowns from
    below;
-2. the objective fixed a hair above what was found, the margin as large as it can be (re-centred).
+2. the objective fixed slightly above the optimum found, with the largest margin (re-centred).
 
 The returned answer is re-evaluated from the unknowns by eigenvalues, and its objective is compared
 with the bound: a solver that stops early, or at a wrong value, is found out by either, and the next
@@ -233,7 +233,7 @@ def _attempts(program: ConeProgram, session: Session | None) -> Iterator[Raw]:
 
 
 def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: float) -> Outcome:
-    """Return the better of the two, held against the higher of their bounds.
+    """Return the better of the two, compared with the higher of their bounds.
 
     A bound above an objective that was found is none: its multipliers were not good enough.
     """
@@ -265,7 +265,7 @@ def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) 
 def _centred(
     data: Assembled, raw: Raw, held: float, bound: float, slack: float, cap: float, session: Session
 ) -> Outcome:
-    """Return the largest margin with the objective a hair above that of ``raw``.
+    """Return the largest margin with the objective slightly above that of ``raw``.
 
     The first that holds; otherwise ``raw`` itself if it does, or what was nearest.  By the solver
     of ``raw``: where others failed, they would fail again.

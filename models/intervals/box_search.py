@@ -88,7 +88,7 @@ def search(
 
 
 class _Tree(Generic[Place]):
-    """Boxes looked at so far; those that are not halved cover the domain."""
+    """Boxes examined so far; those that are not halved cover the domain."""
 
     def __init__(
         self,
@@ -159,7 +159,7 @@ class _Tree(Generic[Place]):
         return self.by_lower[0][1] if below > above else self.by_upper[0][1]
 
     def split(self, index: int) -> bool:
-        """Refine the look at a box, or halve it; False when it cannot be halved."""
+        """Evaluate a box more tightly, or halve it; False when it cannot be halved."""
         place = self.places[index]
         if self.refine and place is not None and index not in self.refined:
             if self.looks[index].outer is not None:

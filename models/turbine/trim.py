@@ -25,7 +25,7 @@ from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradie
 from takagi.models.turbine.data import Turbine
 
 TABLE_SHARE = 0.9
-# Winds and pitches are looked at this closely to find the sign change that Brent's method refines.
+# Steps of wind and pitch, small enough to find the sign change that Brent's method refines.
 WIND_STEPS = 221
 PITCH_STEPS = 301
 
@@ -223,7 +223,7 @@ def _pitch(turbine: Turbine, speed: float, v: float) -> float:
         )
     above = np.flatnonzero(excess > 0)
     if len(above) == 0:
-        # At rated wind itself rounding may put the balance a hair below smallest pitch.
+        # At rated wind itself rounding may place the balance slightly below smallest pitch.
         if excess[0] > -1e-9 * needed:
             return float(pitches[0])
         raise _infeasible(turbine, speed, v, "no pitch gives rated torque")

@@ -180,7 +180,7 @@ class PublishedSearch:
         box = np.array([float(f"{r:.{BOX_DIGITS}g}") for r in box])
         cell = enclosed_cell(self.figures, wind, centre, box, bound)
         scaled = P * np.outer(box / units, box / units)
-        # The set touches the box in its tightest direction, with a little room for rounding.
+        # The set touches the box in its tightest direction, up to a small margin for rounding.
         scaled *= np.diag(np.linalg.inv(scaled)).max() * (1 + 1e-5)
         scaled = np.round(scaled, P_DIGITS)
         if np.linalg.eigvalsh(scaled)[0] <= 0:

@@ -65,7 +65,7 @@ def largest(task: DecayRequest, relaxation: str | Relaxation, *, start: float = 
 def design_at_largest(
     task: DecayRequest, relaxation: str, *, start: float = 0.0
 ) -> tuple[Design, Largest]:
-    """Return gains a hair (1e-4) below the largest decay rate, and the bracket."""
+    """Return gains for 1e-4 less than the largest decay rate, and the bracket."""
     bracket = largest(task, relaxation, start=start)
     if not np.isfinite(bracket.low):
         return design_at(task, start, relaxation), bracket

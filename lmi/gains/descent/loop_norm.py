@@ -34,7 +34,7 @@ ABOVE = 1e-8
 ROUNDS = 30
 # Nearer to a singular value of D than this, relative, the pencil is taken.
 NEAR = 1e-3
-# Eigenvalues within this angle of the imaginary axis give frequencies to look at.  One too many
+# Eigenvalues within this angle of the imaginary axis give candidate frequencies.  One too many
 # costs an evaluation; one too few would be an error.
 ANGLE = 1e-4
 

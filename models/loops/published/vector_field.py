@@ -46,7 +46,7 @@ class Corner:
 
 @dataclass(frozen=True, slots=True)
 class StateRange:
-    """Where the field is looked at: winds [low, high] and a state, linear in wind at its centre.
+    """Where the field is evaluated: winds [low, high] and a state, linear in wind at its centre.
 
     Attributes
     ----------
