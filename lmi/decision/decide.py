@@ -94,6 +94,8 @@ def decide(
     data = _posed(condition, parameters, assembled)
     variables = len(data.objective)
     t = np.eye(variables + 1)[variables]
+    # The largest t is the last variable, so the cost -t maximises it; the row t <= cap keeps the
+    # program bounded where the condition can be scaled up.
     limits = [SolverRow(t, cap)]
     for name, bound in (rows or {}).items():
         limits.append(SolverRow(np.eye(variables + 1)[data.offsets[name]], bound))
@@ -106,6 +108,8 @@ def decide(
         tries.append(_try(raw, found.margin))
         if found.status == "unknown" and says_no(data, found):
             doubtful += 1
+            # Exact arithmetic is tried at the first doubtful no only: it takes longer than the next
+            # solver.
             if doubtful == 1 and most > 1:
                 found = exactly_judged(data.condition, found)
         if best is None or (found.status != "unknown") or found.margin > best.margin:
@@ -123,6 +127,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     and ``settled`` refer to the margin that is kept.
     """
     data = _posed(condition, None, assembled)
+    # At the full margin of ``start`` there would be no freedom left to lower the objective.
     program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
     before = objective_at(data.condition, start.values)
@@ -130,6 +135,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
         values = values_of(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
+        # A quarter, not the half that was posed: a solver meets its LMIs only up to its tolerances.
         if held < 0.25 * start.margin:
             continue
         after = objective_at(data.condition, values)
@@ -207,6 +213,9 @@ def optimise(
             best = _nearer(data.condition, best, replace(centred, least=bound), slack)
             if best.settled:
                 return replace(best, tries=tuple(tries))
+        # At the least objective the margin is zero, so an answer may fail its check although the
+        # condition is feasible. Whether it is feasible is therefore decided without the objective,
+        # once.
         if plain is None and (best is None or best.status != "candidate"):
             plain = decide(data.condition, cap=cap, session=session, assembled=data)
             tries.extend(plain.tries)
@@ -277,6 +286,7 @@ def _centred(
     # Above the bound, so that what the first stage was short of is not added to it.
     highest = bound + most * abs(bound)
     zero = nothing(data.condition)
+    # If the least objective is zero, a relative slack is zero too; an absolute one replaces it.
     room = SHARE * zero if abs(least) <= zero else 0.0
     limits = [least + max(min(times * slack, most) * abs(least), room) for times in LOOSENESS]
     if highest > least and not room:

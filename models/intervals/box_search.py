@@ -145,6 +145,7 @@ class _Tree(Generic[Place]):
     def worst(self, tolerance: Fraction) -> int | None:
         """Return the box to halve; None when both ends are near enough."""
         if self.unknown:
+            # Boxes without a bound come first: while one is left, no end of the range is known.
             return self.unknown[0]
         self._clean()
         if self.attained is None:
