@@ -153,6 +153,7 @@ class _Search:
 
     def hair(self, rate: float) -> float:
         """Return the absolute tolerance of the rate."""
+        # A rate of zero has no size of its own; a thousandth of the loop's speed replaces it.
         return self.tolerance * max(abs(rate) if np.isfinite(rate) else 0.0, 1e-3 * self.size)
 
     def slowest_mode(self) -> float:

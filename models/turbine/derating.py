@@ -81,6 +81,7 @@ def _too_early(turbine: Turbine, torque: float, speed: float) -> ModelError:
     """Return words with the least torque and the largest speed that fit."""
     rated, low = turbine.rated_torque, turbine.minimum_rotor_speed
     least = _edge(lambda value: _fits(turbine, value, speed), torque, rated)
+    # Slightly above the minimum, which is itself refused as a set-point.
     slowest = low + 1e-3 * (speed - low)
     fitting = _edge(lambda value: _fits(turbine, torque, value), speed, slowest)
     ways = []

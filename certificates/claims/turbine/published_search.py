@@ -31,6 +31,7 @@ LARGER = (0.002, 0.005, 0.015)
 BRISK = 0.1
 # Scales that make the states comparable: rad/s, rad, rad, rad.
 UNITS = np.array([0.01, 0.01, 0.1, 0.1])
+# Size of a tiny box, whose enclosure gives the matrix for which candidates of P are computed.
 PROBE = 1e-6
 NARROWEST = 0.002
 # Without an equilibrium at either end, cells smaller than this are not examined [m/s].

@@ -92,6 +92,7 @@ class _Search:
         # A start other than zero is a good guess.
         step = max(self.low - start, (0.1 if start == 0 else 1e-3) * unit)
         for _ in range(STEPS):
+            # Near a rate of zero a relative width would never be reached.
             width = TOLERANCE * max(abs(self.low), 1e-3 * unit)
             if self.low >= self.most or self.high - self.low <= width:
                 return

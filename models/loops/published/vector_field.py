@@ -33,6 +33,7 @@ from takagi.models.loops.published.tables import GainTable, LoopFigures, TrimTab
 
 End = Literal["all", "low", "high"]
 Hold = Literal["all", "free", "held"]
+# How accurately a checker knows a value of the surface, as a share of its scale.
 NOISE = 2e-12
 
 
