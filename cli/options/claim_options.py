@@ -15,6 +15,6 @@ MovingWind = Annotated[
         "--moving-wind",
         help="Turbines: claim also that the loop with its observer keeps a set around its "
         "operating point while the wind moves, up to a rate that is found for each wind: some "
-        "minutes more. Law coherent.",
+        "minutes more. Law effort-sharing.",
     ),
 ]
