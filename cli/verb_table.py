@@ -1,4 +1,4 @@
-"""The table of verbs: what `takagi --help` prints, and where each verb lives."""
+"""The table of verbs: what `takagi --help` prints, and the module of each verb."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ class Answer:
     ----------
     status : "candidate", the unknowns were put back and every LMI held by eigenvalues, and where
         an optimum was asked for they are near it; "infeasible", multipliers that leave no unknowns
-        of any size were found, with room for rounding, or exact ones; "unknown", neither.
+        of any size were found, exactly or with a margin for rounding; "unknown", neither.
     P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states, or the one
         that shows the gain; None unless a candidate, and where V depends on the memberships.
     lyapunov_function : P(h) for V = x' P(h) x, where that was asked for and found; else None.

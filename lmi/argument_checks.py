@@ -1,4 +1,4 @@
-"""Check at the door what the conditions are posed of: vertices, inputs, rates, weights."""
+"""Checks of the arguments of conditions on entry: vertices, inputs, rates, weights."""
 
 from __future__ import annotations
 
@@ -249,6 +249,7 @@ def _check_independent(B: Array, letter: str) -> None:
             f"{what} {k + 1} of {B.shape[2]}: its {column} of {letter} is zero in every vertex, so "
             f"it does nothing; leave it out"
         )
+    # Columns of equal size are compared, so the answer does not depend on the units of the inputs.
     singular = np.linalg.svd(_equal_sizes(B), compute_uv=False)
     if len(singular) < B.shape[2] or singular[-1] <= 1e-12 * singular[0]:
         raise ModelError(

@@ -36,6 +36,7 @@ def check_stabilisable(
     parts = [
         f"{weight:+.3g} * {label}"
         for weight, label in zip(direction / units, labels, strict=True)
+        # Smaller parts of the direction are rounding, and would only confuse the message.
         if abs(weight) > 1e-6 * np.abs(direction / units).max()
     ]
     verb, need = ("be seen in no output", "C") if dual else ("be moved by no input", "B")
@@ -67,6 +68,8 @@ def fixed_mode(
         eigenvalues = np.linalg.eigvals(one)
         for eigenvalue in _with_means(eigenvalues, size):
             if step is None:
+                # An eigenvalue exactly at the limit does not decay fast enough, whichever way it is
+                # rounded.
                 slow = eigenvalue.real >= -decay_rate - 1e-12 * size
             else:
                 slow = abs(eigenvalue) >= np.exp(-decay_rate * step) - 1e-12 * size

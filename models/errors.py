@@ -1,4 +1,4 @@
-"""The one exception of this floor: misuse, told so that it can be mended."""
+"""The one exception of this floor: misuse, with a message that says how to correct it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from difflib import get_close_matches
 class ModelError(ValueError):
     """What was asked makes no sense for the model it was asked of.
 
-    The message says which item is meant, what was given, what was needed and what to do.
+    The message says which item is wrong, what was given, what was needed and what to do.
     "No such controller exists" is an answer, not a ``ModelError``.
     """
 

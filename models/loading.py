@@ -1,4 +1,4 @@
-"""One door for models in files: a built-in name or a path, read once.
+"""The reader of model files: a built-in name or a path, read once.
 
 ``read_model`` returns the file as a value: its kind, its document, the files beside it, and the
 model, made when it is asked for.  A verb reads it at its door and passes it on.

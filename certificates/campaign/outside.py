@@ -28,7 +28,7 @@ class Beyond:
     wind_error, wind_rate : factors on every cell's class [-].
     start : starts have V up to this [-].
     inertia : true over nominal inertia, or None for the certificate's.
-    wake : largest share of the way to the frozen wake [-].
+    wake : pitch effectiveness up to this share: equilibrium wake 0, frozen wake 1 [-].
     """
 
     name: str

@@ -28,7 +28,7 @@ SLOWEST, FASTEST = 0.02, 5.0
 
 
 class Seen(NamedTuple):
-    """What a player sees of its n runs: time [s], the last step [s], state, schedule, plants."""
+    """The inputs of a player for n runs: time [s], the last step [s], state, schedule, plants."""
 
     time: Floats
     last: Floats

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
     from takagi.models.ts.model import TSModel
 
+# Relative accuracy of the polynomial that replaces a premise near 0/0.
 NEAR = 1e-12
 # Distances to try, as shares of the factor's largest size in the box; and powers of the factor.
 SHARES = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
@@ -126,7 +127,7 @@ def _stand_in_of_pieces(
     rows: list[dict[sp.Symbol, float]],
     size: float,
 ) -> dict[str, Any]:
-    """Return what stands in for an expression with tables: one polynomial on each side."""
+    """Return the replacement of an expression with tables: one polynomial on each side."""
     import sympy as sp
 
     *sides, reach = pieces

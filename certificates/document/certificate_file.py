@@ -48,7 +48,7 @@ def certificate_document(
 
 
 def as_read(value: Any) -> Any:
-    """Return the value as the strict reader sees it: numbers as the text they are written as."""
+    """Return the value as the strict reader reads it: numbers as their text."""
     return json.loads(json.dumps(value), parse_float=Number, parse_int=Number)
 
 

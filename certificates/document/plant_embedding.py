@@ -60,8 +60,8 @@ def plant_and_claim(
 def law_members(model_data: Mapping[str, Any]) -> dict[str, Any]:
     """Return premises and trim of a law for a model of kind ``plant``; nothing for another kind.
 
-    The premises are those of the embedding, so that the checker sees that the law has the weights
-    of the model.  The trim is the plant's equilibrium, in floats.
+    The premises are those of the embedding, so that the checker can prove that the law has the
+    weights of the model.  The trim is the plant's equilibrium, in floats.
     """
     if model_data["kind"] != "plant":
         return {}
@@ -293,6 +293,8 @@ def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
     for letter in ("A", "B", "C", "D", "E"):
         stack, given = getattr(loop, letter), getattr(model, letter)
         exact = np.array([[[row / M.below for row in line] for line in M.rows] for M in stack])
+        # The model's arrays are floats, and the vertices in the file are exact: equal up to
+        # rounding.
         if stack and not np.allclose(exact, given, rtol=1e-12, atol=1e-300):
             raise ModelError(
                 f"model {model.name!r}: the vertices of {letter} are not those of its derivation; "

@@ -105,7 +105,7 @@ class ExitProbability:
             raise ModelError("P and disturbance_bounds were given; leave one out")
         P = P * largest_reach(system.rows, P)
         slowest = -2 * float(np.linalg.eigvals(system.A).real.max())
-        # A solver's P is at the limit of its rate: a little less leaves room for the rounding.
+        # A solver's P is at the limit of its rate; a smaller rate leaves a margin for rounding.
         rates = [self.rate * share for share in SLOWER] if self.rate else []
         rates = rates or list(slowest * np.geomspace(0.01, 1, 60))
         tried = [with_exponent(system, P, float(a), np.zeros(0)) for a in rates if a > 0]

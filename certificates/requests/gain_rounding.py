@@ -152,6 +152,8 @@ class _Search:
     def largest(self) -> tuple[float, float]:
         """Return the largest step, and its factor of tau, over a grid of factors."""
         best, at = 0.0, 1.0
+        # The best factor is not known beforehand. The bisection runs only where the best step so
+        # far can be exceeded.
         for t in np.logspace(-8, 4, 73):
             low, high = best, max(2 * best, 1e-6)
             if not self.holds(low, t) or (best and not self.holds(1.01 * best, t)):

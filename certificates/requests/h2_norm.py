@@ -24,6 +24,7 @@ INSIDE, AT_LEAST = (1e-4, 4e-4), 5e-7
 # Fractions added to P, and its digits; each is tried until the rounded numbers prove the claim.
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 DIGITS = (6, 9, 12, 15)
+# The same for the P of a Lyapunov equation, which is accurate up to rounding.
 SLIGHTLY = (0.0, 1e-5, 1e-4)
 # For a requested norm: the part of the margin to it that the first inequality uses.
 SHARES = (0.5, 0.1, 0.9)

@@ -73,6 +73,7 @@ def _evidence(
     if Z is not None:
         values, vectors = np.linalg.eigh(Z / np.abs(Z).max())
         factors = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * s[:, None]
+        # Multipliers that are zero up to rounding are left out, so that the file names few rules.
         used = [k for k, value in enumerate(values[:, -1]) if value > 1e-9 * values.max()]
         if not used or not np.abs(factors).max() < LARGEST:
             return

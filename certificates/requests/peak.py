@@ -27,6 +27,7 @@ from takagi.lmi.analysis.disturbance.peak_to_peak import largest_eigenvalue
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
+# Fractions added to P or to the bound, tried in order until the rounded numbers prove the claim.
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
 DIGITS = (6, 9, 12, 15)
 # For one vertex: relative margins of the bound, and the reduction that is tried with each.

@@ -32,6 +32,7 @@ NEAR = 0.8  # allowed distance of a large set's function from that of continuous
 SHORTEST, STEP, ENOUGH = 1e-5, 2.0, 1.02
 # Fractions of the sample time found, tried until the rounded numbers prove the claim.
 BACK_OFF = (0.998, 0.99, 0.97, 0.9, 0.7)
+# The level is lowered by this share, so that its rounding cannot leave the box.
 SPARE = 1e-9
 
 

@@ -21,6 +21,7 @@ from takagi.models.errors import ModelError
 DIGITS = (4, 6, 9, 12)
 # Fractions of the largest decay rate: a lower rate gives a rounder ellipsoid and less overshoot.
 SHARES = (0.95, 0.8, 0.6, 0.4)
+# The share by which each number is moved to the safe side before it is rounded.
 SPARE = 1e-6
 
 

@@ -106,15 +106,15 @@ SpeedSetpoint = Annotated[
 Bandwidth = Annotated[
     float | None,
     typer.Option(
-        help="Turbines: proportional action aimed at [1/s]; 0.6 unless given. Effort-sharing law."
+        help="Turbines: wanted proportional gain [1/s]; 0.6 unless given. Effort-sharing law."
     ),
 ]
 BandwidthGrowth = Annotated[
     float | None,
     typer.Option(
         metavar="FACTOR",
-        help="Turbines: the bandwidth from 1.25 times the wind where pitch begins to act, over "
-        "--bandwidth [-]; 1 unless given, more for a rotor larger than the NREL 5-MW turbine's. "
+        help="Turbines: factor on --bandwidth from 1.25 times the wind where pitch begins to act "
+        "[-]; 1 unless given, more for a rotor larger than the NREL 5-MW turbine's. "
         "Effort-sharing law.",
     ),
 ]
@@ -124,8 +124,8 @@ AskedMargins = Annotated[
         "--margins",
         metavar="TEXT",
         help="Turbines: margins that the loop that runs must have, as `takagi check --margins` "
-        'takes them: "gain 1.5, phase 20deg, delay 15ms". Numbers that were not given are changed '
-        "as little as keeps them, before the long work. Effort-sharing law.",
+        'takes them: "gain 1.5, phase 20deg, delay 15ms". Settings that were not given are '
+        "changed, as little as possible, until the margins are met. Effort-sharing law.",
     ),
 ]
 

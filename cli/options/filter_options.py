@@ -16,19 +16,19 @@ SpeedFilter = Annotated[
     float | None,
     typer.Option(
         metavar="RAD/S",
-        help="Turbines: corner of the low-pass on the measured rotor speed [rad/s] that goes out "
-        "with the law, 0 for none; 30 unless given, 8 without a torsion filter. It is not in the "
-        "proof. Effort-sharing law.",
+        help="Turbines: corner of the low-pass on the measured rotor speed [rad/s], which the gain "
+        "file contains, 0 for none; 30 unless given, 8 without a torsion filter. Only the claim "
+        "running-loop covers it. Effort-sharing law.",
     ),
 ]
 TorsionFilter = Annotated[
     float | None,
     typer.Option(
         metavar="RAD/S",
-        help="Turbines: frequency of the band-stop on the measured rotor speed [rad/s] that goes "
-        "out with the law, 0 for none; 0.9 of the drivetrain's torsion mode unless given, where "
-        "the turbine's file states one. It keeps that mode out of the loop, and is not in the "
-        "proof. Effort-sharing law.",
+        help="Turbines: frequency of the band-stop on the measured rotor speed [rad/s], which the "
+        "gain file contains, 0 for none; 0.9 of the drivetrain's torsion mode unless given, if "
+        "the turbine's file states one. It removes that mode from the loop. Only the claim "
+        "running-loop covers it. Effort-sharing law.",
     ),
 ]
 

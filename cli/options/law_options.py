@@ -51,7 +51,7 @@ TrackingTime = Annotated[
     typer.Option(
         metavar="SECONDS",
         help="Turbines: time constant of the anti-windup [s]; 5 unless given. Law "
-        "paper-two-integrators.",
+        "published-two-integrators.",
     ),
 ]
 WindFilter = Annotated[

@@ -15,17 +15,17 @@ TwoStep = Annotated[
     bool,
     typer.Option(
         "--two-step",
-        help="Turbines: find the gains wind by wind and prove them afterwards, as is done unless "
-        "--one-step or --objective is given. Effort-sharing law.",
+        help="Turbines: find the gains wind by wind and prove them afterwards. This is the default "
+        "unless --one-step or --objective is given. Effort-sharing law.",
     ),
 ]
 OneStep = Annotated[
     bool,
     typer.Option(
         "--one-step",
-        help="Turbines: move gains and proof together, from the two-step gains on: about two "
-        "minutes more, for a larger wind class and faster decay; pitch then travels more. Law "
-        "effort-sharing.",
+        help="Turbines: change gains and proof together, starting from the two-step gains. This "
+        "takes about two minutes more and gives a larger wind class and faster decay; pitch then "
+        "travels more. Effort-sharing law.",
     ),
 ]
 ObjectiveName = Annotated[
@@ -33,10 +33,10 @@ ObjectiveName = Annotated[
     typer.Option(
         "--objective",
         metavar="NAME",
-        help="Turbines: what gains found in one step make better: balanced (wind class, and some "
-        "decay), wind-class, decay, calm-pitch or calm-tower; --one-step alone means balanced. The "
-        "first three give up no wind class that the two-step gains have on average or "
-        "at the weakest wind, the calm ones up to 15 %. Effort-sharing law.",
+        help="Turbines: what the one-step search improves: balanced (wind class, and some decay), "
+        "wind-class, decay, calm-pitch or calm-tower; --one-step alone means balanced. With the "
+        "first three the wind class is no smaller than that of the two-step gains, on average and "
+        "at the weakest wind; with the calm ones by up to 15 %. Effort-sharing law.",
     ),
 ]
 

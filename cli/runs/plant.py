@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PlantMaker:
-    """What verbs ask of a plant, see ``takagi.cli.runs.makers.Maker``."""
+    """The maker for plants, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a plant"
     groups: ClassVar[Groups] = (*PLANT_OPTIONS, sampled_options, noise_options, time_options)
@@ -106,7 +106,7 @@ class PlantMaker:
 def changes_since(plant: Plant, gains: Path, document: Mapping[str, Any]) -> list[str]:
     """Return what has changed from the plant that a gain file was made for; [] if nothing has.
 
-    Ranges, rests and units stand in the gain file; equations and parameters in its certificate,
+    Ranges, rests and units are in the gain file; equations and parameters are in its certificate,
     which is looked for beside it.
     """
     from takagi.certificates.checker.kernel.reader import read_json

@@ -26,7 +26,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True, eq=False)
 class TurbineMaker:
-    """What verbs ask of a turbine, see ``takagi.cli.runs.makers.Maker``."""
+    """The maker for turbines, see ``takagi.cli.runs.makers.Maker``."""
 
     words: ClassVar[str] = "a wind turbine"
     groups: ClassVar[Groups] = TURBINE_OPTIONS

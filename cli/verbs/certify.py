@@ -64,8 +64,8 @@ def certify(
     With --gains the law is in the file: only --inertia, --power-coefficient, --equilibrium-wake
     and --moving-wind apply to a turbine, --choice and --solve-rest to a plant.
 
-    The certificate is bound to the whole gain file: a field that is not so for MODEL is told, such
-    as the range of an input that has changed. --gains-out writes the file anew.
+    The certificate is bound to the whole gain file. Fields that do not agree with MODEL are listed,
+    such as the range of an input that has changed. --gains-out writes the file again.
 
     With --baseline every figure of an older certificate is compared: decay rates, gains, sets,
     wind classes, margins. Nothing that it proves may be lost or get worse by more than --tolerance.

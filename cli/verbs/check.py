@@ -28,7 +28,7 @@ _USAGE = "takagi check [OPTIONS] CERT"
 _DESCRIPTION = """\
 Check a certificate: prove each of its claims again, in exact arithmetic.
 
-The checker reads the file with its own strict reader and trusts no number in it. It imports
+The checker reads the file with its own strict reader and computes every range again. It imports
 neither the solver nor any code that made the certificate.
 """
 
@@ -41,23 +41,22 @@ Examples:
   takagi check certificate.json --gains gains.json --model nrel5mw --margins "gain 1.5, phase 10deg"
                                                       a turbine's loop that runs has these margins
   takagi check certificate.json --junit checks.xml    for continuous integration
-  takagi check certificate.json --trusted             how much code the verdict rests on
+  takagi check certificate.json --trusted             the code that the verdict depends on
 
 --trusted lists the checker's files that were loaded for this verdict, with their lines of code
-(no blank line, comment or docstring), and how many of these were executed: a line is when the
-statement that it belongs to has begun. Files that make the sentences are loaded after the last
-verdict, and counted apart.
+(no blank line, comment or docstring), and how many of these were executed. A line counts as
+executed when its statement has begun. Files that make the sentences are loaded after the last
+verdict, and counted separately.
 
---margins takes gain (a factor, or dB), phase (deg), delay (s) and disk (alpha of both loops at
-once), and of the program sample (20ms unless given) and computing (0ms unless given). Measured are
-the loops broken at torque and at pitch, with observer, filters, sampling, wake, flap, tower and
-torsion in them, over the winds, for inertia 0.9 to 1.1 and wakes from equilibrium to frozen. They
-are linearised in floating point, and are not proved.
+--margins takes gain (a factor, or dB), phase (deg), delay (s) and disk (alpha of both loops
+together), and of the program sample (20ms unless given) and computing (0ms unless given). The
+loops are opened at torque and at pitch, with observer, filters, sampling, wake, flap, tower and
+torsion in them, at all winds, for inertia 0.9 to 1.1 and wakes from equilibrium to frozen. Margins
+are measured on the linearised loops in floating point; they are not proved.
 
-Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model
-file says something else than the certificate, the C file something else than the gain file, a
-margin is below what is asked, or with --cross the two checkers differ; 2 a file is
-damaged or cannot be read.
+Exit status: 0 every claim is PROVED; 1 a claim is DISPROVED or UNDECIDED, the gain or model file
+differs from the certificate, the C file differs from the gain file, a margin is below its
+threshold, or with --cross the two checkers differ; 2 a file is damaged or cannot be read.
 A claim that the second checker does not replay is named in the last line, in JSON under
 cross.not_replayed, and changes no status.
 """

@@ -47,15 +47,16 @@ def simulate(
     """Simulate laws on the nonlinear plant. A simulation proves nothing.
 
     A wind turbine: the project's law, the published one and the reference's own side by side, on
-    the validation plant: a wake that needs time, flap, tower and torsion modes, a second-order
-    pitch drive, a torque lag and the limits of both; the wind observer is in the loop. Another
-    plant: its own equations under its law by rules, from corners of its box or from --start. Its
-    inputs are cut at their ranges, and it is said when; --disturbance, --noise and --sample-time
-    say what comes from outside and how the law runs.
+    the validation plant: a dynamic wake, flap, tower and torsion modes, a second-order pitch drive,
+    a torque lag and the limits of both; the wind observer is in the loop. Another plant: its own
+    equations under its law by rules, from corners of its box or from --start. Its inputs are cut
+    at their ranges, and the summary says when. --disturbance and --noise add signals, and
+    --sample-time says how often the law runs.
 
-    With --certificate FILE, a wind turbine's: thousands of random runs of the certified loop,
-    starts, winds and plants within what the file claims, each compared with every bound; the exit
-    status is 1 where one is exceeded. With --beyond: outside of it, and what breaks first.
+    With --certificate FILE, a wind turbine's: thousands of random runs of the certified loop, with
+    starts, winds and plants inside the claim. Each run is compared with every bound; the exit
+    status is 1 if one is exceeded. With --beyond the runs are outside of the claim, and the output
+    says which bound is exceeded first.
 
     Prints a table; with --out also leaves tables, figures/ and simulation.json in DIR: all of them,
     or none.

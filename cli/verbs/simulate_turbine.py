@@ -54,7 +54,7 @@ def turbine_simulation(
         str,
         typer.Option(
             metavar="NAME",
-            help="Turbines: dynamic, a wake that needs time; or equilibrium.",
+            help="Turbines: dynamic (a wake with states) or equilibrium.",
         ),
     ] = "dynamic",
     without: Annotated[

@@ -20,9 +20,9 @@ COLLECTIONS = """
 `python benchmarks/collections_of_plants.py` runs all 102 plants of COMPleib 1.1 (Leibfritz 2004)
 with at most 30 states: state feedback of least H-infinity and H2 norm, at default options and
 without sdpa, with a limit of 100 s for each design. They are compared with the textbook LMI,
-written in cvxpy and solved by clarabel, for H2 in both its forms. The data are not part of this repository;
-the script takes their folder. "Found" is a norm within a thousandth of the least that any method
-reached. takagi ran on two cores that ten other processes shared. There EB4, HE7 and JE2
+written in cvxpy and solved by clarabel, for H2 in both its forms. The data are not part of this
+repository; the script takes their folder. "Found" is a norm within a thousandth of the least that
+any method reached. takagi ran on two cores that ten other processes shared. There EB4, HE7 and JE2
 (H-infinity), NN11 and plants of least norm zero were stopped by the time limit.
 
 | plants | H-infinity | H2 |

@@ -67,7 +67,7 @@ def max_box_enlargement(
 
     Returns
     -------
-    An ``Answer``: ``enlargement`` is what the returned P shows, recomputed from it, a hair below
+    An ``Answer``: ``enlargement`` is recomputed from the returned P, slightly below
     the largest; ``bound`` is above every enlargement that one P can show, to solver accuracy, and
     by the tolerance at most, or by a thousandth where less was asked for.  Where the search stops
     farther from it the status is "unknown", the diagnosis has both numbers, and ``feasible`` the P

@@ -64,7 +64,7 @@ def max_decay_rate(
 
     Returns
     -------
-    An ``Answer``: ``decay_rate`` is what the returned P shows, recomputed from it, a hair below
+    An ``Answer``: ``decay_rate`` is recomputed from the returned P, slightly below
     the largest; ``bound`` is above every rate, to solver accuracy, and by the tolerance at most,
     or by a thousandth where less was asked for.  The rate may be negative: then V grows at most
     that fast, and the status is still "candidate".
@@ -153,6 +153,7 @@ class _Search:
 
     def hair(self, rate: float) -> float:
         """Return the absolute tolerance of the rate."""
+        # A rate of zero has no size of its own; a thousandth of the loop's speed replaces it.
         return self.tolerance * max(abs(rate) if np.isfinite(rate) else 0.0, 1e-3 * self.size)
 
     def slowest_mode(self) -> float:

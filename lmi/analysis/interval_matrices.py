@@ -26,6 +26,7 @@ from takagi.models.arrays import Floats
 
 MULTIPLIERS = (0.3, 0.6, 0.9, 0.1)
 SHIFTS = (0.0, 0.5, 0.85)
+# A proof in floats needs a margin: this share of alpha is kept in reserve.
 ROOM = 1e-3
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.models.arrays import Floats
 
-# Vertices that are looked at, slowest first; the others are left to the solver.
+# Number of vertices that are examined, slowest first; the others are left to the solver.
 MOST = 8
 # The rounding error of an eigenvalue is at most this many times norm, condition number and epsilon.
 ROUNDING = 8.0

@@ -32,7 +32,7 @@ class NormBounded:
     ----------
     D : (r, n, p), or (n, p) for the same in every rule: where it enters.
     E : (r, q, n) or (q, n): the part of the state that drives it.
-    F : (r, q, m) or (q, m): the part of the input that drives it; None for nothing.
+    F : (r, q, m) or (q, m): the part of the input that drives it; None if no input does.
     """
 
     D: ArrayLike

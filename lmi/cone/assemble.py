@@ -140,6 +140,7 @@ def assemble(condition: Condition) -> Assembled:
 def pack(matrices: Array) -> Floats:
     """Return (..., size (size + 1) / 2): upper triangles by columns, off-diagonals * sqrt(2)."""
     column, row, diagonal = _triangle_of(matrices.shape[-1])
+    # With the factor sqrt(2) the scalar product of two packed triangles is trace(X Y).
     scale = np.where(diagonal, 1.0, np.sqrt(2.0))
     return np.asarray(matrices[..., row, column], dtype=np.float64) * scale
 
@@ -210,6 +211,7 @@ def _triplets(term: Term, lmi: LMI, cone: Cone, offset: int) -> Triplets:
     row, column = a + rows.start, b + columns.start
     if rows == columns:
         if term.plus_transpose:
+            # X + X' doubles the diagonal; off the diagonal both of its entries share one place.
             value = np.where(row == column, 2.0 * value, value)
         else:
             keep = row <= column

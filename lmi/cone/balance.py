@@ -51,6 +51,7 @@ def _swept(M: Array, time: float) -> tuple[Array, bool]:
                 s[k] *= np.sqrt(row / column) if row and column else _alone(row, column, time)
                 # With a chain of entries that are nearly zero the scales would grow without limit.
                 s[k] = min(max(s[k], 1.0 / FARTHEST), FARTHEST)
+        # Scales are rounded to powers of two later, so they need no more digits than this.
         if np.allclose(s, before, rtol=1e-6):
             return s, True
     return s, False

@@ -31,6 +31,8 @@ def margin_bound(program: ConeProgram, raw: Raw) -> tuple[float, Floats]:
     residual = program.A.T @ z + program.q
     # Normalised multipliers leave no residual in t.
     scale = 1.0 + residual[-1]
+    # Such multipliers hardly use the margin t, so they cannot bound it. They may still show that
+    # the LMIs without a margin contradict one another.
     if scale <= 0.5:
         return -np.inf if _contradict(program, z, raw) else np.inf, z[program.linear :]
     z, residual = z / scale, (residual - program.q) / scale + program.q
@@ -72,6 +74,8 @@ def in_dual_cone(program: ConeProgram, given: Floats) -> Floats:
     z[: program.linear] = np.maximum(z[: program.linear], 0.0)
     for cone in program.cones:
         rows = slice(program.linear + cone.rows.start, program.linear + cone.rows.stop)
+        # A solver's multipliers leave the cone by its tolerances, and only those inside give a
+        # bound.
         eigenvalues, vectors = np.linalg.eigh(unpack(z[rows], cone.size))
         if eigenvalues.min() < 0:
             positive = np.maximum(eigenvalues, 0.0)

@@ -25,7 +25,8 @@ from takagi.models.arrays import Floats
 
 # What the solver's tolerances can distinguish from zero.
 SMALLEST_BOUND = 1e-7
-# Where no LMI is strict, a least share of all of them that leaves no room for their tolerances.
+# Where no LMI is strict, the bound on the margin must be below minus this for a no: an LMI may
+# be violated by its tolerance and still count as satisfied.
 MISSED = 1e-5
 # Entries of multipliers up to which a no is sought in exact arithmetic: about a second.
 EXACT = 1200

@@ -5,7 +5,7 @@ least objective the LMIs touch zero, where no check can hold:
 
 1. the least objective, with no margin; its multipliers bound the objective of all unknowns from
    below;
-2. the objective fixed a hair above what was found, the margin as large as it can be (re-centred).
+2. the objective fixed slightly above the optimum found, with the largest margin (re-centred).
 
 The returned answer is re-evaluated from the unknowns by eigenvalues, and its objective is compared
 with the bound: a solver that stops early, or at a wrong value, is found out by either, and the next
@@ -95,6 +95,8 @@ def decide(
     data = _posed(condition, parameters, assembled)
     variables = len(data.objective)
     t = np.eye(variables + 1)[variables]
+    # The largest t is the last variable, so the cost -t maximises it; the row t <= cap keeps the
+    # program bounded where the condition can be scaled up.
     limits = [SolverRow(t, cap)]
     for name, bound in (rows or {}).items():
         limits.append(SolverRow(np.eye(variables + 1)[data.offsets[name]], bound))
@@ -107,6 +109,8 @@ def decide(
         tries.append(_try(raw, found.margin))
         if found.status == "unknown" and says_no(data, found):
             doubtful += 1
+            # Exact arithmetic is tried at the first doubtful no only: it takes longer than the next
+            # solver.
             if doubtful == 1 and most > 1:
                 found = exactly_judged(data.condition, found)
         if best is None or (found.status != "unknown") or found.margin > best.margin:
@@ -125,6 +129,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     kept.
     """
     data = _posed(condition, None, assembled)
+    # At the full margin of ``start`` there would be no freedom left to lower the objective.
     program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
     before = objective_at(data.condition, start.values)
@@ -132,6 +137,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
         values: Mapping[str, Floats] = values_of(data, raw)
         held = margin(data.condition, values) if values else -np.inf
         tries.append(_try(raw, held))
+        # A quarter, not the half that was posed: a solver meets its LMIs only up to its tolerances.
         if values and held < 0.25 * start.margin:
             values, held = _moved_inside(data.condition, values, start)
         if not held >= 0.25 * start.margin:
@@ -232,6 +238,9 @@ def optimise(
             best = _nearer(data.condition, best, replace(centred, least=bound), slack)
             if best.settled:
                 return replace(best, tries=tuple(tries))
+        # At the least objective the margin is zero, so an answer may fail its check although the
+        # condition is feasible. Whether it is feasible is therefore decided without the objective,
+        # once.
         if plain is None and (best is None or best.status != "candidate"):
             plain = decide(data.condition, cap=cap, session=session, assembled=data)
             tries.extend(plain.tries)
@@ -258,7 +267,7 @@ def _attempts(program: ConeProgram, session: Session | None) -> Iterator[Raw]:
 
 
 def _nearer(condition: Condition, best: Outcome | None, new: Outcome, slack: float) -> Outcome:
-    """Return the better of the two, held against the higher of their bounds.
+    """Return the better of the two, compared with the higher of their bounds.
 
     A bound above an objective that was found is none: its multipliers were not good enough.
     """
@@ -290,7 +299,7 @@ def _inside(data: Assembled, program: ConeProgram, inside: float, slack: float) 
 def _centred(
     data: Assembled, raw: Raw, held: float, bound: float, slack: float, cap: float, session: Session
 ) -> Outcome:
-    """Return the largest margin with the objective a hair above that of ``raw``.
+    """Return the largest margin with the objective slightly above that of ``raw``.
 
     The first that holds; otherwise ``raw`` itself if it does, or what was nearest.  By the solver
     of ``raw``: where others failed, they would fail again.
@@ -302,6 +311,7 @@ def _centred(
     # Above the bound, so that what the first stage was short of is not added to it.
     highest = bound + most * abs(bound)
     zero = nothing(data.condition)
+    # If the least objective is zero, a relative slack is zero too; an absolute one replaces it.
     room = SHARE * zero if abs(least) <= zero else 0.0
     limits = [least + max(min(times * slack, most) * abs(least), room) for times in LOOSENESS]
     if highest > least and not room:

@@ -29,7 +29,7 @@ def binding_items(
 
     Parameters
     ----------
-    names : the LMIs to look at.
+    names : the LMIs to examine.
     """
     shares = binding_shares(condition, multipliers, *names)
     if not shares:
@@ -71,7 +71,7 @@ def binding_shares(
 
     Parameters
     ----------
-    names : the LMIs to look at; all that have a weight when there are none.
+    names : the LMIs to examine; without names, all that have a weight.
     """
     found = []
     for lmi in condition.lmis:

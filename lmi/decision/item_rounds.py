@@ -1,4 +1,4 @@
-"""LMIs of very many items: the solver is given few, all are looked at, the worst are added.
+"""LMIs of very many items: the solver gets few, all are checked, the worst are added.
 
 A no for some items is a no for all, and a least objective over some is below that over all; a yes
 counts when every item was evaluated.  Items that are never given to the solver cost an eigenvalue.

@@ -91,7 +91,7 @@ def nothing(condition: Condition) -> float:
 
 
 def measured(condition: Condition, outcome: Outcome, slack: float) -> Outcome:
-    """Return the outcome with its objective held against the bound.
+    """Return the outcome with its objective compared with the bound.
 
     It is settled where the gap between them is at most ``promised(slack)`` of the *bound*, or
     cannot be distinguished from zero by a solver.  A share of the objective itself would measure

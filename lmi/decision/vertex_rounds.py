@@ -1,4 +1,4 @@
-"""Many vertices: give the solver few, look at all, add the most violated, until none is left.
+"""Many vertices: give the solver few, check all, add the most violated, until none is violated.
 
 For a common P, whose condition is never even posed over all vertices; ``item_rounds`` is for any
 other condition.

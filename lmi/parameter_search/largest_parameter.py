@@ -120,7 +120,7 @@ def extreme_parameter(
     steps : stop after this many.
     worst : reciprocal condition of the unknowns, as far as an LMI bounds it, below which they
         are not used: near a value that is approached but not attained they degenerate.
-    centre : hand back the unknowns of largest margin a hair before the value; without, those
+    centre : return the unknowns of largest margin slightly before the value; without, those
         that allow it, with no margin left.
 
     Raises
@@ -152,7 +152,7 @@ def extreme_parameter(
 
     hair = step or near_enough
     value, start, arrived = follow_path(pencil, start, value, hair)
-    # The size of what is left at the value, not of the parts of it that cancel there.
+    # The size of the sum at this value, not of its terms, which may cancel there.
     tau = max(pencil.size(start, value), 1e-4 * whole) if np.isfinite(value) else whole
     ascent = _Ascent(pencil, tau, hair, limit, tries)
     value, best, bound, converged = ascent.run(value, start, steps, arrived)
@@ -244,7 +244,7 @@ class _Ascent:
         return score, best, bound if bound > score else np.inf
 
     def at(self, score: float, best: Values, hair: float) -> tuple[float, Values, float]:
-        """Look for unknowns that allow more than the best do."""
+        """Search for unknowns that allow a larger value than the best ones so far."""
         return self.solve(score, best)
 
     def beyond(self, score: float, best: Values, hair: float) -> tuple[float, Values, float]:

@@ -77,7 +77,7 @@ def least_objective(condition: Condition, *, held: float = HELD) -> float:
     held : the margin that the LMIs must keep.  With 0 no margin is required or checked.
     """
     values = unknowns_near_least(condition, held=held)
-    # The solver keeps the margin only to its tolerance; half of it leaves room for that error.
+    # The solver meets the margin only to its tolerance; half of it leaves space for that error.
     if not values or (held > 0 and margin(condition, values) < 0.5 * held):
         return np.inf
     return float(sum(np.sum(cost * values[name]) for name, cost in condition.objective.items()))

@@ -129,6 +129,7 @@ def _least(matrix: Floats, left: Floats, noise: Floats) -> tuple[Floats | None, 
         return None, np.inf
     scaled = matrix / size[:, None]
     values, vectors = np.linalg.eigh(scaled @ scaled.T)
+    # Equalities that depend on each other up to rounding have no well-defined solution in floats.
     if values[0] <= 1e-14 * len(values) * values[-1]:
         return None, np.inf
     step = -scaled.T @ (vectors @ ((vectors.T @ (left / size)) / values))

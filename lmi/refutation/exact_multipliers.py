@@ -117,6 +117,7 @@ def _projected(part: _Rows, core: Indices, z: Floats, size: Floats) -> Floats:
     matrix, columns, _ = _scaled(part, core, size)
     gram = (matrix @ matrix.T).toarray()
     moved = z.copy()
+    # Three times, because each projection leaves a residual of its own rounding errors.
     for _ in range(3):
         residual = matrix @ (moved[columns] / size[columns])
         step = np.linalg.lstsq(gram, residual, rcond=1e-14)[0]

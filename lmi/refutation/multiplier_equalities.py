@@ -176,6 +176,7 @@ def _independent(matrix: sp.csr_array) -> Indices:
     dense = _of_length_one(matrix).toarray()
     if not len(dense):
         return np.arange(0)
+    # Clearly independent rows need no factorisation, which costs more than the eigenvalues.
     if np.linalg.eigvalsh(dense @ dense.T)[0] > 1e-6:
         return np.arange(len(dense))
     R, order = qr(dense.T, mode="r", pivoting=True)

@@ -112,8 +112,10 @@ def _checked(face: Face, z: Floats) -> Alternative | None:
     largest = np.abs(z).max(initial=0.0)
     if largest == 0.0:
         return None
+    # Multipliers may be scaled by any positive factor; entries of order one are rounded best.
     s = face.drop(z / largest)
     z = face.lift(s)
+    # Singular multipliers are definite on a smaller face, and only definite ones can be rounded.
     smaller = ((one, one.drop(z)) for one in faces_near(face, z))
     for one, entries in chain([(face, s)], smaller):
         found = _on_face(one, entries)

@@ -51,6 +51,7 @@ def scaling_of(program: ConeProgram, raw: Raw) -> Scaling | None:
     if not (np.isfinite(raw.y).all() and np.isfinite(raw.z).all()):
         return None
     size = np.abs(raw.y)
+    # A variable that is zero in the solution has no size of its own; it gets a small one, not zero.
     variables = nearest_power(np.maximum(size, max(float(size.max(initial=0.0)), 1.0) / FARTHEST))
     slack = program.b - program.A @ raw.y
     rows = np.ones(len(program.b))
@@ -64,6 +65,8 @@ def scaling_of(program: ConeProgram, raw: Raw) -> Scaling | None:
         d2 = _scales(
             slack[part].reshape(cone.items, -1)[:, on], raw.z[part].reshape(cone.items, -1)[:, on]
         )
+        # d itself is a power of two, so that all products d_i d_j are, and the scaling rounds
+        # nothing.
         d = np.exp2(np.round(np.log2(d2) / 2))
         rows[part] = (d[:, row] * d[:, column]).ravel()
     return Scaling(program, variables, rows)

@@ -189,6 +189,8 @@ def _clarabel(program: ConeProgram, options: Mapping[str, Any]) -> Any:
         setattr(settings, name, value)
     cones = [clarabel.NonnegativeConeT(program.linear)] if program.linear else []
     for cone in program.cones:
+        # A 1 x 1 semidefinite matrix is a number, and a linear inequality is cheaper for the
+        # solver.
         if cone.size == 1:
             cones.append(clarabel.NonnegativeConeT(cone.items))
         else:

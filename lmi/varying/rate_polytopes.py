@@ -51,6 +51,8 @@ def velocity_corners(bound: Floats) -> Floats:
         others = np.delete(moving, free)
         rest = signs * phi[others]
         balance = -rest.sum(axis=1)
+        # A rate that balances the others exactly is a corner, although rounding may exceed its
+        # bound.
         fits = np.abs(balance) <= phi[moving[free]] * (1 + 1e-12)
         corners = np.zeros((int(fits.sum()), len(phi)))
         corners[:, others] = rest[fits]

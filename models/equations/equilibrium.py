@@ -108,7 +108,7 @@ def rest_text(rest: Mapping[sp.Symbol, sp.Expr]) -> str:
 def residual_text(
     plant: Plant, variable: Variable, residual: sp.Expr, *, alone: bool = False
 ) -> str:
-    """Return what is left of an equation at rest, with its unit; ``alone`` calls the state x."""
+    """Return the residual of an equation at rest, with its unit; ``alone`` calls the state x."""
     x, discrete = "x" if alone else variable.name, plant.sample_time is not None
     what = f"{x}(t + T) - {x}" if discrete else f"{x}'"
     unit = ("" if variable.unit == "-" else f" {variable.unit}") + " per second" * (not discrete)
@@ -191,7 +191,7 @@ def check_rest_stays(
 
 
 def _at_ends(plant: Plant, left: sp.Expr) -> str:
-    """Return what is left where each uncertain parameter is at the lower, and the upper end."""
+    """Return the residuals with every uncertain parameter at its lower, and at its upper end."""
     shown = []
     for end in ("lower", "upper"):
         values = {v.symbol: getattr(v.range, end) for v in plant.uncertain}

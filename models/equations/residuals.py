@@ -1,4 +1,4 @@
-"""What is left of a plant's equations at rest."""
+"""The residuals of a plant's equations at rest."""
 
 from __future__ import annotations
 

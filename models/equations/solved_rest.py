@@ -195,7 +195,7 @@ class _Search:
         return np.array(rows), np.array(slopes)
 
     def _holds(self, point: Found) -> bool:
-        """Return whether what is left is what the last digits of the point may make."""
+        """Return whether a residual is explained by the last digits of the point."""
         at = self._values(point)
         if at is None:
             return False

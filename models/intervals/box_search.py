@@ -88,7 +88,7 @@ def search(
 
 
 class _Tree(Generic[Place]):
-    """Boxes looked at so far; those that are not halved cover the domain."""
+    """Boxes examined so far; those that are not halved cover the domain."""
 
     def __init__(
         self,
@@ -145,6 +145,7 @@ class _Tree(Generic[Place]):
     def worst(self, tolerance: Fraction) -> int | None:
         """Return the box to halve; None when both ends are near enough."""
         if self.unknown:
+            # Boxes without a bound come first: while one is left, no end of the range is known.
             return self.unknown[0]
         self._clean()
         if self.attained is None:
@@ -159,7 +160,7 @@ class _Tree(Generic[Place]):
         return self.by_lower[0][1] if below > above else self.by_upper[0][1]
 
     def split(self, index: int) -> bool:
-        """Refine the look at a box, or halve it; False when it cannot be halved."""
+        """Evaluate a box more tightly, or halve it; False when it cannot be halved."""
         place = self.places[index]
         if self.refine and place is not None and index not in self.refined:
             if self.looks[index].outer is not None:

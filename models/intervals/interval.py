@@ -72,6 +72,7 @@ class Interval:
         if type(a) is not Fraction or type(b) is not Fraction:
             self._read_ends()
             a, b = self.lower, self.upper
+        # Integers are multiplied crosswise, because comparing two Fractions costs more.
         if a.numerator * b.denominator > b.numerator * a.denominator:
             raise ModelError(
                 f"lower end {float(self.lower):.9g} exceeds upper end {float(self.upper):.9g}; "
@@ -151,6 +152,7 @@ class Interval:
         if exponent < 0:
             raise ModelError(f"exponent {exponent} was given; at least 0 is needed (use 1 / x)")
         ends = sorted((self.lower**exponent, self.upper**exponent))
+        # An even power has its minimum at 0 if the interval contains 0, and not at an end.
         if exponent and exponent % 2 == 0 and self.lower < 0 < self.upper:
             return Interval(Fraction(0), ends[1])
         return Interval(ends[0], ends[1])
@@ -188,6 +190,7 @@ class Interval:
 
     def outward_floats(self) -> tuple[float, float]:
         """Return floats (l, u) whose binary values satisfy l <= lower and upper <= u."""
+        # float() rounds to nearest, possibly inward; then the next float outside is taken.
         lower, upper = float(self.lower), float(self.upper)
         if Fraction(lower) > self.lower:
             lower = math.nextafter(lower, -math.inf)

@@ -40,7 +40,7 @@ class PlantSettings:
     gain_bound : on the spectral norm of every gain, in the units of the model.
     damping : least damping ratio of the poles at the vertices, below 1; continuous time.
     fastest : largest size of those poles [1/s]; continuous time.
-    effort : how much of the inputs is spent on speed, a plain wish.  ``"small"``: at most half of
+    effort : how hard the law may use the inputs.  ``"small"``: at most half of
         the range of every input, and a slower loop; ``"large"``: a faster loop at the price of a
         smaller set or larger gains; ``"moderate"`` for neither.  In numbers:
         ``takagi.certificates.design.plant.wished_effort``.

@@ -22,7 +22,7 @@ def check_coverage(plant: Plant) -> None:
 
     The range of an argument is enclosed rigorously; one that only touches the edge of its table
     may be refused, because its enclosure is wider by a millionth of its width.  In f(g(x)) the
-    argument of g is looked at first: a range of g(x) means something only inside g.
+    argument of g is examined first, because a range of g(x) is defined only inside g.
     """
     import sympy as sp
 

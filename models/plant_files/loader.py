@@ -295,7 +295,7 @@ class _Reader:
         self.check_exact(place, Fraction(1))
 
     def check_exact(self, place: str, within: Fraction) -> None:
-        """Refuse a rest that may be no decimal for parts that need decimals."""
+        """Refuse a rest that may not be a decimal, for parts that need decimals."""
         if within and (self.entry.blending or place.split(".")[0] not in ("states", "inputs")):
             raise self.document.error(
                 f"{place}.rest",

@@ -25,6 +25,7 @@ from takagi.models.plant_simulation.experiment import (
 )
 
 SAMPLES = 301
+# Relative and absolute tolerance of LSODA.
 RELATIVE, ABSOLUTE = 1e-7, 1e-9
 # More segments than this take minutes.
 MOST_SEGMENTS = 50_000
@@ -96,6 +97,7 @@ def _joined(cuts: list[Cut]) -> tuple[Cut, ...]:
     open_: dict[tuple[int, bool], int] = {}
     for cut in cuts:
         at = open_.get((cut.command, cut.upper))
+        # One span may be found in two segments of the integration, whose times differ by rounding.
         if at is not None and cut.begin - found[at].end <= 1e-9 * max(1e-3, cut.end):
             found[at] = Cut(cut.command, found[at].begin, cut.end, cut.upper)
         else:
@@ -125,6 +127,7 @@ def _segments(experiment: Experiment, end: float) -> Iterator[tuple[float, float
     """Yield (begin, stop, whether the program computes at ``begin``)."""
     step = experiment.step if experiment.program is not None else None
     times = experiment.disturbances.breaks(end) + experiment.noise.breaks(end)
+    # A duration that is a multiple of the sample time must not get one more sample by rounding.
     samples = int(np.ceil(end / step - 1e-9)) if step is not None else 0
     if len(times) + samples > MOST_SEGMENTS:
         raise ModelError(

@@ -2,7 +2,7 @@
 
 A loop with signals is integrated segment by segment.  ``breaks`` has the times at which a signal
 jumps or has a kink; between two breaks it is the smooth function that ``on`` returns.  A jump
-belongs to the segment that begins at its time, so that the integrator never sees the other value.
+belongs to the segment that begins at its time, so the integrator never evaluates the other value.
 """
 
 from __future__ import annotations

@@ -121,6 +121,7 @@ class _Cutter:
             # One halving of an even function gains nothing, but the next one does.
             quarters = [quarter for half in halves for quarter in self._halved(half, axis)]
             width = sum(quarter.width for quarter in quarters)
+            # A tie keeps the first variable, whichever way the last digits fall on a processor.
             if width < least * (1 - 1e-9):
                 best, least = halves, width
         return best

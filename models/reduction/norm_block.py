@@ -25,7 +25,7 @@ Rationals: TypeAlias = NDArray[Any]
 # D and W stay far from singular.
 LEAST_WEIGHT = 1e-6
 BALANCE_ROUNDS = 20
-# Room for the rounding of the floats in D.
+# A margin for the rounding of the floats in D.
 ROOM = 1e-9
 
 

@@ -41,12 +41,15 @@ def simplex_weights(points: Floats) -> Floats:
     for start in np.linspace(0, N - 1, min(N, MOST_STARTS)).astype(int):
         corners = _spread_out(points, int(start), d)
         spanned = lifted[corners]
+        # Such corners lie almost in one plane, and weights with respect to them would be rounding
+        # errors.
         if abs(np.linalg.det(spanned)) < 1e-12 * np.abs(points).max() ** d:
             continue
         weights = np.linalg.solve(spanned.T, lifted.T).T
         below = weights.min(axis=0)
         grown = 1.0 - below.sum()
         volume = abs(np.linalg.det(spanned)) * grown**d
+        # A tie keeps the first simplex, whichever way the last digits fall on a processor.
         if volume < least * (1 - 1e-9):
             best, least = (weights - below) / grown, volume
     if best is None:

@@ -37,7 +37,7 @@ def check_exact(
 
     First by expansion, over a common denominator too; then at random rational points in ball
     arithmetic, where a ball without 0 refutes; then by sympy's ``simplify`` if the difference is
-    short.  What is left agrees at the points, and the words say that this is not a proof.
+    short.  The remaining entries agree at the points, and the sentence says that this is no proof.
 
     Parameters
     ----------

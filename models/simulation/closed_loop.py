@@ -101,6 +101,7 @@ def simulate(
     """
     program = sampled_program(law, time_step, controller_step)
     if time_step is None:
+        # The fastest mode limits the step: a fixed-step method is unstable with much longer ones.
         longest = min(TIME_STEP, 1 / max(plant.fastest, 1e-9))
         time_step = fitting_step(program.sample_time, program.computation_time, longest)
     inner, samples = step_counts(time_step, program.sample_time, wind)

@@ -19,7 +19,7 @@ Without a wake v_e = u.  Then the parts that move:
     filter   a' = w (measured speed - a),  b' = w (a - b),  w_m' = c (z - w_m),
              z = measured speed - 2 (1 - p) (a - b)      without a band-stop z is the speed
 
-A part whose place is -1 is not there.  All functions live in this file because numba keeps what it
+A part whose place is -1 is absent.  All functions are in this file because numba stores what it
 compiled by the file's own date: a function of another file could change unnoticed.
 
 Sources: docs/validation-plant.md.

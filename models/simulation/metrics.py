@@ -156,6 +156,7 @@ def damage_equivalent_load(
 def _kept(history: History, skip: float) -> slice:
     if not skip >= 0:
         raise ModelError(f"skip {skip:g} s was given; it must be 0 or more")
+    # The first time to keep may be stored slightly below its decimal.
     first = int(np.searchsorted(history.time, history.time[0] + skip - 1e-9))
     if len(history.time) - first < 2:
         raise ModelError(

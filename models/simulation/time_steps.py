@@ -35,6 +35,7 @@ def sampled_program(
 def fitting_step(sample_time: float, computation_time: float, longest: float = TIME_STEP) -> float:
     """Return the largest step up to ``longest`` [s] that divides sample and computation time."""
     period, late = sample_time, computation_time
+    # A period that is a whole multiple of the longest step must not get one more step by rounding.
     least = max(1, ceil(period / longest - 1e-9))
     for count in range(least, least + MOST_STEPS):
         share = late * count / period
@@ -56,6 +57,7 @@ def step_counts(time_step: float, period: float, wind: WindSeries) -> tuple[int,
             f"controller step {period:g} s was given with time step {time_step:g} s; it must be "
             "a whole multiple of it"
         )
+    # The quotient of two decimals such as 0.3 / 0.1 may be just below a whole number.
     samples = int(wind.duration / period + 1e-9)
     if samples < 1:
         raise ModelError(

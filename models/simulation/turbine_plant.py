@@ -125,7 +125,7 @@ class SimulatedTurbine:
 
     @property
     def filters(self) -> SpeedFilter | None:
-        """What is done to the measured speed; None for nothing."""
+        """The filter of the measured speed; None for no filter."""
         return SpeedFilter.of(self.speed_filter)
 
     @property

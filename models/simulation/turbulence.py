@@ -58,7 +58,7 @@ def rotor_share(
     Source: see the head of this file.
     """
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    # Squared, so that the nodes crowd at small distances, where high frequencies live.
+    # Squared, so that the nodes are dense at small distances, which matter at high frequencies.
     unit = (nodes + 1) / 2
     distance = 2 * rotor_radius * unit**2
     weight = weights / 2 * 4 * rotor_radius * unit

@@ -86,6 +86,7 @@ def step_wind(
     ------
     ModelError : the step does not lie inside the duration, or a wind not above 0.
     """
+    # A wind series is linear between its times, so a step needs a short ramp.
     _check_duration(duration, begin + 1e-3)
     return WindSeries(
         np.array([0.0, begin, begin + 1e-3, duration]),

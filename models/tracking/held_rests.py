@@ -127,6 +127,8 @@ class _Search:
             step = np.linalg.lstsq(slopes, rows, rcond=None)[0]
             value = value - self.scale * step
             if np.abs(step).max() < CLOSE:
+                # Newton's steps are small near a singular point too, so the residual is tested as
+                # well.
                 size = np.abs(slopes).sum(axis=1) + 1e-300
                 return value if np.all(np.abs(rows) <= 1e-6 * size) else None
         return None
@@ -136,6 +138,8 @@ class _Search:
         for k, variable in enumerate(self.wanted):
             if variable.range is not None:
                 low, high = float(variable.range.lower), float(variable.range.upper)
+                # A value exactly at the end of its range is inside; Newton's method finds it up to
+                # rounding.
                 slack = 1e-9 * (high - low)
                 if not low - slack <= value[k] <= high + slack:
                     found.append(k)

@@ -94,6 +94,8 @@ def _slopes(plant: Plant, gain: Floats) -> Floats:
 
 
 def _short(value: float, size: float) -> float:
+    # Entries that are zero but for rounding become zeros, and the others decimals that can be
+    # stated.
     return 0.0 if abs(value) < 1e-12 * size else float(f"{value:.9g}")
 
 

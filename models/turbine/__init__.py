@@ -6,7 +6,7 @@ aerodynamics, trim   rotor torque, power, thrust; steady operation over wind
 partial_load, full_load, regional_model    the regional models, and what they share
 operating_band, torque_secants, torque_slope    where they hold; secants and slopes of the torque
 wind_observer        the wind observer: for design, and to run
-wind_estimators      a Kalman filter and an immersion-and-invariance estimator, beside it
+wind_estimators      a Kalman filter and an immersion-and-invariance estimator, for comparison
 """
 
 from __future__ import annotations

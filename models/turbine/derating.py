@@ -81,6 +81,7 @@ def _too_early(turbine: Turbine, torque: float, speed: float) -> ModelError:
     """Return words with the least torque and the largest speed that fit."""
     rated, low = turbine.rated_torque, turbine.minimum_rotor_speed
     least = _edge(lambda value: _fits(turbine, value, speed), torque, rated)
+    # Slightly above the minimum, which is itself refused as a set-point.
     slowest = low + 1e-3 * (speed - low)
     fitting = _edge(lambda value: _fits(turbine, torque, value), speed, slowest)
     ways = []
@@ -98,7 +99,7 @@ def _too_early(turbine: Turbine, torque: float, speed: float) -> ModelError:
 
 
 def _edge(holds: Callable[[float], bool], without: float, towards: float) -> float | None:
-    """Return the first number on the way from ``without`` at which it holds, to bisection."""
+    """Return the number closest to ``without`` at which it holds, found by bisection."""
     steps = [without + (towards - without) * k / LOOKS for k in range(LOOKS + 1)]
     first = next((k for k in range(1, LOOKS + 1) if holds(steps[k])), None)
     if first is None:

@@ -104,6 +104,7 @@ def operating_band(
     for what, width in widths.items():
         if width < 0:
             raise ModelError(f"{what} {float(width):.6g} was given; it must not be negative")
+    # A range that is a whole number of steps must not get one more piece by rounding.
     pieces = max(1, int(np.ceil((high - low) / wind_step - 1e-9)))
     winds = np.round(np.linspace(low, high, pieces + 1), NODE_DECIMALS)
     winds = np.clip(winds, turbine.cut_in, turbine.cut_out)

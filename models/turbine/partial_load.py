@@ -107,7 +107,7 @@ def lowest_wind(
 
     Raises
     ------
-    ModelError : no wind below rated has room for the band.
+    ModelError : at no wind below rated does the band fit.
     """
     e, w = float(exact(speed_band)), float(exact(wind_band))
     largest = turbine.torque.x_range[1]

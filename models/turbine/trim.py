@@ -25,7 +25,7 @@ from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradie
 from takagi.models.turbine.data import Turbine
 
 TABLE_SHARE = 0.9
-# Winds and pitches are looked at this closely to find the sign change that Brent's method refines.
+# Steps of wind and pitch, small enough to find the sign change that Brent's method refines.
 WIND_STEPS = 221
 PITCH_STEPS = 301
 
@@ -50,6 +50,7 @@ def optimal_tip_speed_ratio(turbine: Turbine) -> float:
     low, high = turbine.torque.x_range
     ratios = np.linspace(low, high, 501)
     best = int(np.argmax(ratios * turbine.torque(ratios, turbine.pitch_min)))
+    # A maximum at the end of the grid says that the true one may lie outside the table.
     if best in (0, len(ratios) - 1):
         raise ModelError(
             f"{turbine.name}: power at smallest pitch still rises at the table's end, tip-speed "
@@ -182,6 +183,8 @@ def _rated_wind(turbine: Turbine, setpoint: float) -> float | None:
 
     low_ratio = turbine.torque.x_range[0]
     last = min(turbine.cut_out, setpoint * turbine.rotor_radius / low_ratio)
+    # Brent's method needs a bracket, and the lowest one is rated wind: above it pitch acts, and the
+    # balance at smallest pitch has no meaning.
     winds = np.linspace(turbine.cut_in, last, WIND_STEPS)
     for below, above in zip(winds, winds[1:], strict=False):
         if excess(above) >= 0:
@@ -223,7 +226,7 @@ def _pitch(turbine: Turbine, speed: float, v: float) -> float:
         )
     above = np.flatnonzero(excess > 0)
     if len(above) == 0:
-        # At rated wind itself rounding may put the balance a hair below smallest pitch.
+        # At rated wind itself rounding may place the balance slightly below smallest pitch.
         if excess[0] > -1e-9 * needed:
             return float(pitches[0])
         raise _infeasible(turbine, speed, v, "no pitch gives rated torque")
@@ -231,6 +234,7 @@ def _pitch(turbine: Turbine, speed: float, v: float) -> float:
     def balance(pitch: float) -> float:
         return float(rotor_torque(turbine, speed, pitch, v)) - needed
 
+    # The last sign change: at a smaller pitch the balance may also hold, but with a stalled rotor.
     first = int(above[-1])
     return float(brentq(balance, pitches[first], pitches[first + 1], xtol=1e-14))
 

@@ -27,7 +27,7 @@ LEFT: dict[str, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class OverlapRow:
-    """One bar: its label, and the winds [m/s] proved and looked at but not proved."""
+    """One bar: its label, and the winds [m/s] proved, and those examined but not proved."""
 
     label: str
     proved: tuple[tuple[float, float], ...]
@@ -35,7 +35,7 @@ class OverlapRow:
 
 
 def overlaps_figure(rows: Sequence[OverlapRow], *, wind: tuple[float, float]) -> Figure:
-    """Return horizontal bars over wind [m/s]: proved ranges filled, others looked at hatched.
+    """Return horizontal bars over wind [m/s]: proved ranges filled, other examined ones hatched.
 
     A range too narrow to be seen is drawn lower and wider than it is, about its middle.  What is
     not proved lies on top, so that no widened bar hides it.

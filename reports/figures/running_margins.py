@@ -33,7 +33,7 @@ class MarginLine:
     ----------
     label : such as ``"torque"``.
     nominal, least : panel -> margins, of the machine as its file says and the least of all; nan
-        where the others were not looked at.
+        where the others were not examined.
     """
 
     label: str

@@ -38,7 +38,7 @@ class ClaimEntry(Strict):
 
 
 class NameEntry(Strict):
-    """Where the value of a name stands in the file."""
+    """The place of a name's value in the file."""
 
     value: str
     unit: str
@@ -63,7 +63,7 @@ class KeepEntry(Strict):
 
 
 class NearEntry(Strict):
-    """What stands in the place of a step's formula where |of| <= within."""
+    """The polynomial that replaces a step's formula where |of| <= within."""
 
     of: str
     within: float = Field(ge=0)

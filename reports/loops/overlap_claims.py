@@ -38,7 +38,7 @@ class OverlapClaim:
     name, text, verdict : the checker's.
     speed_overlap : eps_omega [rad/s];  torque_overlap : eps_T [N m].
     chosen : whether these are the overlaps of the law that is emitted.
-    proved : disjoint winds for which it is proved [m/s];  left : those looked at and not proved.
+    proved : disjoint winds for which it is proved [m/s];  left : those examined and not proved.
     decay : (least, greatest) proved decay rate over the winds [1/s];  speed_share : bound on the
         speed's distance from its reference at rest [% of rated];  half_width : of the widest set,
         in speed [rad/s].  The checker's digits; empty where it names none.
@@ -87,7 +87,7 @@ def wind_words(claim: OverlapClaim) -> str:
 
 
 def gap_words(claim: OverlapClaim) -> str:
-    """Return the winds looked at and not proved, no narrower than they are."""
+    """Return the winds examined and not proved, never narrower than they are."""
     more = f" (+{len(claim.left) - MOST} more)" if len(claim.left) > MOST else ""
     gaps = ", ".join(_rounded(span, inward=False) for span in claim.left[:MOST])
     return f"{gaps}{more} m/s" if gaps else "none"

@@ -46,7 +46,7 @@ def overlap_map_figure(found: Grid) -> Figure:
 
 
 def _half_decades(rates: list[float]) -> tuple[float, float]:
-    """Return the half decades around numbers, so that their colours have room for ticks."""
+    """Return the half decades around numbers, so that the ticks fit on the colour bar."""
     low, high = (np.log10(end(rates)) for end in (min, max))
     return float(10 ** (np.floor(2 * low) / 2)), float(10 ** (np.floor(2 * high) / 2 + 0.5))
 

@@ -25,7 +25,7 @@ class Grid:
     Attributes
     ----------
     speed [rad/s], torque [N m] : the overlaps.
-    winds : number of winds that are looked at.
+    winds : number of winds that are examined.
     proved : how many of them are proved; NaN where the point has no answer.
     at_trim : how many of those rest at the trim; NaN where the point has no answer.
     first_failing : the first that is not [m/s]; NaN where all are.

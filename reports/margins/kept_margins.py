@@ -45,10 +45,10 @@ from takagi.reports.margins.running_rest import NoRest
 from takagi.reports.margins.running_search import searched_margins, wind_ranges
 from takagi.reports.margins.thresholds import AskedMargins, failed, measured, shares_of
 
-# Positions of a lever, and how often all winds are looked at.
+# Positions of a lever, and how often all winds are measured.
 EIGHTHS = 8
 ROUNDS = 4
-# What has up to this times the least share of what is asked is looked at in the search.
+# The search measures winds and plants whose margin is up to this factor above the least one.
 NEAR = 1.3
 
 Tell = Callable[..., None]
@@ -89,7 +89,7 @@ def settings_with_margins(
     Raises
     ------
     ModelError : another law; gains that would be moved again (one-step); a sampling too slow for
-        tower or torsion; a wind that the observer cannot see; no gains at some wind.
+        tower or torsion; a wind that the observer cannot estimate; no gains at some wind.
     """
     check_margins_asked(turbine, settings, asked)
     turbine = derated(turbine, settings.torque_setpoint, speed_setpoint=settings.speed_setpoint)
@@ -282,4 +282,4 @@ def _share(row: RunningMargins, asked: AskedMargins) -> float:
 
 
 def _silent(step: str, done: float | None = None) -> None:
-    """Take a word on progress that nobody asked for."""
+    """Ignore a message on progress."""

@@ -64,7 +64,7 @@ class RunningMargins:
     both : disk margin of both at once, independent of each other.
     decay_rate : of the slowest mode of the closed loop [1/s]; negative for an unstable one.
     modes_met : "torque" or "pitch" -> modes at which that loop's gain reaches 1.
-    kinks : what has two slopes here; the figures are then the worse of the sides looked at.
+    kinks : parts with two slopes here; the figures are then the worse of both sides.
     """
 
     wind: float
@@ -119,7 +119,7 @@ def running_margins(
     Raises
     ------
     ModelError : a sampling too slow for the modes, or a wind outside cut-in to cut-out or where
-        more wind gives no more torque, so that the observer is blind.
+        more wind gives no more torque, so that the observer cannot estimate it.
     NoRest : a ModelError; the loop has no rest at a wind.
     """
     program = SampledLaw(law, sample_time, computation_time)

@@ -17,7 +17,7 @@ from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.reports.margins.slopes import slopes
 
-# What is left of a state's size in a second, at rest.
+# Largest accepted rate of a state at rest, as a share of the state's size per second.
 AT_REST = 1e-9
 # Lengths of implicit steps [s]: Newton's, and what is tried where these lead nowhere.
 NEWTON = np.full(20, np.inf)
@@ -47,7 +47,7 @@ def loop_rest(plant: SimulatedTurbine, law: Law, observer: Observer, wind: float
     ------
     NoRest : a ModelError; none is found from the trim.
     ModelError : a wind outside cut-in to cut-out, or a rest at which more wind gives no more
-        torque: there the observer is blind.
+        torque: there the observer cannot estimate it.
     """
     start, torque, pitch = equilibrium_state(plant, wind)
     at, n, k = measured_speed(plant), len(start), len(law.state_names)

@@ -22,7 +22,7 @@ from takagi.reports.margins.running_over_wind import (
 )
 from takagi.reports.margins.running_rest import NoRest
 
-# The machine as its file says is looked at so often, all plants at every whole wind [m/s].
+# Step of wind for the nominal plant [m/s]; all plants are measured at every whole wind.
 FINE = 0.2
 # A least disk margin is least as far as this to both sides [m/s]: two steps, so that noise of the
 # linearisation in one of them makes no place.

@@ -38,6 +38,7 @@ class Interval(NamedTuple):
     def __mul__(self, other: Interval) -> Interval:  # type: ignore[override]
         """Return a bracket of the product."""
         low, high = product(self, other)
+        # Floor for the lower end, ceiling for the upper end: the exact product lies in between.
         return Interval(low // ONE, -(-high // ONE)).held()
 
     def __truediv__(self, other: Interval) -> Interval:

@@ -20,6 +20,7 @@ from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 
+# Width at which the bisection for the trim pitch ends, in rad: far below any stated decimal.
 NARROW = Fraction(1, 2**44)
 EDGE = Fraction(1, 10**20)
 

@@ -24,9 +24,11 @@ def positive_definite_integers(matrix: Rows, *, zero_passes: bool = False) -> bo
     ----------
     zero_passes : accept semidefinite matrices: a zero pivot needs a zero column, then removed.
     """
+    # Symmetry gives the upper half, so half of the products are saved.
     rows = [list(row[: i + 1]) for i, row in enumerate(matrix)]
     previous, size = 1, len(rows)
     bits = max((abs(entry).bit_length() for row in rows for entry in row), default=0)
+    # The work is bounded before it begins: a hostile file could block the checker otherwise.
     if size**4 * bits > MOST_WORK:
         raise Refused(f"an inequality of order {size} with numbers of {bits} bits: too large")
     for k in range(size):

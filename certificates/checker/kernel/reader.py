@@ -42,6 +42,7 @@ def read_json(path: Path) -> dict[str, Any]:
         if path.exists() and not path.is_file():  # Reading a pipe may block forever.
             raise CertificateError(f"{path}: a folder, pipe or device; a plain file is needed")
         with path.open("rb") as file:
+            # One byte more than allowed: a larger file is recognised, and never read as a whole.
             written = file.read(LARGEST_FILE + 1).decode("utf-8")
     except OSError as error:
         raise CertificateError(f"{path}: cannot be read: {error.strerror or error}") from error
@@ -100,6 +101,7 @@ def _literal(written: str) -> Number:
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
+        # JSON readers differ in which duplicate they keep, so one file could mean two things.
         if key in found:
             raise CertificateError(f"key {key!r} appears twice in one object")
         found[key] = value

@@ -183,6 +183,7 @@ def _peaks(P: Floats) -> dict[str, float]:
         "integral": np.array([0, 0, 1]),
     }
     return {
+        # Rounded up after a small margin, because the exact peak must not exceed the stated one.
         name: math.ceil(float(np.sqrt(h @ inverse @ h)) * (1 + 1e-6) * 1e7) / 1e7
         for name, h in rows.items()
     }

@@ -145,6 +145,7 @@ def _settling(P: Floats, corners: list[LoopVertices]) -> tuple[Floats, float]:
     A = np.concatenate([v.at_rest for v in corners])
     answer = fast_decay(A)
     candidate = P if answer.P is None else np.asarray(answer.P)
+    # The smallest eigenvalue becomes 1000, so three decimals leave P definite and accurate.
     rounded = np.round(candidate * (1e3 / np.linalg.eigvalsh(candidate)[0]), 3)
     rate = RESERVE * float(decay_rates(rounded, A).min())
     return rounded, max(math.floor(rate * 1e6) / 1e6, 0.0)

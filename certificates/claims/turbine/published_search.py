@@ -31,6 +31,7 @@ LARGER = (0.002, 0.005, 0.015)
 BRISK = 0.1
 # Scales that make the states comparable: rad/s, rad, rad, rad.
 UNITS = np.array([0.01, 0.01, 0.1, 0.1])
+# Size of a tiny box, whose enclosure gives the matrix for which candidates of P are computed.
 PROBE = 1e-6
 NARROWEST = 0.002
 # Without an equilibrium at either end, cells smaller than this are not examined [m/s].
@@ -180,7 +181,7 @@ class PublishedSearch:
         box = np.array([float(f"{r:.{BOX_DIGITS}g}") for r in box])
         cell = enclosed_cell(self.figures, wind, centre, box, bound)
         scaled = P * np.outer(box / units, box / units)
-        # The set touches the box in its tightest direction, with a little room for rounding.
+        # The set touches the box in its tightest direction, up to a small margin for rounding.
         scaled *= np.diag(np.linalg.inv(scaled)).max() * (1 + 1e-5)
         scaled = np.round(scaled, P_DIGITS)
         if np.linalg.eigvalsh(scaled)[0] <= 0:

@@ -100,6 +100,7 @@ def cell_class(P: Floats, loop: CellLoop, rate: Fraction, asked_error: float) ->
 def _largest_class(P: Floats, cell: LoopCell, widest: Fraction) -> CellClass:
     v = loop_vertices(cell)
     error, alpha = largest_scale(P, v.A, v.fixed, v.per_wind_error, limit=float(widest))
+    # Rounded down: a smaller wind error than the one found is proved by the same numbers.
     allowed = math.floor(RESERVE * error * 1e5) / 1e5
     return CellClass(cell, alpha if allowed else 1.0, allowed)
 

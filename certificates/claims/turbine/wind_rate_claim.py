@@ -188,6 +188,7 @@ def _weights(wind: Floats, at: float) -> Floats:
 
 def _down(values: Floats) -> Floats:
     """Round down to the emitted decimals; a value that is such a decimal is unchanged."""
+    # The added share keeps a value that is such a decimal from losing its last unit by rounding.
     lowered: Floats = np.floor(values * 10**DIGITS + 1e-6) / 10**DIGITS
     return np.maximum(lowered, 0.0)
 

@@ -79,7 +79,7 @@ def embedded(model: Any, gains: Any) -> Obligations:
 
 
 def _unknown_to_the_law(model: Any, plant: TreePlant, gains: Any) -> Obligations:
-    """Yield that unknown signals stand in coefficients alone, and that no gain goes with one."""
+    """Yield that unknown signals occur in coefficients alone, and that no gain depends on one."""
     hidden = [v for v in plant.pushes if v.unknown]
     if not hidden:
         return

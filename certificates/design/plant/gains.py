@@ -156,7 +156,7 @@ def input_limits(plant: Plant, model: TSModel, asked: PlantSettings) -> dict[str
 
     Raises
     ------
-    ModelError : an input that rests at the end of its range has no room; or some have limits and
+    ModelError : an input that rests at the end of its range; or some have limits and
         others have not.
     """
     found: dict[str, float] = {}

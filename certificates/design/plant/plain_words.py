@@ -266,7 +266,7 @@ def _range(variable: Variable, size: float) -> str:
 
 
 def cures_of(checked: Checked) -> tuple[str, ...]:
-    """Return what to write where the checker does not see that the model is the plant; () else."""
+    """Return what to write where the checker cannot prove that the model is the plant; () else."""
     for claim in checked.claims:
         if claim.verdict.name != "UNDECIDED" or not claim.text.startswith("not proved: "):
             continue

@@ -51,6 +51,7 @@ def _check_rated_torque(turbine: Turbine, setpoint: float | None) -> None:
     speed = setpoint or turbine.rated_rotor_speed
     least = speed * turbine.rotor_radius / turbine.torque.x_range[1]
     last = speed * turbine.rotor_radius / turbine.torque.x_range[0] * (1 - 1e-9)
+    # Just inside the table's ends, where rounding could leave it.
     first = max(least * (1 + 1e-9), turbine.cut_in)
     winds = np.linspace(first, min(last, turbine.cut_out), WIND_STEPS)
     found = rotor_torque(turbine, speed, turbine.pitch_min, winds) / turbine.gear_ratio

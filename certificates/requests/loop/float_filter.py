@@ -23,7 +23,7 @@ def cannot_be_definite(stack: Floats, entry_error: float = 0.0) -> bool:
 
     Parameters
     ----------
-    entry_error : how far every entry may be from the number that is meant.
+    entry_error : bound on the distance of every entry from its exact value.
     """
     n = stack.shape[1]
     gamma = (n + 1) * ROUNDOFF

@@ -79,7 +79,7 @@ def bounded_real(A: Floats, B: Floats, C: Floats, D: Floats, *, tolerance: float
 
 
 def norm_seen(A: Floats, B: Floats, C: Floats, D: Floats) -> float:
-    """Return the largest gain at the frequencies that were looked at: at most the norm."""
+    """Return the largest gain at the evaluated frequencies: at most the norm."""
     poles = np.linalg.eigvals(A)
     sizes = np.abs(poles)[np.abs(poles) > 0]
     if not len(sizes):

@@ -133,6 +133,7 @@ def peak_shown(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[flo
         return largest_eigenvalue(total)
 
     middle = 0.5 * np.log(max(largest_eigenvalue(spread), 1e-300) / mu)
+    # The best t is near this value; ten natural logarithms to both sides contain it.
     best = minimize_scalar(gamma, bounds=(middle - 10.0, middle + 10.0), method="bounded")
     return float(best.fun), sigma * P / mu
 

@@ -255,5 +255,6 @@ def _cost_bound(W: Unknown, S: Unknown, factor: Array) -> LMI:
 def _factor(weight: Array) -> Array:
     """Return F, (rank, size), with F' F = weight."""
     eigenvalues, vectors = np.linalg.eigh(weight)
+    # Smaller eigenvalues of a singular weight are rounding, and may be negative.
     keep = eigenvalues > 1e-14 * np.abs(eigenvalues).max()
     return np.asarray((vectors[:, keep] * np.sqrt(eigenvalues[keep])).T)

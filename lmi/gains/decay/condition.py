@@ -89,6 +89,8 @@ def pdc_condition(
     slack = tuple(unknown for unknowns, _ in relaxed for unknown in unknowns)
     sums = tuple(lmi for _, lmis in relaxed for lmi in lmis)
     more, restrictions = limit_lmis(Q, M, limits)
+    # Without limits Q is determined up to a factor, and Q <= I fixes it; with limits its size
+    # matters.
     largest = LARGEST_ELLIPSOID if limits is not None and limits.level else 1.0
     return Condition(
         name=", ".join(part for part in ("parallel distributed compensation", name) if part),
@@ -194,6 +196,7 @@ def effort_lmi(Q: Unknown, M: Unknown, nu: Unknown) -> LMI:
             Term(unknown=nu, left=np.eye(m)[None], at=(1, 1), latex=("", "I")),
         ),
         count=r,
+        # At the least effort this inequality holds with equality, so it cannot keep a margin.
         strict=False,
         index=rf"i = 1, \dots, {r}",
     )

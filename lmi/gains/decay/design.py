@@ -29,7 +29,7 @@ SECOND_LOOK = 1e-6
 # Without gains Q vanishes to solver accuracy; a larger one that misses its margin says in which
 # states to look again.
 NOISE = 1e-3
-# Looks at a larger ellipsoid or greater effort.
+# Attempts with a larger ellipsoid or greater effort.
 ROUNDS = 6
 # In the place of a relaxation's name: what each of them implies has no unknowns.
 ANY = "any relaxation"

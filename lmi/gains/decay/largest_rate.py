@@ -65,7 +65,7 @@ def largest(task: DecayRequest, relaxation: str | Relaxation, *, start: float = 
 def design_at_largest(
     task: DecayRequest, relaxation: str, *, start: float = 0.0
 ) -> tuple[Design, Largest]:
-    """Return gains a hair (1e-4) below the largest decay rate, and the bracket."""
+    """Return gains for 1e-4 less than the largest decay rate, and the bracket."""
     bracket = largest(task, relaxation, start=start)
     if not np.isfinite(bracket.low):
         return design_at(task, start, relaxation), bracket
@@ -92,6 +92,7 @@ class _Search:
         # A start other than zero is a good guess.
         step = max(self.low - start, (0.1 if start == 0 else 1e-3) * unit)
         for _ in range(STEPS):
+            # Near a rate of zero a relative width would never be reached.
             width = TOLERANCE * max(abs(self.low), 1e-3 * unit)
             if self.low >= self.most or self.high - self.low <= width:
                 return

@@ -1,4 +1,4 @@
-"""One relaxation after another, from cheap to rich: what each costs and what it buys."""
+"""One relaxation after another, from cheap to rich: the cost and the result of each."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class RelaxationSearch:
 
     Attributes
     ----------
-    results : results of the relaxations, in the order in which they were looked at.
+    results : results of the relaxations, in the order in which they were tried.
     designs : of those that were tried.
     no : why no relaxation has gains, where that was found.
     most : decay rate in 1/s that no relaxation exceeds, to solver accuracy; nan until it was

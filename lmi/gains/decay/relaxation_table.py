@@ -1,4 +1,4 @@
-"""The ladder of relaxations as a table: what each costs, and what it buys."""
+"""The ladder of relaxations as a table: the cost and the result of each."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ HEADS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ladder:
-    """Relaxations of one design, in the order in which they were looked at.
+    """Relaxations of one design, in the order in which they were tried.
 
     Attributes
     ----------

@@ -34,7 +34,7 @@ ABOVE = 1e-8
 ROUNDS = 30
 # Nearer to a singular value of D than this, relative, the pencil is taken.
 NEAR = 1e-3
-# Eigenvalues within this angle of the imaginary axis give frequencies to look at.  One too many
+# Eigenvalues within this angle of the imaginary axis give candidate frequencies.  One too many
 # costs an evaluation; one too few would be an error.
 ANGLE = 1e-4
 
@@ -62,6 +62,8 @@ def largest_gain(A: Floats, B: Floats, C: Floats, D: Floats) -> Peak:
     if not poles.real.max() < 0:
         return Peak(np.inf, 0.0)
     direct = float(np.linalg.norm(D, 2))
+    # The gain usually peaks near a pole: at its modulus, or at its imaginary part if lightly
+    # damped.
     first = np.unique(np.concatenate([[0.0], np.abs(poles), np.abs(poles.imag)]))
     best = _highest((A, B, C, D), first)
     if direct > best.gain:
@@ -69,6 +71,8 @@ def largest_gain(A: Floats, B: Floats, C: Floats, D: Floats) -> Peak:
     if best.gain == 0.0:
         return best
     for _ in range(ROUNDS):
+        # Twice the tolerance above the bound, so that the known peak itself is no crossing any
+        # more.
         level = (1.0 + 2.0 * ABOVE) * best.gain
         crossings = _crossings((A, B, C, D), level)
         if not len(crossings):
@@ -121,5 +125,6 @@ def _of_pencil(system: tuple[Floats, Floats, Floats, Floats], level: float) -> C
     whole[w, adjoint], whole[w, z], whole[w, w] = B.T, D.T, -level * np.eye(q)
     moving = np.diag(np.repeat([1.0, 0.0], [2 * n, p + q]))
     above, below = eigvals(whole, moving, homogeneous_eigvals=True)
+    # The pencil is singular in z and w, so it has infinite eigenvalues too; they are dropped.
     finite = np.abs(below) > 1e-12 * np.abs(above)
     return np.asarray(above[finite] / below[finite])

@@ -131,6 +131,7 @@ def _descended(spot: _Spot, steps: int, enough: float) -> _Spot:
 def _shaken(spot: _Spot, rng: np.random.Generator) -> _Spot:
     for share in SHAKEN:
         moved = spot.entries * (1.0 + share * rng.standard_normal(len(spot.entries)))
+        # A change by tens of per cent may have made the loop unstable, where its norm is infinite.
         stable = _settled(spot.units, moved)
         if stable is None:
             continue

@@ -33,7 +33,7 @@ AROUND = 10.0
 SLOWER, FASTER, SLOW = 20.0, 5.0, 9
 # Looks in states of another size, where Q is so large or the LMIs are missed by so little.
 LOOKS, FAR, SMALL, MISSED, HAIR = 5, 100.0, 0.05, -0.05, 1e-5
-# So many of the rates that were looked at are designed for, the best first, until there are gains.
+# Number of tried rates for which gains are designed, the best first, until there are gains.
 AGAIN = 4
 # So many in a decade.
 COARSE, FINE = 2, 12
@@ -144,7 +144,7 @@ class _Look(NamedTuple):
 
 
 class _Search:
-    """Looks for the best decay rate, each time where the last P was |x|^2."""
+    """Search for the best decay rate, each time in coordinates where the last P was |x|^2."""
 
     def __init__(self, task: DisturbanceRequest) -> None:
         self.task = task
@@ -237,7 +237,7 @@ class _Search:
                 return np.inf
             values = np.linalg.eigvalsh(found["Q"][0])
             held = margin(condition, found)
-            # Nothing is claimed here: what a solver misses by a hair is good enough to look by.
+            # Nothing is claimed here, so a slight violation of the LMIs is accepted in the search.
             if held > (0.0 if self.near is None else -HAIR):
                 closer = units.quadratic(found["Q"][0])
                 if is_definite(closer):

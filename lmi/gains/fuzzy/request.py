@@ -33,7 +33,7 @@ class FuzzyRequest:
     ----------
     A, B : (r, n, n), (r, n, m).
     space : of the memberships.
-    rates : bounds of |dw/dt| in 1/s, one array a simplex; not looked at in discrete time.
+    rates : bounds of |dw/dt| in 1/s, one array for each simplex; ignored in discrete time.
     sample_time : T in s; None for continuous time.
     relaxation : name of the double-sum relaxation.
     slack : G the same in all rules, or one a rule.

@@ -22,6 +22,7 @@ from takagi.lmi.gains.fuzzy.request import FuzzyRequest
 from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.models.arrays import Floats
 
+# Bound on the effort nu: the largest margin exists only if every unknown is bounded.
 LARGEST_EFFORT = 1e6
 
 

@@ -81,7 +81,7 @@ def mixed_sensitivity(
 def augmented(G: StateSpace, weights: dict[str, StateSpace]) -> GeneralisedPlant:
     """Return the generalised plant: w = r, z the weighted signals, y the error e = r - G u."""
     n, (p, m) = G.order, G.D.shape
-    # What each weight sees, of x, r and u.
+    # The input of each weight, as rows over x, r and u.
     sees = {
         "W1": (-G.C, np.eye(p), np.zeros((p, m))),
         "W2": (np.zeros((m, n)), np.zeros((m, p)), np.eye(m)),

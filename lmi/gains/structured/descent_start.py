@@ -94,6 +94,7 @@ def _function(search: StepSearch, end: Found) -> Floats:
     if step is None:
         P = bounded_real(A[0], plant.E[0], C[0], plant.D11[0], tolerance=ROOM)
     if P is None:
+        # A small multiple of I makes P definite where some states do not reach z.
         weight = C[0].T @ C[0] + 1e-6 * max(float(np.trace(C[0].T @ C[0])), 1e-300) * np.eye(n)
         solve = solve_continuous_lyapunov if step is None else solve_discrete_lyapunov
         P = np.asarray(solve(A[0].T, -weight if step is None else weight), dtype=np.float64)

@@ -189,6 +189,7 @@ def _outputs(given: ArrayLike, n: int) -> Floats:
         )
     if not np.isfinite(C).all():
         raise ModelError("output has an entry that is not finite")
+    # Rows of length one are compared, so that units of the outputs do not matter.
     rows = np.linalg.norm(C, axis=1)
     rank = int(np.linalg.matrix_rank(C / np.where(rows > 0, rows, 1.0)[:, None], tol=1e-12))
     if rank < len(C):
@@ -243,6 +244,7 @@ def check_movable(
         ]
         values, vectors = np.linalg.eig(one)
         for value, vector in zip(values, vectors.T, strict=True):
+            # A mode on the stability boundary counts as slow, although rounding may put it inside.
             slow = value.real >= -1e-12 * size if step is None else abs(value) >= 1 - 1e-12
             shifted = np.stack(loops) - value * np.eye(len(one))
             left = np.linalg.svd(shifted, compute_uv=False)[:, -1].max()

@@ -34,7 +34,7 @@ DECIMALS = 8
 # all gains, so that differences between corners of two gains are defined.
 OPENED = Fraction(1, 10**12)
 RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-# Corners that agree within this share of the largest entry are merged; only the search sees this.
+# Corners that agree within this share of the largest entry are merged, in the search alone.
 SAME = 1e-2
 # In cells of this width [m/s] and wider, gamma may change by the whole trust region from one end to
 # the other; in narrower cells by less (``bends``).

@@ -104,6 +104,7 @@ def _motion_slopes(loop: LoopOfGains, spot: DesignPoint, aim: Objective) -> Floa
     all gamma are raised together, then all nu.  A cell's change by gamma is shared equally by the
     nodes at its two ends.
     """
+    # One per cent: large against the rounding of the estimates, small against their curvature.
     nodes, step = loop.cells + 1, 1e-2
     share = shares_of(loop)
     slopes = np.zeros(len(spot.theta))

@@ -115,5 +115,7 @@ def known_rate_feedforward(
     above = reserve_share * np.minimum(reserve[:-1], reserve[1:])
     least = np.maximum(np.minimum(below, above), 0.0)
     inertia = np.round(inertia_share * slope, 7)
+    # The limit is emitted with six decimals. It is rounded down, so that the reserve of torque is
+    # not exceeded by the rounding.
     limit = np.where(inertia != 0, np.floor(least * 1e6) / 1e6, 0.0)
     return Feedforward(inertia, limit, turbine.pitch_time_constant)

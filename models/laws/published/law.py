@@ -7,7 +7,7 @@ With e = omega - omega_ref(v_hat), the blended gains of the two regions, and x_b
     (T, beta_ref) = F(omega, u_1) (u_1, u_2),    held to 0..T_rated and the pitch range
 
 ``paper``                   one integrator: x_b = x_c = x_I, x_I' = -e.
-``paper-two-integrators``   one per region, each tracking what its channel really asks for:
+``paper-two-integrators``   one per region, each tracking the command that its channel delivers:
                             x_b' = -e + (T - u_1)/(tau k^b_I),
                             x_c' = -e + (beta_ref - u_2)/(tau k^c_I).
 

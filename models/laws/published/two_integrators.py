@@ -47,6 +47,7 @@ def two_integrators_equilibrium(law: LawFigures, wind: float) -> Equilibrium:
     # Beyond the ramp's end f_1 = 1 and the tracking term vanishes, so no overspeed can be at rest;
     # the pitch grows without bound there.
     last = law.coupling.speed_ramp.end - speed
+    # At the end itself the pitch is infinite, so the search stops just before it.
     error = first_root(balance, 0.0, last * (1 - 1e-9))
     if np.isnan(error):
         return no_equilibrium(law, wind, point, f_1)

@@ -129,6 +129,8 @@ class CellLoop:
         ------
         ModelError : as ``effort_sharing_cells`` says.
         """
+        # Most of the enclosure does not depend on the rate; it is computed once and kept for other
+        # rates.
         if self._at_rest is None:
             self._at_rest = self._resting()
         speed, moving, pitch = exact(rate), self.moving, self._at_rest.pitch

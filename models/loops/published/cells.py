@@ -96,6 +96,8 @@ def wind_breaks(figures: LoopFigures, low: float, high: float) -> list[float]:
         (figures.minimum_speed, figures.largest_ratio),
     ):
         bend = speed * radius / ratio
+        # A corner is at a wind that is usually not a decimal. The cell between its two neighbours
+        # of six decimals contains it, and all other cells are smooth.
         nodes |= {math.floor(bend * 1e6) / 1e6, math.ceil(bend * 1e6) / 1e6}
     return sorted({low, high, *(v for v in nodes if low < v < high)})
 

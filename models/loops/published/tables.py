@@ -19,6 +19,7 @@ from takagi.models.turbine.operating_band import OperatingBand, operating_band
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
+# Largest accepted difference between a premise as computed here and as the law computes it.
 SAME = 1e-9
 PREMISES = {"a": 0, "b": 1, "d": 2}
 

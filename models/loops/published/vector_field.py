@@ -33,6 +33,7 @@ from takagi.models.loops.published.tables import GainTable, LoopFigures, TrimTab
 
 End = Literal["all", "low", "high"]
 Hold = Literal["all", "free", "held"]
+# How accurately a checker knows a value of the surface, as a share of its scale.
 NOISE = 2e-12
 
 
@@ -46,7 +47,7 @@ class Corner:
 
 @dataclass(frozen=True, slots=True)
 class StateRange:
-    """Where the field is looked at: winds [low, high] and a state, linear in wind at its centre.
+    """Where the field is evaluated: winds [low, high] and a state, linear in wind at its centre.
 
     Attributes
     ----------

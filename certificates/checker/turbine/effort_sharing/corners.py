@@ -89,6 +89,8 @@ class Corners:
             return "the decay inequality fails at a corner"
         for corner in product(*self.moving_ends):
             base = _shifted(_matrix(corner, self.nu), whole, self.alpha)
+            # d and -d give congruent matrices, so of the four sign pairs of w_e and w_zeta two
+            # suffice.
             for sign in (1, -1) if self.z else (1,):
                 d = (self.w * UNIT, corner[3] * self.w + sign * self.z * UNIT)
                 Pd = [row[0] * d[0] + row[1] * d[1] for row in whole]

@@ -30,6 +30,7 @@ from takagi.certificates.checker.turbine.equilibria.zero_count import (
 
 MOST_PARTS = 48
 PITCH_PIECES = 64
+# At f_1 = 0 the slope is infinite; a huge number replaces it.
 STEEP = Interval(0, ONE << 60)
 
 

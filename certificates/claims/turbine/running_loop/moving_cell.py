@@ -40,7 +40,7 @@ from takagi.models.arrays import Floats
 
 # Where the side "schedule" is divided, as shares of it from -1 to 1.
 Cuts = Sequence[float]
-# alpha, and what is left of it for the change of P with the wind [1/s].
+# alpha, and the part of it that remains for the change of P with the wind [1/s].
 DECAY, FASTER = 0.012, 0.008
 # A box is this much wider than the set in it, and is accepted below this share.
 WIDER, FILLED = 1.15, 0.95
