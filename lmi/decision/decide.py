@@ -91,7 +91,7 @@ def decide(
             condition.with_parameters(**(parameters or {})),
             lambda free: decide(free, cap=cap, session=session, most=most),
         )
-    data = _posed(condition, parameters, assembled)
+    data = _program_data(condition, parameters, assembled)
     variables = len(data.objective)
     t = np.eye(variables + 1)[variables]
     limits = [SolverRow(t, cap)]
@@ -122,7 +122,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     A result that is worse, or does not withstand its check, is dropped for ``start``.  ``least``
     and ``settled`` refer to the margin that is kept.
     """
-    data = _posed(condition, None, assembled)
+    data = _program_data(condition, None, assembled)
     program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
     before = objective_at(data.condition, start.values)
@@ -185,7 +185,7 @@ def optimise(
                 free, slack=slack, cap=cap, inside=inside, session=session, most=most
             ),
         )
-    data = _posed(condition, parameters, assembled)
+    data = _program_data(condition, parameters, assembled)
     kept = Session() if session is None else session
     program = cone_program(data, data.objective, (), margin=0.0)
     tries: list[Try] = []
@@ -312,7 +312,7 @@ def _nearby(
             yield program, closer
 
 
-def _posed(
+def _program_data(
     condition: Condition, parameters: Mapping[str, float] | None, assembled: Assembled | None
 ) -> Assembled:
     posed = condition.with_parameters(**parameters) if parameters else condition

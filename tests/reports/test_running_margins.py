@@ -27,17 +27,17 @@ from takagi.models.turbine import nrel5mw
 from takagi.reports.figures import MarginLine, running_margins_figure
 from takagi.reports.margins import (
     WAKES,
+    LoopEquilibrium,
     LoopResponse,
-    LoopRest,
     RunningLoop,
     broken_loops,
     disk_margin,
     linearised_loop,
+    loop_equilibrium,
     loop_margins,
-    loop_rest,
     plant_modes,
+    running_equilibrium,
     running_margins,
-    running_rest,
     searched_margins,
     slopes,
     with_inertia,
@@ -77,7 +77,7 @@ def scalar_loop(A: Any, B: Any, C: Any, period: float = 0.1) -> LoopResponse:
     size = len(A)
     entry, answer = np.zeros((size, 2)), np.zeros((2, size))
     entry[:, 0], answer[0] = B, C
-    rest = LoopRest(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2))
+    rest = LoopEquilibrium(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2))
     ones = np.ones(size)
     return broken_loops(
         RunningLoop(0.0, period, np.array(A, dtype=float), entry, answer, ones, (), rest)
@@ -157,7 +157,7 @@ def test_a_stop_has_the_slope_of_the_side_that_is_allowed() -> None:
 # --- against the simulation ----------------------------------------------------------------------
 
 
-def simulated_step(program: SampledLaw, wind: float, rest: LoopRest) -> Any:
+def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> Any:
     """Return the multipliers of one sample of ``simulate``, differenced as a whole.
 
     With its own program step, rate limits and Runge-Kutta steps; commands before included.
@@ -365,7 +365,7 @@ def test_modes_at_the_crossover_are_named() -> None:
 
 def test_wakes_and_inertia_change_what_they_should() -> None:
     program, observer = SampledLaw(law_with(5.0), PERIOD), swinging()[1]
-    rest = loop_rest(plant(), program.law, observer, 14.1)
+    rest = loop_equilibrium(plant(), program.law, observer, 14.1)
     size = {}
     for wake in WAKES:
         loop = linearised_loop(plant(), program, observer, 14.1, rest=rest, wake=wake)
@@ -416,7 +416,7 @@ def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatc
     def stalled(*_: object) -> tuple[float, float, float]:
         return 0.0, 0.0, -1e4
 
-    monkeypatch.setattr(running_rest, "rotor_torque_gradient", stalled)
+    monkeypatch.setattr(running_equilibrium, "rotor_torque_gradient", stalled)
     with pytest.raises(ModelError, match=r"at 9 m/s more wind gives no more torque.*set-point"):
         running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
 
@@ -428,12 +428,14 @@ def test_a_rest_that_newton_runs_away_from_is_found_by_following_the_motion() ->
         return np.array([-np.arctan(s[0]), -s[1]])
 
     def found(move: Any, times: Floats) -> Floats | None:
-        return running_rest._at_rest(move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0))
+        return running_equilibrium._at_rest(
+            move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0)
+        )
 
-    assert found(moving, running_rest.NEWTON) is None
-    rest = found(moving, running_rest.PATIENT)
+    assert found(moving, running_equilibrium.NEWTON) is None
+    rest = found(moving, running_equilibrium.PATIENT)
     assert rest is not None and rest == pytest.approx([0.0, 0.0], abs=1e-8)
-    assert found(lambda s: np.array([1.0, -s[1]]), running_rest.PATIENT) is None
+    assert found(lambda s: np.array([1.0, -s[1]]), running_equilibrium.PATIENT) is None
 
 
 def test_unknown_wake_is_refused() -> None:

@@ -98,7 +98,7 @@ def resized(subject: Subject, sides: Sides, factors: Mapping[str, float]) -> Sid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Posed:
+class CellInUnits:
     """A cell in units of the solver: its pieces, its box by rows, and units with pitch in rad."""
 
     loops: list[MovingLoop]
@@ -110,7 +110,7 @@ class Posed:
 
 def pose(
     subject: Subject, winds: Span, sides: Sides, rate: float, unit: Floats | None = None
-) -> tuple[Posed | None, str]:
+) -> tuple[CellInUnits | None, str]:
     """Return the cell for a solver, or None and why its ranges do not allow a claim.
 
     Parameters
@@ -139,7 +139,7 @@ def pose(
         Z = np.array([signals.row(one) for one in signals.outer], dtype=np.float64)
         loops.append(_in_units(F, Z, own, rate))
         names.append(signals.names)
-    return Posed(loops, np.array(box), list(wanted), names, unit), ""
+    return CellInUnits(loops, np.array(box), list(wanted), names, unit), ""
 
 
 def _in_units(F: Floats, Z: Floats, unit: Floats, rate: float) -> MovingLoop:
