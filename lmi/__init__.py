@@ -76,7 +76,6 @@ if TYPE_CHECKING:
     from takagi.lmi.condition.exact import exact_matrices as exact_matrices
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
-    from takagi.lmi.condition.region import Region as Region
     from takagi.lmi.condition.statements import pose as pose
     from takagi.lmi.condition.term import LMI as LMI
     from takagi.lmi.condition.term import Condition as Condition
@@ -168,19 +167,15 @@ if TYPE_CHECKING:
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
-    from takagi.lmi.polynomials.polynomial_lyapunov import LyapunovFamily as LyapunovFamily
     from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov as PolynomialLyapunov
     from takagi.lmi.refutation.alternative import Alternative as Alternative
     from takagi.lmi.refutation.objective_limit import objective_below as objective_below
     from takagi.lmi.refutation.refutation import exact_no as exact_no
     from takagi.lmi.refutation.refutation import rigorous_no as rigorous_no
     from takagi.lmi.relaxation_result import RelaxationResult as RelaxationResult
-    from takagi.lmi.relaxation_result import Rung as Rung
     from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
-    from takagi.lmi.sums.double_sum import Fixed as Fixed
-    from takagi.lmi.sums.double_sum import Part as Part
     from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
     from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
     from takagi.lmi.sums.membership_shape import with_overlap as with_overlap
@@ -218,4 +213,11 @@ if TYPE_CHECKING:
         fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
     )
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    Fixed="KnownBlock",
+    LyapunovFamily="PolynomialLyapunov",
+    Part="SumPart",
+    Region="EigenvalueRegion",
+    Rung="RelaxationResult",
+)

@@ -43,8 +43,3 @@ class RelaxationResult:
     def found(self) -> bool:
         """Return whether it has gains."""
         return self.status == "candidate"
-
-
-# Names that earlier versions had.
-Rung = RelaxationResult
-RungStatus = RelaxationStatus

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from takagi.models.files.library import built_in_models as built_in_models
     from takagi.models.intervals.interval import Interval as Interval
     from takagi.models.loading import load_model as load_model
-    from takagi.models.loops.secant.embedding import Region as Region
     from takagi.models.loops.secant.embedding import SecantRegion as SecantRegion
     from takagi.models.loops.secant.embedding import secant_embedding as secant_embedding
     from takagi.models.loops.secant.feedback import Feedback as Feedback
@@ -76,4 +75,4 @@ if TYPE_CHECKING:
     from takagi.models.turbine.wind_observer import WindObserver as WindObserver
     from takagi.models.turbine.wind_observer import wind_observer_model as wind_observer_model
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(__name__, Region="SecantRegion")

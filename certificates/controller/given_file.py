@@ -49,7 +49,7 @@ def bound_to_file(
         return document if own is None else bound(document, own)
     if str(file.get("version")) == str(VERSION):
         return _of_today(document, beside, own)
-    _compare_earlier(document, file, own, path)
+    _compare_previous(document, file, own, path)
     return bound(document, {"version": beside.get("version"), **beside})
 
 
@@ -145,7 +145,7 @@ def _number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _compare_earlier(
+def _compare_previous(
     document: Mapping[str, Any], file: Mapping[str, Any], own: Mapping[str, Any] | None, path: Path
 ) -> None:
     """Refuse a file whose limits, equilibria, ranges, units or formulas are not the model's."""

@@ -14,11 +14,11 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.certificates.equilibrium.answers import ClosedLoopEquilibria as ClosedLoopEquilibria
-    from takagi.certificates.equilibrium.answers import ClosedLoopRests as ClosedLoopRests
     from takagi.certificates.equilibrium.answers import EquilibriumCell as EquilibriumCell
-    from takagi.certificates.equilibrium.answers import RestCell as RestCell
     from takagi.certificates.equilibrium.search import (
         closed_loop_equilibria as closed_loop_equilibria,
     )
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(
+    __name__, ClosedLoopRests="ClosedLoopEquilibria", RestCell="EquilibriumCell"
+)

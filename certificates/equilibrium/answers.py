@@ -77,8 +77,3 @@ class ClosedLoopEquilibria:
     def check(self) -> Checked:
         """Return the checker's verdict, replayed from the written document."""
         return check_document(self.document())
-
-
-# Names that earlier versions had.
-ClosedLoopRests = ClosedLoopEquilibria
-RestCell = EquilibriumCell

@@ -78,8 +78,8 @@ def _emitted(
     if isinstance(law, PublishedLaw):
         return turbine_data(turbine, []), published_law_data(law)
     raise ModelError(
-        f"a law of type {type(law).__name__} was given; the rests of a CoherentLaw or a PaperLaw "
-        "can be counted"
+        f"a law of type {type(law).__name__} was given; the rests of an EffortSharingLaw or "
+        "a PublishedLaw can be counted"
     )
 
 

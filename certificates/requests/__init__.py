@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     )
     from takagi.certificates.requests.l2_gain import L2Gain as L2Gain
     from takagi.certificates.requests.loop.loop import ClaimedLoop as ClaimedLoop
-    from takagi.certificates.requests.loop.loop import Loop as Loop
     from takagi.certificates.requests.observed_loop import ObservedLoop as ObservedLoop
     from takagi.certificates.requests.observer import ObservedFeedback as ObservedFeedback
     from takagi.certificates.requests.observer import ObserverError as ObserverError
@@ -61,4 +60,4 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.sampled_loop import SampledLoop as SampledLoop
     from takagi.certificates.requests.transient import Transient as Transient
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(__name__, Loop="ClaimedLoop")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Poles:
-    """Eigenvalues of every blend in ``region``, a ``takagi.lmi.Region``, in 1/s.
+    """Eigenvalues of every blend in ``region``, a ``takagi.lmi.EigenvalueRegion``, in 1/s.
 
     In discrete time they are the eigenvalues of the matrix itself, without a unit: a stable loop
     has them inside the unit circle.  L and M are written as decimals, and the claim is about these.

@@ -22,7 +22,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.tracking.held_rests import signals_of
-from takagi.models.tracking.loop_rests import RestLine, rest_line
+from takagi.models.tracking.loop_equilibria import EquilibriumLine, equilibrium_line
 
 # Shares of the largest decay rate that are tried for the function.
 SHARES = (0.9, 0.6, 0.35, 0.15)
@@ -60,7 +60,7 @@ class Tracking:
         ModelError : the model has no references, or there are no gains.
         """
         plant = _plant_of(loop)
-        return _Search(loop, plant, rest_line(plant, _gain(loop)), self).attempt()
+        return _Search(loop, plant, equilibrium_line(plant, _gain(loop)), self).attempt()
 
     def candidate(self, loop: ClaimedLoop) -> dict[str, Any] | None:
         """Return evidence that holds in floating point alone; None for none.
@@ -70,7 +70,7 @@ class Tracking:
         ModelError : as ``attempt``.
         """
         plant = _plant_of(loop)
-        return _Search(loop, plant, rest_line(plant, _gain(loop)), self).evidence(quick=True)
+        return _Search(loop, plant, equilibrium_line(plant, _gain(loop)), self).evidence(quick=True)
 
 
 def _plant_of(loop: ClaimedLoop) -> Plant:
@@ -97,7 +97,9 @@ def decay_limit(A: Floats) -> float:
 
 
 class _Search:
-    def __init__(self, loop: ClaimedLoop, plant: Plant, line: RestLine, asked: Tracking) -> None:
+    def __init__(
+        self, loop: ClaimedLoop, plant: Plant, line: EquilibriumLine, asked: Tracking
+    ) -> None:
         self.loop, self.plant, self.line, self.asked = loop, plant, line, asked
         self.K = _gain(loop)
         self.A = np.asarray(loop.model.A - loop.model.B @ self.K, dtype=np.float64)
@@ -120,8 +122,8 @@ class _Search:
         """Return rows h_i with |h_i' z| <= 1 inside the ranges, about every Xhat(s)."""
         rows = []
         kinds = ((self.loop.model.states, np.eye(len(self.K[0]))), (self.loop.model.inputs, self.K))
-        reach = (self.line.state_reach, self.line.input_reach)
-        for (labels, found), ends in zip(kinds, reach, strict=True):
+        ranges = (self.line.state_range, self.line.input_range)
+        for (labels, found), ends in zip(kinds, ranges, strict=True):
             for k, label in enumerate(labels):
                 if label not in self.loop.model.box:
                     continue

@@ -23,8 +23,8 @@ from takagi.cli.options.filter_options import (
 from takagi.cli.options.given import Groups, defaults_of, option_of
 from takagi.cli.options.law_names import law_in_files, typed_name
 from takagi.cli.options.law_options import (
-    OF_COHERENT,
-    OF_PAPER,
+    OF_EFFORT_SHARING,
+    OF_PUBLISHED,
     PitchEffectivenessShare,
     RampPlacement,
     RampShape,
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
     from takagi.models.turbine.data import Turbine
 
-COHERENT = "coherent"  # the default law of a turbine
+EFFORT_SHARING = "coherent"  # the default law of a turbine
 Model = Annotated[
     str,
     typer.Argument(
@@ -193,17 +193,17 @@ TURBINE_OPTIONS: Groups = (
 )
 
 _OF_GAINS = ("bandwidth", "bandwidth_growth")
-_OF_COHERENT = (
+_OF_EFFORT_SHARING = (
     "overlap",
     *_OF_GAINS,
     "margins",
     *OF_UNCERTAINTY,
     *OF_CLAIMS,
-    *OF_COHERENT,
+    *OF_EFFORT_SHARING,
     *OF_FILTERS,
     *OF_SYNTHESIS,
 )
-_OF_PAPER = ("speed_overlap", "torque_overlap", *OF_PAPER)
+_OF_PUBLISHED = ("speed_overlap", "torque_overlap", *OF_PUBLISHED)
 _OVERLAPS = ("overlap", "speed_overlap", "torque_overlap")
 
 
@@ -223,7 +223,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     from takagi.lmi.turbine.effort import EffortSettings
 
     given = {**defaults_of(TURBINE_OPTIONS), **options}
-    law = COHERENT if given["law"] is None else given["law"]
+    law = EFFORT_SHARING if given["law"] is None else given["law"]
     for name in (*_OVERLAPS, *_OF_GAINS):
         _check_positive(name, given[name])
     speed = given["speed_setpoint"]
@@ -231,7 +231,7 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     overlaps = {name: given[name] for name in _OVERLAPS if given[name] is not None}
     asked = replace(default_settings(turbine), law=law, speed_setpoint=setpoint, **overlaps)
     _check_law(law, given)
-    of_law = {name: given[name] for name in ("torque_setpoint", *OF_COHERENT, *OF_PAPER)}
+    of_law = {name: given[name] for name in ("torque_setpoint", *OF_EFFORT_SHARING, *OF_PUBLISHED)}
     asked = replace(asked, **law_settings(turbine, law=law, speed_setpoint=setpoint, **of_law))
     asked = replace(asked, **filter_settings(turbine, **{name: given[name] for name in OF_FILTERS}))
     asked = replace(asked, **synthesis_settings(**{name: given[name] for name in OF_SYNTHESIS}))
@@ -249,9 +249,9 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
 
 def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have; ignoring them would mislead the user."""
-    for name in _OF_PAPER if law == COHERENT else _OF_COHERENT:
+    for name in _OF_PUBLISHED if law == EFFORT_SHARING else _OF_EFFORT_SHARING:
         if given[name] is not None and given[name] is not False:
-            owner = "the published laws" if law == COHERENT else "the effort-sharing law"
+            owner = "the published laws" if law == EFFORT_SHARING else "the effort-sharing law"
             raise ModelError(
                 f"option {option_of(name)} belongs to {owner}, but --law {typed_name(law)} "
                 "was asked for; leave it out or choose the other law"

@@ -64,8 +64,8 @@ WindFilter = Annotated[
     ),
 ]
 # The options that only one kind of law has.
-OF_COHERENT = ("pitch_effectiveness_share", "wind_filter")
-OF_PAPER = ("ramp_shape", "ramp_placement", "tracking_time")
+OF_EFFORT_SHARING = ("pitch_effectiveness_share", "wind_filter")
+OF_PUBLISHED = ("ramp_shape", "ramp_placement", "tracking_time")
 # A slower filter suits no turbine, and the design would search for minutes before failing.
 LONGEST_FILTER = 100.0  # s
 

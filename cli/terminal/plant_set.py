@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.cli.terminal.lines import kept, told
-from takagi.models.plant.file_units import file_unit, shown_rate, shown_time
+from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.overshoot import overshoots
 from takagi.reports.loops.plant_loop import plant_loop
@@ -74,7 +74,7 @@ def regulator_line(design: PlantDesign) -> list[str]:
     text = f"at rest, floating point, weights 1/range^2: gains from ({names}) to {', '.join(gains)}"
     times = [found.settling(own=own, step=step) for own in (False, True)]
     if times[0] is not None and times[1] is not None:
-        one, two = (shown_time(plant, time) for time in times if time is not None)
+        one, two = (time_in_file_units(plant, time) for time in times if time is not None)
         text += (
             f"; slowest mode to {SETTLED:.0%} in {one[0]:.3g} {one[1]}, here {two[0]:.3g} {two[1]}"
         )
@@ -132,7 +132,7 @@ def _motion(loop: PlantLoop) -> list[str]:
         parts.append(kept(f"|{name_of(label)}| <= {at_most(float(most) / size, 4)}{_behind(unit)}"))
     text = f"from anywhere in the set {', '.join(parts)}"
     if time is not None:
-        number, unit = shown_time(loop.plant, time)
+        number, unit = time_in_file_units(loop.plant, time)
         text += f"; within {at_most(number)} {unit} all are below {SETTLED:.0%} of that"
     return told("motion", text)
 
@@ -194,8 +194,8 @@ def _decay(loop: PlantLoop) -> list[str]:
     """Return the proved decay rate; claims that are listed below it may have rates of another V."""
     if not loop.decay_rate:
         return []
-    rate, unit = shown_rate(loop.plant, loop.decay_rate)
-    time, seconds = shown_time(loop.plant, 1 / loop.decay_rate)
+    rate, unit = rate_in_file_units(loop.plant, loop.decay_rate)
+    time, seconds = time_in_file_units(loop.plant, 1 / loop.decay_rate)
     disturbed = any(not v.schedules for v in loop.plant.disturbances)
     still = ", without disturbance," if disturbed else ""
     if loop.observed is not None:

@@ -16,15 +16,15 @@ from takagi.cli.options.design_options import Model
 from takagi.cli.options.given import refuse_designing
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
-from takagi.cli.runs.earlier_certificate import (
+from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
+from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,
-    EarlierCertificate,
+    PreviousCertificate,
     compared,
     read_baseline,
     tolerance_of,
 )
-from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
 from takagi.cli.terminal.files import tell_none
 from takagi.models.errors import ModelError
 
@@ -135,7 +135,7 @@ def _bound(
     return found
 
 
-def _read(baseline: Path, out: Path) -> EarlierCertificate:
+def _read(baseline: Path, out: Path) -> PreviousCertificate:
     if out.exists() and baseline.exists() and out.samefile(baseline):
         raise ModelError(
             f"{out}: --out is the --baseline, which would be gone; give it a new place"
@@ -147,7 +147,7 @@ def _print(
     out: Path,
     checked: Checked,
     gains: Path | None,
-    old: EarlierCertificate | None,
+    old: PreviousCertificate | None,
     difference: CertificateComparison | None,
     warned: str,
     *,

@@ -11,7 +11,7 @@ import typer
 
 from takagi.cli.command import run_command
 from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.runs.earlier_certificate import (
+from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,
     read_baseline,

@@ -20,14 +20,14 @@ class SweptLaw(NamedTuple):
     pages: str
 
 
-_PAPER = ("takagi.certificates.sweep.published_map", "takagi.reports.maps.published_pages")
-_COHERENT = "takagi.reports.maps.effort_sharing_pages"
+_PUBLISHED = ("takagi.certificates.sweep.published_map", "takagi.reports.maps.published_pages")
+_EFFORT_SHARING = "takagi.reports.maps.effort_sharing_pages"
 
 LAWS = (
-    SweptLaw("paper", *_PAPER),
-    SweptLaw("paper-two-integrators", *_PAPER),
-    SweptLaw("coherent", "takagi.certificates.sweep.effort_sharing_map", _COHERENT),
+    SweptLaw("paper", *_PUBLISHED),
+    SweptLaw("paper-two-integrators", *_PUBLISHED),
+    SweptLaw("coherent", "takagi.certificates.sweep.effort_sharing_map", _EFFORT_SHARING),
 )
 
 # The effort-sharing law's ready-made set: its module also names axes, ``READY_MADE``.
-TRADE_OFF = SweptLaw("coherent", "takagi.certificates.sweep.trade_off", _COHERENT)
+TRADE_OFF = SweptLaw("coherent", "takagi.certificates.sweep.trade_off", _EFFORT_SHARING)

@@ -79,7 +79,7 @@ def robust_lyapunov_condition(
     """
     A, channels = _loop(model, uncertainty, gains)
     step = sample_time_of(model, sample_time)
-    return _posed(A, channels, number("decay_rate", decay_rate), step)
+    return _condition(A, channels, number("decay_rate", decay_rate), step)
 
 
 @limited
@@ -122,7 +122,7 @@ def robust_lyapunov(
     s = state_units(A, scales)
     inputs = np.ones(channels[0].F.shape[2])
     scaled = tuple(channel.scaled(s, inputs) for channel in channels)
-    condition = _posed(A * s / s[:, None], scaled, alpha, step)
+    condition = _condition(A * s / s[:, None], scaled, alpha, step)
     outcome = decide(condition)
     P = None
     if outcome.status == "candidate":
@@ -161,7 +161,7 @@ def _loop(
     return pairs_of(A, B, K), closed
 
 
-def _posed(
+def _condition(
     A: Array, channels: tuple[UncertaintyBlock, ...], alpha: float | Fraction, step: float | None
 ) -> Condition:
     n = A.shape[1]

@@ -176,8 +176,8 @@ def _exact_identity(n: int) -> Array:
 def _check_region(region: object) -> None:
     if not isinstance(region, EigenvalueRegion):
         raise ModelError(
-            f"region is {region!r}; a Region is needed, such as Region.half_plane(0.5) & "
-            "Region.sector(0.8)"
+            f"region is {region!r}; an EigenvalueRegion is needed, such as "
+            "EigenvalueRegion.half_plane(0.5) & EigenvalueRegion.sector(0.8)"
         )
 
 

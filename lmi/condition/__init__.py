@@ -3,7 +3,7 @@
 term, unknown         sums of L X R with constants, in blocks; what an LMI is solved for
 statements            a condition from statements that were written with operators
 evaluate, exact       values put into it: in floats, in exact numbers
-shown_rate            which decay rate given values show
+rate_of_values        which decay rate given values show
 express, typeset      the same terms in cvxpy, in LaTeX or Markdown
 region, uncertainty   regions for eigenvalues; norm-bounded uncertainty, as values
 item_labels, selected_items    names of items; some of the items

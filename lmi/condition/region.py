@@ -261,7 +261,3 @@ def _typeset(name: str) -> str:
     for plain, written in (("Re z", r"\operatorname{Re} z"), ("Im z", r"\operatorname{Im} z")):
         name = name.replace(plain, written)
     return name
-
-
-# Names that earlier versions had.
-Region = EigenvalueRegion

@@ -92,7 +92,7 @@ def decide(
             condition.with_parameters(**(parameters or {})),
             lambda free: decide(free, cap=cap, session=session, most=most),
         )
-    data = _posed(condition, parameters, assembled)
+    data = _program_data(condition, parameters, assembled)
     variables = len(data.objective)
     t = np.eye(variables + 1)[variables]
     # The largest t is the last variable, so the cost -t maximises it; the row t <= cap keeps the
@@ -128,7 +128,7 @@ def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None
     worse than ``start`` is dropped for it.  ``least`` and ``settled`` refer to the margin that is
     kept.
     """
-    data = _posed(condition, None, assembled)
+    data = _program_data(condition, None, assembled)
     # At the full margin of ``start`` there would be no freedom left to lower the objective.
     program = cone_program(data, data.objective, (), margin=0.5 * start.margin)
     tries = list(start.tries)
@@ -216,7 +216,7 @@ def optimise(
                 free, slack=slack, cap=cap, inside=inside, session=session, most=most
             ),
         )
-    data = _posed(condition, parameters, assembled)
+    data = _program_data(condition, parameters, assembled)
     kept = Session() if session is None else session
     program = cone_program(data, data.objective, (), margin=0.0)
     tries: list[Try] = []
@@ -347,7 +347,7 @@ def _nearby(
             yield program, closer
 
 
-def _posed(
+def _program_data(
     condition: Condition, parameters: Mapping[str, float] | None, assembled: Assembled | None
 ) -> Assembled:
     posed = condition.with_parameters(**parameters) if parameters else condition

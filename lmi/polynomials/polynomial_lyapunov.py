@@ -48,7 +48,3 @@ class PolynomialLyapunov:
             )
         w = marginals(weights, self.basis.sizes, self.corners)
         return np.asarray(np.tensordot(self.basis.values(w), self.members, axes=1))
-
-
-# Names that earlier versions had.
-LyapunovFamily = PolynomialLyapunov

@@ -71,7 +71,7 @@ def equalities_of(program: ConeProgram, z: Floats, share: float) -> Equalities |
     program : with the margin as its last variable.
     share : of the largest multiplier, below which a coordinate is left out.
     """
-    return _posed(program, _alive(program, z, share))
+    return _equalities(program, _alive(program, z, share))
 
 
 def _diagonals(program: ConeProgram) -> Iterator[tuple[Indices, Indices]]:
@@ -133,7 +133,7 @@ def _spread(groups: list[tuple[Indices, Indices]], alive: NDArray[np.bool_]) -> 
         alive[first[:, None] + np.arange(triangle(size))] &= used[:, row] & used[:, column]
 
 
-def _posed(program: ConeProgram, alive: NDArray[np.bool_]) -> Equalities | None:
+def _equalities(program: ConeProgram, alive: NDArray[np.bool_]) -> Equalities | None:
     """Return the equalities of the rows that are used; None without any, or with too many."""
     used, sizes = [], []
     for first, places in _diagonals(program):

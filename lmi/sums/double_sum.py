@@ -25,7 +25,7 @@ from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
 # The result of a relaxation: its own (slack) unknowns, and the LMIs.
-Posed: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
+RelaxedSum: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -213,8 +213,3 @@ def selections(rules: int, states: int) -> Array:
     block = np.arange(rules)[:, None] * states + np.arange(states)
     E[np.arange(rules)[:, None], block, np.arange(states)] = 1.0
     return E
-
-
-# Names that earlier versions had.
-Fixed = KnownBlock
-Part = SumPart

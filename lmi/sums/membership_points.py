@@ -9,7 +9,7 @@ from math import log2, prod
 import numpy as np
 
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, Posed
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum
 from takagi.lmi.sums.multisets import count_of, multisets
 from takagi.lmi.sums.summands import Summand
 from takagi.models.arrays import Floats, Indices
@@ -31,7 +31,7 @@ def points_of(rules: int, corners: Corners | None, parts: int) -> Floats:
     return np.asarray(shares / shares.sum(axis=1, keepdims=True))
 
 
-def at_points(parts: int) -> Callable[[DoubleSum], Posed]:
+def at_points(parts: int) -> Callable[[DoubleSum], RelaxedSum]:
     """Return a function that poses sum_ij h_i h_j Theta_ij < 0 at all blends h in steps of 1/parts.
 
     Each inequality is multiplied by a positive number near 1. The condition is necessary, not
@@ -41,7 +41,7 @@ def at_points(parts: int) -> Callable[[DoubleSum], Posed]:
     return partial(_pose, parts=parts)
 
 
-def _pose(loop: DoubleSum, parts: int) -> Posed:
+def _pose(loop: DoubleSum, parts: int) -> RelaxedSum:
     loop.require_shared("at single blends")
     shares = _whole_shares(loop.rules, loop.corners, parts)
     shares = shares[_possible(loop, shares)]

@@ -16,7 +16,7 @@ import numpy as np
 from takagi.lmi.condition.term import LMI, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, selections
 from takagi.lmi.sums.rule_pairs import slack_unknown
 from takagi.lmi.sums.simplex_products import (
     Simplex,
@@ -33,7 +33,7 @@ _PAIRS = r"\tfrac{1}{|\mathcal{P}_k|} \sum_{(i,j) \in \mathcal{P}_k}"
 _SHARES = r"\sum_{i,j} c^{k}_{ij}"
 
 
-def polya(loop: DoubleSum, degree: int) -> Posed:
+def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
     """Every coefficient of (h_1 + ... + h_r)^d sum_ij h_i h_j Theta_ij is negative definite.
 
     Degree 0 is all pairs; necessary and sufficient as d grows, with (r + d + 1 choose d + 2)
@@ -57,7 +57,7 @@ def polya(loop: DoubleSum, degree: int) -> Posed:
     return (), (lmi,)
 
 
-def product(loop: DoubleSum, degree: int = 0) -> Posed:
+def product(loop: DoubleSum, degree: int = 0) -> RelaxedSum:
     """Every coefficient of prod_k (sum_c w_kc)^d sum_ij h_i m_j Theta_ij is negative definite.
 
     Never more conservative than all pairs, and for one premise the same as Polya's of that
@@ -73,7 +73,7 @@ def product(loop: DoubleSum, degree: int = 0) -> Posed:
     return (), (_product_lmi(loop, degree),)
 
 
-def product_liu_zhang(loop: DoubleSum) -> Posed:
+def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
     """Every coefficient of sum_ij h_i h_j (Theta_ij - X_ij) is negative definite, X = [X_ij] < 0.
 
     As Liu and Zhang's, with pairs of equal products added up: never more conservative than that,

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
-from takagi.lmi.sums.double_sum import DoubleSum, Posed
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum
 from takagi.lmi.sums.product_premises import polya, product, product_liu_zhang
 from takagi.lmi.sums.relaxation_sizes import check_size
 from takagi.lmi.sums.rule_pairs import (
@@ -26,7 +26,7 @@ from takagi.lmi.sums.slack_matrices import kim_lee, liu_zhang
 from takagi.lmi.sums.summands import Summand
 from takagi.models.errors import ModelError, did_you_mean
 
-Relaxation: TypeAlias = Callable[[DoubleSum], Posed]
+Relaxation: TypeAlias = Callable[[DoubleSum], RelaxedSum]
 
 
 def relaxation_named(name: str) -> Relaxation:
@@ -54,16 +54,16 @@ def relaxation_named(name: str) -> Relaxation:
             + did_you_mean(str(name), [*RELAXATIONS, "polya-1", "polya-2", "product-1"])
         )
 
-    def posed(loop: DoubleSum) -> Posed:
+    def relaxed(loop: DoubleSum) -> RelaxedSum:
         check_size(name, loop)
         if found is None:
             return RELAXATIONS[name](loop)
         return {"polya": polya, "product": product}[found[1]](loop, int(found[2]))
 
-    return posed
+    return relaxed
 
 
-def common_gain(loop: DoubleSum) -> Posed:
+def common_gain(loop: DoubleSum) -> RelaxedSum:
     """Theta_i < 0 with one gain for all rules: a robust controller, no schedule.
 
     If Theta changes with j although the gain does not, this poses all pairs.
@@ -73,7 +73,7 @@ def common_gain(loop: DoubleSum) -> Posed:
     return wang_tanaka_griffin(loop)
 
 
-def wang_tanaka_griffin(loop: DoubleSum) -> Posed:
+def wang_tanaka_griffin(loop: DoubleSum) -> RelaxedSum:
     """Theta_ii < 0, and Theta_ij + Theta_ji < 0 for all pairs i < j that act together.
 
     Source: Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1), theorem 3.
@@ -82,7 +82,7 @@ def wang_tanaka_griffin(loop: DoubleSum) -> Posed:
     return (), pair_lmis(loop)
 
 
-def tanaka_wang(loop: DoubleSum) -> Posed:
+def tanaka_wang(loop: DoubleSum) -> RelaxedSum:
     """Theta_ii + (s - 1) Y < 0, Theta_ij + Theta_ji - 2 Y < 0 for i < j, Y > 0.
 
     Y is a common slack: the sum for a pair may be positive if each rule alone has a margin.
@@ -112,7 +112,7 @@ def tanaka_wang(loop: DoubleSum) -> Posed:
     return (Y,), (*pair_lmis(loop, own, (less,)), positive)
 
 
-def tuan(loop: DoubleSum) -> Posed:
+def tuan(loop: DoubleSum) -> RelaxedSum:
     """Theta_ii < 0, and 2/(s - 1) Theta_ii + Theta_ij + Theta_ji < 0 for all i != j.
 
     No slack unknowns, and never more conservative than all pairs.  At most s of the r rules act

@@ -6,12 +6,12 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
 from takagi.lmi.condition.unknown import Unknown, triangle
-from takagi.lmi.sums.double_sum import DoubleSum, Posed, selections
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, selections
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, pair_lmis, slack_name, slack_unknown
 from takagi.models.arrays import Indices
 
 
-def kim_lee(loop: DoubleSum) -> Posed:
+def kim_lee(loop: DoubleSum) -> RelaxedSum:
     """Theta_ii < X_ii, Theta_ij + Theta_ji < 2 X_ij for i < j, [X_ij] < 0, each X_ij symmetric.
 
     For pairs that never act together X_ij is not constrained by a Theta_ij.
@@ -46,7 +46,7 @@ def kim_lee(loop: DoubleSum) -> Posed:
     return (X,), (*pairs, _whole_of_blocks(loop, X, place))
 
 
-def liu_zhang(loop: DoubleSum) -> Posed:
+def liu_zhang(loop: DoubleSum) -> RelaxedSum:
     """Theta_ii < X_ii, Theta_ij + Theta_ji < X_ij + X_ij' for i < j, X = [X_ij] < 0.
 
     As Kim and Lee's, but the blocks off the diagonal need not be symmetric.

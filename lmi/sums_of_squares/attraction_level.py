@@ -140,7 +140,7 @@ def attraction_level_condition(
     Source: Chesi (2011), Domain of Attraction, sections 3.3 and 4.1.
     """
     f, V, degree = _asked(field, function, states, multiplier_degree)
-    return _posed(f, V, degree)
+    return _condition(f, V, degree)
 
 
 @limited
@@ -182,7 +182,7 @@ def attraction_level(
     # V in units of its largest coefficient, a power of two, which rounds nothing.
     largest = max(abs(c) for c in V.terms.values())
     size = Fraction(float(nearest_power(np.array([float(largest)]))[0]))
-    condition = _posed(f, V.times(1 / size), degree)
+    condition = _condition(f, V.times(1 / size), degree)
     outcome = optimise(condition, slack=1e-6, most=quick())
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
     found = AttractionLevel(
@@ -260,7 +260,7 @@ def _at_level(condition: Condition, c: float) -> Condition:
     return replace(condition, objective={}, equalities=(*condition.equalities, fixed))
 
 
-def _posed(f: Sequence[StatePolynomial], V: StatePolynomial, degree: int) -> Condition:
+def _condition(f: Sequence[StatePolynomial], V: StatePolynomial, degree: int) -> Condition:
     n = V.n
     k, low, high, inner = _degrees(V, f, degree)
     outer, within = monomials(n, range(low, high + 1)), monomials(n, range(inner + 1))

@@ -143,7 +143,7 @@ def homogeneous_lyapunov_condition(
     """
     A, d = _asked(model, degree)
     basis = monomials(A.shape[1], [d])
-    return _posed(A, basis, sizes_of(basis), float(number("decay_rate", decay_rate)))
+    return _condition(A, basis, sizes_of(basis), float(number("decay_rate", decay_rate)))
 
 
 @limited
@@ -184,7 +184,7 @@ def homogeneous_lyapunov(
     w = sizes_of(basis)
     # x = s xhat with powers of two, so that nothing is rounded.
     exact = fractions(s)
-    condition = _posed(fractions(A) * exact / exact[:, None], basis, w, alpha)
+    condition = _condition(fractions(A) * exact / exact[:, None], basis, w, alpha)
     outcome = decide(condition)
     units = w / np.prod(s ** np.array(basis), axis=1)
     found = outcome.status == "candidate"
@@ -225,7 +225,7 @@ def _asked(model: Vertices, degree: int) -> tuple[Array, int]:
     return vertex_stack(model), degree // 2
 
 
-def _posed(A: Array, basis: Sequence[Exponent], w: Floats, alpha: float) -> Condition:
+def _condition(A: Array, basis: Sequence[Exponent], w: Floats, alpha: float) -> Condition:
     r, N, d = len(A), len(basis), sum(basis[0])
     W = fractions(w)
     moved = np.array([extended(one, basis) * W[:, None] / W for one in A])

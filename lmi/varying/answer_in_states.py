@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.answer import Answer
-from takagi.lmi.condition.shown_rate import shown_rate
+from takagi.lmi.condition.rate_of_values import rate_of_values
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import advice_about_limit, binding_items
@@ -33,7 +33,7 @@ def decided_lyapunov(
     return replace(
         outcome.as_answer(condition, s),
         lyapunov_function=lyapunov_in_states(outcome, loop, s, basis) if good else None,
-        decay_rate=shown_rate(condition, outcome.values, loop.sample_time) if good else None,
+        decay_rate=rate_of_values(condition, outcome.values, loop.sample_time) if good else None,
         diagnosis="" if good else _diagnosis(condition, outcome, advice),
     )
 

@@ -55,7 +55,7 @@ def polynomial_lyapunov_condition(
     """
     loop = varying_loop(model, gains, sample_time)
     degrees = degrees_of(loop.space, degree)
-    return _posed(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
+    return _condition(loop, degrees, polya_of(polya), number("decay_rate", decay_rate), form)
 
 
 @limited
@@ -111,7 +111,7 @@ def polynomial_lyapunov(
     alpha, polya = float(number("decay_rate", decay_rate)), polya_of(polya)
     s = loop.units(scales)
     scaled = loop.scaled(s)
-    condition = _posed(scaled, degrees, polya, alpha, form)
+    condition = _condition(scaled, degrees, polya, alpha, form)
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)
@@ -119,7 +119,7 @@ def polynomial_lyapunov(
     return decided_lyapunov(condition, loop, s, Basis(loop.space.sizes, degrees), advice)
 
 
-def _posed(
+def _condition(
     loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
 ) -> Condition:
     check_form(form)

@@ -89,7 +89,7 @@ class Question:
                 'form="direct", degree 1, rates="corners"; take "polya-<d>"'
             )
 
-    def posed(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
+    def condition(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
         """Return the condition in the loop's states."""
         self.check(loop)
         sought = self._sought(loop)

@@ -113,7 +113,7 @@ def _falling(P: Unknown, B: Floats, slopes: Floats, G: Floats, weight: float) ->
             Term(unknown=P, members=of, left=moved[:, a], right=ones),
             Term(unknown=P, members=of, left=2 * B_a, right=ones, parameter="alpha"),
         ]
-    return _posed((n,), terms, len(loops), weight, -1)
+    return _lmi((n,), terms, len(loops), weight, -1)
 
 
 def _next_falling(P: Unknown, B: Floats, G: Floats, weight: float) -> LMI:
@@ -136,10 +136,10 @@ def _next_falling(P: Unknown, B: Floats, G: Floats, weight: float) -> LMI:
         Term(unknown=P, members=following, left=back, right=ones, at=(0, 1)),
         Term(unknown=P, members=following, left=ones, right=ones, at=(1, 1)),
     ]
-    return _posed((n, n), terms, count, weight, 1)
+    return _lmi((n, n), terms, count, weight, 1)
 
 
-def _posed(blocks: tuple[int, ...], terms: list[Term], count: int, weight: float, sign: int) -> LMI:
+def _lmi(blocks: tuple[int, ...], terms: list[Term], count: int, weight: float, sign: int) -> LMI:
     return LMI(
         name="decrease",
         blocks=blocks,

@@ -103,7 +103,7 @@ def robust_hinf_norm_condition(
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     space = space_of(model, len(path.A))
-    return _Path(path, space, membership_rates(space, rate_bounds)).posed(
+    return _Path(path, space, membership_rates(space, rate_bounds)).condition(
         degrees_of(space, degree), polya_of(polya)
     )
 
@@ -198,7 +198,7 @@ def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None)
     s = state_units(at_rules.A, scales, step=at_rules.sample_time)
     units = ChannelUnits.of(at_rules, s)
     task = given.scaled(units)
-    condition = task.posed(degrees, polya)
+    condition = task.condition(degrees, polya)
     why = task.loop.hopeless(0.0)
     if why:
         return no_lyapunov(condition, s, why)
@@ -291,7 +291,7 @@ class _Path:
             weight=vertex_weight(loop.corners, step=loop.sample_time),
         )
 
-    def posed(self, degrees: Degrees, polya: int) -> Condition:
+    def condition(self, degrees: Degrees, polya: int) -> Condition:
         sought = self.sought(degrees, polya)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
         return Condition(

@@ -57,7 +57,7 @@ def fuzzy_lyapunov_condition(
     """
     loop = varying_loop(model, gains, sample_time)
     question = _question(loop, rate_bounds, degree, relaxation, form, rates)
-    return question.posed(loop, number("decay_rate", decay_rate))
+    return question.condition(loop, number("decay_rate", decay_rate))
 
 
 @limited
@@ -123,7 +123,7 @@ def fuzzy_lyapunov(
     alpha = float(number("decay_rate", decay_rate))
     s = loop.units(scales)
     scaled = loop.scaled(s)
-    condition = question.posed(scaled, alpha)
+    condition = question.condition(scaled, alpha)
     why = scaled.hopeless(alpha)
     if why:
         return no_lyapunov(condition, s, why)

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from takagi.models.blending.blending import Blending as Blending
     from takagi.models.blending.blending import blending_of as blending_of
     from takagi.models.blending.modelling import blended_model as blended_model
-    from takagi.models.blending.run_time import RunningBlend as RunningBlend
     from takagi.models.blending.run_time import RunTimeBlending as RunTimeBlending
     from takagi.models.blending.substitution import blended_plant as blended_plant
     from takagi.models.ramps.exact_effort_ramp import ramp as ramp
@@ -26,4 +25,4 @@ if TYPE_CHECKING:
     from takagi.models.ramps.exact_effort_ramp import share_range as share_range
     from takagi.models.ramps.exact_effort_ramp import share_value as share_value
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(__name__, RunningBlend="RunTimeBlending")

@@ -174,7 +174,3 @@ class RunTimeBlending:
     def at_rest(self) -> Floats:
         """The commands (low, high) at the equilibrium."""
         return np.array([float(self.blending.at_rest(a)) for a in self.blending.actuators])
-
-
-# Names that earlier versions had.
-RunningBlend = RunTimeBlending

@@ -95,12 +95,12 @@ def check_equilibrium(
         residual_text(plant, v, residual, alone=len(left) == 1) for v, _, residual in left
     )
     raise ModelError(
-        f"plant {plant.name!r}, equation of {first}: at rest ({rest_text(rest)}) {told}, so the "
-        f"model cannot be written around this point; {advice}"
+        f"plant {plant.name!r}, equation of {first}: at rest ({equilibrium_text(rest)}) {told}, so "
+        f"the model cannot be written around this point; {advice}"
     )
 
 
-def rest_text(rest: Mapping[sp.Symbol, sp.Expr]) -> str:
+def equilibrium_text(rest: Mapping[sp.Symbol, sp.Expr]) -> str:
     """Return the values at rest; figures are SI, whatever unit the file has."""
     return ", ".join(f"{s} = {_short(value, 9)}" for s, value in rest.items())
 
@@ -125,8 +125,8 @@ def require_value(
 
     part = next((p for p in sp.postorder_traversal(row) if not _is_finite(p.subs(rest))), row)
     raise ModelError(
-        f"plant {plant.name!r}, {where}: at rest ({rest_text(rest)}) {_why(part, rest)}, so the "
-        "equation has no value there; give rest values at which it has one"
+        f"plant {plant.name!r}, {where}: at rest ({equilibrium_text(rest)}) {_why(part, rest)}, so "
+        "the equation has no value there; give rest values at which it has one"
     )
 
 
@@ -162,7 +162,7 @@ def _has_table(row: sp.Expr) -> bool:
     return tables is not None and row.has(tables)
 
 
-def check_rest_stays(
+def check_equilibrium_stays(
     plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr]
 ) -> None:
     """Raise ModelError where the rest moves with an uncertain parameter.

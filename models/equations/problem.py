@@ -13,7 +13,7 @@ from takagi.models.equations.equilibrium import (
     RESTS,
     EquilibriumOption,
     check_equilibrium,
-    check_rest_stays,
+    check_equilibrium_stays,
     inputs_at_equilibrium,
 )
 from takagi.models.equations.premise_units import units_of
@@ -131,7 +131,7 @@ def problem_of_plant(
         if settled is not plant:
             return problem_of_plant(settled, premises, "given", domain)
     check_equilibrium(plant, f, rest, how)
-    check_rest_stays(plant, f, rest)
+    check_equilibrium_stays(plant, f, rest)
     deviation = _deviation_symbols(plant, rest, wanted)
     moved = {s: rest[s] + deviation[s] for s in rest}
     offsets = [y.subs(rest) for y in seen]

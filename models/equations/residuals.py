@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.models.equations.ball import Ball
-from takagi.models.equations.equilibrium import residual_text, rest_text
+from takagi.models.equations.equilibrium import equilibrium_text, residual_text
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
@@ -70,5 +70,5 @@ def refuse_residuals(
         for v, size in sizes.items()
         if size is None or abs(size) > 0
     ]
-    where = rest_text({s: sp.Float(float(v)) for s, v in at.items()})
+    where = equilibrium_text({s: sp.Float(float(v)) for s, v in at.items()})
     raise ModelError(f"plant {plant.name!r}: at ({where}) {'; '.join(told)}; {advice}")

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
         known_rate_feedforward as known_rate_feedforward,
     )
     from takagi.models.laws.effort_sharing.feedforward import no_feedforward as no_feedforward
-    from takagi.models.laws.effort_sharing.law import CoherentLaw as CoherentLaw
     from takagi.models.laws.effort_sharing.law import EffortGains as EffortGains
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw as EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import EffortSchedule as EffortSchedule
@@ -32,11 +31,8 @@ if TYPE_CHECKING:
     from takagi.models.laws.protocol import Law as Law
     from takagi.models.laws.protocol import Measurement as Measurement
     from takagi.models.laws.published.coupling_filter import CouplingFilter as CouplingFilter
-    from takagi.models.laws.published.law import PaperLaw as PaperLaw
-    from takagi.models.laws.published.law import PaperRule as PaperRule
     from takagi.models.laws.published.law import PublishedLaw as PublishedLaw
     from takagi.models.laws.published.law import PublishedRule as PublishedRule
-    from takagi.models.laws.published.law import paper_law as paper_law
     from takagi.models.laws.published.law import published_law as published_law
     from takagi.models.laws.published.reference_filter import (
         FilteredReferenceLaw as FilteredReferenceLaw,
@@ -44,4 +40,10 @@ if TYPE_CHECKING:
     from takagi.models.laws.published.reference_filter import ReferenceFilter as ReferenceFilter
     from takagi.models.laws.sampled import SampledLaw as SampledLaw
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    CoherentLaw="EffortSharingLaw",
+    PaperLaw="PublishedLaw",
+    PaperRule="PublishedRule",
+    paper_law="published_law",
+)

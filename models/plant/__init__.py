@@ -20,6 +20,6 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings as PlantSettings
     from takagi.models.plant.file_units import file_unit as file_unit
-    from takagi.models.plant.file_units import shown_time as shown_time
+    from takagi.models.plant.file_units import time_in_file_units as time_in_file_units
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(__name__, shown_time="time_in_file_units")

@@ -25,7 +25,7 @@ def file_unit(variable: Variable) -> tuple[float, str]:
     return _size(variable.written), variable.written or variable.unit
 
 
-def shown_time(plant: Plant, seconds: float) -> tuple[float, str]:
+def time_in_file_units(plant: Plant, seconds: float) -> tuple[float, str]:
     """Return (number, unit) of a time [s].
 
     The unit is the largest in which the number is at least 1, of s and the units of time that
@@ -36,11 +36,11 @@ def shown_time(plant: Plant, seconds: float) -> tuple[float, str]:
     return seconds / size, unit
 
 
-def shown_rate(plant: Plant, rate: float) -> tuple[float, str]:
+def rate_in_file_units(plant: Plant, rate: float) -> tuple[float, str]:
     """Return (number, unit) of a rate [1/s], in the unit of time that suits its time constant."""
     if not rate > 0:
         return rate, "1/s"
-    unit = shown_time(plant, 1 / rate)[1]
+    unit = time_in_file_units(plant, 1 / rate)[1]
     return rate * _size(unit), f"1/{unit}"
 
 

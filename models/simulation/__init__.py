@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from takagi.models.simulation.metrics import measure as measure
     from takagi.models.simulation.scenario import Case as Case
     from takagi.models.simulation.scenario import Result as Result
-    from takagi.models.simulation.scenario import paper_scenario as paper_scenario
-    from takagi.models.simulation.scenario import paper_winds as paper_winds
     from takagi.models.simulation.scenario import published_scenario as published_scenario
     from takagi.models.simulation.scenario import published_winds as published_winds
     from takagi.models.simulation.scenario import run_cases as run_cases
@@ -40,7 +38,6 @@ if TYPE_CHECKING:
     from takagi.models.simulation.scenario import transition_winds as transition_winds
     from takagi.models.simulation.speed_filter import SpeedFilter as SpeedFilter
     from takagi.models.simulation.turbine_plant import Flag as Flag
-    from takagi.models.simulation.turbine_plant import Plant as Plant
     from takagi.models.simulation.turbine_plant import SimulatedTurbine as SimulatedTurbine
     from takagi.models.simulation.turbine_plant import design_plant as design_plant
     from takagi.models.simulation.turbine_plant import validation_plant as validation_plant
@@ -52,4 +49,9 @@ if TYPE_CHECKING:
     from takagi.models.simulation.wind import ramp_wind as ramp_wind
     from takagi.models.simulation.wind import step_wind as step_wind
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    Plant="SimulatedTurbine",
+    paper_scenario="published_scenario",
+    paper_winds="published_winds",
+)

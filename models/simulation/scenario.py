@@ -254,8 +254,3 @@ def _proxy_parts(proxy: MappingProxyType[object, object]) -> tuple[object, ...]:
 
 # A turbine's table of figures is a read-only view, which pickle does not know how to send.
 copyreg.pickle(MappingProxyType, _proxy_parts)  # type: ignore[arg-type]
-
-
-# Names that earlier versions had.
-paper_scenario = published_scenario
-paper_winds = published_winds

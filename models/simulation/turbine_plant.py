@@ -238,7 +238,3 @@ def design_plant(turbine: Turbine) -> SimulatedTurbine:
     No tower, no rate limits; pitch and torque stay inside their ranges.
     """
     return SimulatedTurbine(turbine, "first-order", tower=False)
-
-
-# Names that earlier versions had.
-Plant = SimulatedTurbine

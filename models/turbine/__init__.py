@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from takagi.models.turbine.aerodynamics import rotor_torque as rotor_torque
     from takagi.models.turbine.aerodynamics import rotor_torque_gradient as rotor_torque_gradient
     from takagi.models.turbine.aerodynamics import tip_speed_ratio as tip_speed_ratio
-    from takagi.models.turbine.data import Baseline as Baseline
     from takagi.models.turbine.data import BaselineController as BaselineController
     from takagi.models.turbine.data import Figure as Figure
     from takagi.models.turbine.data import FrozenWake as FrozenWake
@@ -41,4 +40,4 @@ if TYPE_CHECKING:
     )
     from takagi.models.turbine.wind_estimators import KalmanWindFilter as KalmanWindFilter
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(__name__, Baseline="BaselineController")

@@ -195,7 +195,3 @@ class Turbine:
         """Electrical power at rated speed and torque [W]."""
         mechanical = self.rated_torque * self.gear_ratio * self.rated_rotor_speed
         return self.generator_efficiency * mechanical
-
-
-# Names that earlier versions had.
-Baseline = BaselineController

@@ -18,7 +18,6 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.reports.baseline.changes import listed_changes as listed_changes
     from takagi.reports.baseline.comparison import CertificateComparison as CertificateComparison
-    from takagi.reports.baseline.comparison import Comparison as Comparison
     from takagi.reports.baseline.comparison import Moved as Moved
     from takagi.reports.baseline.comparison import compare_certificates as compare_certificates
     from takagi.reports.baseline.comparison import gain_sizes as gain_sizes
@@ -28,4 +27,4 @@ if TYPE_CHECKING:
     from takagi.reports.baseline.words import gain_words as gain_words
     from takagi.reports.baseline.words import word_of as word_of
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(__name__, Comparison="CertificateComparison")

@@ -198,7 +198,7 @@ def _states(document: Data, count: int) -> list[tuple[str, str]]:
     return [(str(name), "") for name in named]
 
 
-def _coherent(claim: Data, document: Data) -> Iterator[Found]:
+def _effort_sharing(claim: Data, document: Data) -> Iterator[Found]:
     cells, gains = claim["cells"], document["gains"]
     yield from _of(claim["settling"], "decay_rate", "1/s", larger=True, name="common decay rate")
     for key, unit in (("wind_error", "m/s"), ("wind_rate", "m/s^2"), ("decay_rate", "1/s")):
@@ -249,7 +249,7 @@ def _actuator_rates(claim: Data, document: Data) -> Iterator[Found]:
         yield ClaimFigure(f"largest {name.replace('_', ' ')}", unit, largest, larger=False)
 
 
-def _paper(claim: Data, document: Data) -> Iterator[Found]:
+def _published(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "speed_overlap", "rad/s", larger=True)
     yield from _of(claim, "torque_overlap", "N m", larger=True)
     yield Profile("decay rate", "1/s", _spans(claim["cells"], "decay_rate"))
@@ -277,8 +277,8 @@ _READINGS: dict[str, Reading] = {
     "peak": _peak,
     "exit-probability": _exit,
     "sampled-loop": _sampled,
-    "coherent-loop": _coherent,
-    "paper-loop": _paper,
+    "coherent-loop": _effort_sharing,
+    "paper-loop": _published,
     "wind-rate": _wind_rate,
     "actuator-rates": _actuator_rates,
     "running-loop": _running_loop,

@@ -245,7 +245,3 @@ def _change(old: Number, new: Number, span: Fraction | None, *, larger: bool = T
     if size == 0:
         return inf if gain > 0 else -inf
     return gain / size
-
-
-# Names that earlier versions had.
-Comparison = CertificateComparison

@@ -29,7 +29,7 @@ def equilibria_figure(found: Mapping[str, Sequence[EquilibriumCell]]) -> Figure:
 
     Parameters
     ----------
-    found : name of a loop -> its cells, as ``ClosedLoopRests.spans`` returns them.
+    found : name of a loop -> its cells, as ``ClosedLoopEquilibria.spans`` returns them.
 
     Raises
     ------
@@ -59,7 +59,3 @@ def equilibria_figure(found: Mapping[str, Sequence[EquilibriumCell]]) -> Figure:
         order = [name for name in LOOKS if name in handles]
         figure.legend([handles[n] for n in order], order, loc="outside lower center", ncols=3)
     return figure
-
-
-# Names that earlier versions had.
-rests_figure = equilibria_figure

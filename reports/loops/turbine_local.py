@@ -74,10 +74,10 @@ def loop_points(
 
 def _point(design: TurbineDesign, wind: float) -> LoopPoint | None:
     law = design.effort_sharing_law
-    return _coherent(design, law, wind) if law is not None else _paper(design, wind)
+    return _effort_sharing(design, law, wind) if law is not None else _published(design, wind)
 
 
-def _coherent(design: TurbineDesign, law: EffortSharingLaw, wind: float) -> LoopPoint:
+def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw, wind: float) -> LoopPoint:
     turbine, table = design.turbine, law.schedule
     gamma, gamma_i = law.gain_pair(wind)
     share = law.pitch_share(wind)
@@ -95,7 +95,7 @@ def _coherent(design: TurbineDesign, law: EffortSharingLaw, wind: float) -> Loop
     return LoopPoint(point, gains, 1 - share > SILENT, share > SILENT, frozen)
 
 
-def _paper(design: TurbineDesign, wind: float) -> LoopPoint | None:
+def _published(design: TurbineDesign, wind: float) -> LoopPoint | None:
     import control
 
     from takagi.models.laws.published.linearisation import local_loop

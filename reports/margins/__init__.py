@@ -5,7 +5,7 @@ response            L(j omega), on a grid fine where the loop is lively
 turbine_dynamics    the turbine linearised at a trim
 turbine_loops       its two loops, each broken at its actuator with the other closed
 running_over_wind   the loop that runs: validation plant, observer, filters and sampling in it
-running_loop        its linearisation, at the rest of running_rest, by the differences of slopes
+running_loop        its linearisation, at running_equilibrium, by the differences of slopes
 running_search      over all winds, and all plants where a margin is least
 sampled_response    L(e^(j omega T)) of it
 thresholds          margins that ``takagi check --margins`` asks for
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
     from takagi.reports.margins.margins import loop_margins as loop_margins
     from takagi.reports.margins.response import LoopResponse as LoopResponse
     from takagi.reports.margins.response import loop_response as loop_response
+    from takagi.reports.margins.running_equilibrium import LoopEquilibrium as LoopEquilibrium
+    from takagi.reports.margins.running_equilibrium import NoEquilibrium as NoEquilibrium
+    from takagi.reports.margins.running_equilibrium import loop_equilibrium as loop_equilibrium
     from takagi.reports.margins.running_loop import WAKES as WAKES
     from takagi.reports.margins.running_loop import RunningLoop as RunningLoop
     from takagi.reports.margins.running_loop import linearised_loop as linearised_loop
@@ -46,9 +49,6 @@ if TYPE_CHECKING:
     from takagi.reports.margins.running_over_wind import require_sampling as require_sampling
     from takagi.reports.margins.running_over_wind import running_margins as running_margins
     from takagi.reports.margins.running_over_wind import worst_of_sides as worst_of_sides
-    from takagi.reports.margins.running_rest import LoopRest as LoopRest
-    from takagi.reports.margins.running_rest import NoRest as NoRest
-    from takagi.reports.margins.running_rest import loop_rest as loop_rest
     from takagi.reports.margins.running_search import SearchedMargins as SearchedMargins
     from takagi.reports.margins.running_search import searched_margins as searched_margins
     from takagi.reports.margins.running_search import wind_ranges as wind_ranges
@@ -73,4 +73,6 @@ if TYPE_CHECKING:
     from takagi.reports.margins.turbine_loops import plant_at_trim as plant_at_trim
     from takagi.reports.margins.turbine_loops import torque_loop as torque_loop
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(
+    __name__, LoopRest="LoopEquilibrium", NoRest="NoEquilibrium", loop_rest="loop_equilibrium"
+)

@@ -35,13 +35,13 @@ from takagi.reports.margins.design_levers import (
     lever_changes,
     positioned,
 )
+from takagi.reports.margins.running_equilibrium import NoEquilibrium
 from takagi.reports.margins.running_over_wind import (
     RunningMargins,
     plant_modes,
     require_sampling,
     running_margins,
 )
-from takagi.reports.margins.running_rest import NoRest
 from takagi.reports.margins.running_search import searched_margins, wind_ranges
 from takagi.reports.margins.thresholds import AskedMargins, failed, measured, shares_of
 
@@ -165,7 +165,7 @@ class _Loops:
                     computation_time=self.asked.computing,
                     plants=[plant for at, plant in sorted(places) if at == wind],
                 )
-            except NoRest:
+            except NoEquilibrium:
                 return -math.inf
             least = min(least, *(_share(row, self.asked) for row in rows))
         return least

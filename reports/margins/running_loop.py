@@ -27,7 +27,11 @@ from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.dynamics import plant_rate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.turbine.data import Turbine
-from takagi.reports.margins.running_rest import LoopRest, loop_rest, measured_speed
+from takagi.reports.margins.running_equilibrium import (
+    LoopEquilibrium,
+    loop_equilibrium,
+    measured_speed,
+)
 from takagi.reports.margins.slopes import slopes
 
 # What the wake does: as it is, always in equilibrium, or not at all; the answers of torque to
@@ -59,7 +63,7 @@ class RunningLoop:
     C: Floats
     scale: Floats
     kinks: tuple[str, ...]
-    rest: LoopRest
+    rest: LoopEquilibrium
 
     @property
     def multipliers(self) -> Complex:
@@ -93,7 +97,7 @@ def linearised_loop(
     observer: Observer,
     wind: float,
     *,
-    rest: LoopRest | None = None,
+    rest: LoopEquilibrium | None = None,
     wake: str = "dynamic",
     side: int = 1,
 ) -> RunningLoop:
@@ -101,18 +105,18 @@ def linearised_loop(
 
     Parameters
     ----------
-    rest : where the loop rests; None looks for it (``loop_rest``).
+    rest : where the loop rests; None looks for it (``loop_equilibrium``).
     wake : one of ``WAKES``.
     side : +1 or -1, on which a kink is read that is no stop, such as a node of the law's tables.
         At a stop (pitch, torque) it is read on the side where the machine can go.
 
     Raises
     ------
-    ModelError : an unknown wake, or what ``loop_rest`` refuses.
+    ModelError : an unknown wake, or what ``loop_equilibrium`` refuses.
     """
     if wake not in WAKES:
         raise ModelError(f"wake {wake!r} is not known; choose one of {WAKES}")
-    rest = rest or loop_rest(plant, program.law, observer, wind)
+    rest = rest or loop_equilibrium(plant, program.law, observer, wind)
     n, k = len(rest.plant), len(rest.law)
     at, rate = np.concatenate([rest.plant, rest.commands]), plant_rate(plant)
     found = slopes(

@@ -23,13 +23,13 @@ from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.disk import DiskMargin, disk_of
 from takagi.reports.margins.margins import Margins, loop_margins
+from takagi.reports.margins.running_equilibrium import loop_equilibrium
 from takagi.reports.margins.running_loop import (
     WAKES,
     RunningLoop,
     linearised_loop,
     with_inertia,
 )
-from takagi.reports.margins.running_rest import loop_rest
 from takagi.reports.margins.sampled_response import BrokenLoops, broken_loops
 
 # (Factor on the inertia, wake): the machine as its file says, then the ends of what is not known.
@@ -120,13 +120,13 @@ def running_margins(
     ------
     ModelError : a sampling too slow for the modes, or a wind outside cut-in to cut-out or where
         more wind gives no more torque, so that the observer cannot estimate it.
-    NoRest : a ModelError; the loop has no rest at a wind.
+    NoEquilibrium : a ModelError; the loop has no equilibrium at a wind.
     """
     program = SampledLaw(law, sample_time, computation_time)
     plant = replace(validation_plant(turbine), speed_filter=speed_filter)
     modes = plant_modes(plant)
     require_sampling(sample_time, modes)
-    rests = {wind: loop_rest(plant, law, observer, wind) for wind in map(float, winds)}
+    rests = {wind: loop_equilibrium(plant, law, observer, wind) for wind in map(float, winds)}
     made = {factor: with_inertia(plant, factor) for factor, _ in plants}
     found = []
     for wind, rest in rests.items():

@@ -14,13 +14,13 @@ from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.running_equilibrium import NoEquilibrium
 from takagi.reports.margins.running_over_wind import (
     NOMINAL,
     PLANTS,
     RunningMargins,
     running_margins,
 )
-from takagi.reports.margins.running_rest import NoRest
 
 # Step of wind for the nominal plant [m/s]; all plants are measured at every whole wind.
 FINE = 0.2
@@ -88,7 +88,7 @@ def searched_margins(
     for wind in winds_between(turbine.cut_in, turbine.cut_out, FINE):
         try:
             found[wind] = list(at(wind, [NOMINAL]))
-        except NoRest:
+        except NoEquilibrium:
             none.append(wind)
     whole = [v for v in winds_between(turbine.cut_in, turbine.cut_out, 1.0) if v in found]
     nominal = [rows[0] for rows in found.values()]

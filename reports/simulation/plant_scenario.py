@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.plant.file_units import file_unit, shown_time
+from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
 from takagi.reports.loops.plant_motion import Outside
 
@@ -143,7 +143,7 @@ def _words(plant: Plant, variable: Variable, signal: Signal) -> str:
     def at(seconds: float) -> str:
         if not seconds:
             return "0 s"
-        number, word = shown_time(plant, seconds)
+        number, word = time_in_file_units(plant, seconds)
         return f"{1e3 * number:.4g} ms" if word == "s" and number < 0.1 else f"{number:.4g} {word}"
 
     match signal:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.file_units import file_unit, shown_time
+from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.reports.loops.plant_motion import settling_time
 from takagi.reports.loops.proved_kinds import proved_claims
 from takagi.reports.loops.withstood import withstood
@@ -288,7 +288,7 @@ def _figure(value: float) -> str:
 def _time(found: PlantSimulation, seconds: float) -> str:
     if not seconds:
         return "0 s"
-    number, unit = shown_time(found.loop.plant, seconds)
+    number, unit = time_in_file_units(found.loop.plant, seconds)
     return f"{number:.3g} {unit}"
 
 

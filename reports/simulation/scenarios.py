@@ -78,7 +78,7 @@ def scenario_winds(
     return chosen.winds(turbine, asked, PAPER_SEED if seed is None else seed)
 
 
-def _paper(turbine: Turbine, duration: float, seed: int) -> tuple[WindSeries, ...]:
+def _published(turbine: Turbine, duration: float, seed: int) -> tuple[WindSeries, ...]:
     return published_winds(turbine, duration=duration, seed=seed)
 
 
@@ -113,7 +113,7 @@ SCENARIOS: Mapping[str, Scenario] = MappingProxyType(
             "three turbulent winds, the same turbulence at different means",
             PAPER_DURATION,
             True,
-            _paper,
+            _published,
         ),
         "step": Scenario(
             f"steps from {HALF_STEP:g} m/s below rated wind to as much above, and back",

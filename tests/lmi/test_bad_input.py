@@ -53,7 +53,7 @@ class Framed:
 
 A, B, C = np.tile(-np.eye(2), (2, 1, 1)), np.ones((2, 2, 1)), np.ones((2, 1, 2))
 Q, R = np.eye(2), np.eye(1)
-LEFT = lmi.Region.half_plane(0.5)
+LEFT = lmi.EigenvalueRegion.half_plane(0.5)
 SMALL = lmi.NormBounded(D=[[0.1], [0.0]], E=[[1.0, 0.0]])
 
 # Each function with what it reads of A, B and C, called with these and options.  A new function

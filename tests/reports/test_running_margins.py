@@ -27,14 +27,14 @@ from takagi.models.turbine import nrel5mw
 from takagi.reports.figures import MarginLine, running_margins_figure
 from takagi.reports.margins import (
     WAKES,
-    LoopRest,
+    LoopEquilibrium,
     broken_loops,
     linearised_loop,
+    loop_equilibrium,
     loop_margins,
-    loop_rest,
     plant_modes,
+    running_equilibrium,
     running_margins,
-    running_rest,
     searched_margins,
     slopes,
     with_inertia,
@@ -94,7 +94,7 @@ def test_a_stop_has_the_slope_of_the_side_that_is_allowed() -> None:
 # --- against the simulation ----------------------------------------------------------------------
 
 
-def simulated_step(program: SampledLaw, wind: float, rest: LoopRest) -> Any:
+def simulated_step(program: SampledLaw, wind: float, rest: LoopEquilibrium) -> Any:
     """Return the multipliers of one sample of ``simulate``, differenced as a whole.
 
     With its own program step, rate limits and Runge-Kutta steps; commands before included.
@@ -302,7 +302,7 @@ def test_modes_at_the_crossover_are_named() -> None:
 
 def test_wakes_and_inertia_change_what_they_should() -> None:
     program, observer = SampledLaw(law_with(5.0), PERIOD), swinging()[1]
-    rest = loop_rest(plant(), program.law, observer, 14.1)
+    rest = loop_equilibrium(plant(), program.law, observer, 14.1)
     size = {}
     for wake in WAKES:
         loop = linearised_loop(plant(), program, observer, 14.1, rest=rest, wake=wake)
@@ -353,7 +353,7 @@ def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatc
     def stalled(*_: object) -> tuple[float, float, float]:
         return 0.0, 0.0, -1e4
 
-    monkeypatch.setattr(running_rest, "rotor_torque_gradient", stalled)
+    monkeypatch.setattr(running_equilibrium, "rotor_torque_gradient", stalled)
     with pytest.raises(ModelError, match=r"at 9 m/s more wind gives no more torque.*set-point"):
         running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
 
@@ -365,12 +365,14 @@ def test_a_rest_that_newton_runs_away_from_is_found_by_following_the_motion() ->
         return np.array([-np.arctan(s[0]), -s[1]])
 
     def found(move: Any, times: Floats) -> Floats | None:
-        return running_rest._at_rest(move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0))
+        return running_equilibrium._at_rest(
+            move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0)
+        )
 
-    assert found(moving, running_rest.NEWTON) is None
-    rest = found(moving, running_rest.PATIENT)
+    assert found(moving, running_equilibrium.NEWTON) is None
+    rest = found(moving, running_equilibrium.PATIENT)
     assert rest is not None and rest == pytest.approx([0.0, 0.0], abs=1e-8)
-    assert found(lambda s: np.array([1.0, -s[1]]), running_rest.PATIENT) is None
+    assert found(lambda s: np.array([1.0, -s[1]]), running_equilibrium.PATIENT) is None
 
 
 def test_unknown_wake_is_refused() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.reports.margins import (
+    LoopEquilibrium,
     LoopResponse,
-    LoopRest,
     RunningLoop,
     broken_loops,
     disk_margin,
@@ -22,7 +22,7 @@ def scalar_loop(A: Any, B: Any, C: Any, period: float = 0.1) -> LoopResponse:
     size = len(A)
     entry, answer = np.zeros((size, 2)), np.zeros((2, size))
     entry[:, 0], answer[0] = B, C
-    rest = LoopRest(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2))
+    rest = LoopEquilibrium(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2))
     ones = np.ones(size)
     return broken_loops(
         RunningLoop(0.0, period, np.array(A, dtype=float), entry, answer, ones, (), rest)

@@ -10,7 +10,7 @@ RAMP = [
     "psi(s) = (s + overlap)^2 / (4 overlap) for |s| <= overlap",
     "psi(s) = s for s >= overlap",
 ]
-COHERENT_UNITS = {
+EFFORT_SHARING_UNITS = {
     "wind": "m/s",
     "rotor_speed": "rad/s",
     "trim_effort": "rad/s^2",
@@ -29,7 +29,7 @@ COHERENT_UNITS = {
     "wind_filter": "s",
     "integral_limit": "rad/s",
 }
-PAPER_UNITS = {
+PUBLISHED_UNITS = {
     "speed_setpoint": "rad/s",
     "minimum_rotor_speed": "rad/s",
     "optimal_tip_speed_ratio": "-",
@@ -113,7 +113,7 @@ EQUATIONS = [
     "omegahat' = (T_r(omega, beta, vhat) - n_g T) / J + l1 (omega - omegahat)",
     "vhat' = l2 (omega - omegahat)",
 ]
-COHERENT = {
+EFFORT_SHARING = {
     "schedule": {
         "variables": "schedule wind v_s = low-passed wind estimate; execution has its steps and "
         "its rate v_s'",
@@ -133,7 +133,7 @@ COHERENT = {
         "integral": "x after = x - T integral_rate e, held within +-integral_limit",
     },
 }
-PAPER = {
+PUBLISHED = {
     "schedule": {
         "variables": "rotor speed, pitch, wind estimate",
         "interpolation": "memberships h_i of the regional rules; held at the nearer bound",
@@ -177,10 +177,10 @@ def law_texts(law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
     if law["name"] == "pdc":
         more = OBSERVED if "observer" in law else BLEND if "blending" in law else {}
         return {"formulas": FORMULAS | more}
-    coherent = law["name"] == "coherent"
-    own = COHERENT_UNITS if coherent else PAPER_UNITS
+    effort_sharing = law["name"] == "coherent"
+    own = EFFORT_SHARING_UNITS if effort_sharing else PUBLISHED_UNITS
     units = {f"law.{name}": unit for name, unit in own.items()} | TURBINE_UNITS
-    texts = COHERENT if coherent else PAPER
+    texts = EFFORT_SHARING if effort_sharing else PUBLISHED
     if "measurement" not in own:
         return {"units": units, **texts}
     stopped = "torsion_filter" in own["measurement"]

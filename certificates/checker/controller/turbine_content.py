@@ -17,9 +17,9 @@ from takagi.certificates.checker.kernel.reader import Number
 
 
 def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, Any]:
-    coherent = law["name"] == "coherent"
+    effort_sharing = law["name"] == "coherent"
     # Imported here: only one of the two is needed.
-    if coherent:
+    if effort_sharing:
         from takagi.certificates.checker.controller.effort_sharing_program import (
             effort_sharing_program,
         )
@@ -36,14 +36,14 @@ def turbine_content(model: Any, law: Any, own: Mapping[str, Any]) -> dict[str, A
         before = [torsion_filter_program() if stopped else speed_filter_program()]
     return {
         "programs": [*before, observer_program(), written, rate_limit_program()],
-        "ramp": {"overlap": law["overlap"], "formula": RAMP} if coherent else None,
+        "ramp": {"overlap": law["overlap"], "formula": RAMP} if effort_sharing else None,
         "limits": {
             "torque": [Number("0"), law["rated_torque"]],
             "torque_rate": model["torque_rate_limit"],
             "pitch": [model["pitch_min"], model["pitch_max"]],
             "pitch_rate": model["pitch_rate_limit"],
         },
-        "start": None if coherent else own["start"],
+        "start": None if effort_sharing else own["start"],
         "observer": {**own["observer"], "equations": EQUATIONS},
         "rotor": _rotor(model),
     }

@@ -182,13 +182,13 @@ def _open(
     claim: Mapping[str, Any],
     model: Mapping[str, Any],
     gains: Mapping[str, Any],
-    earlier: Sequence[Mapping[str, Any]],
+    before: Sequence[Mapping[str, Any]],
 ) -> str:
     """Return why the checker would not prove a claim of the loop, or nothing."""
-    parts = {"model": model, "gains": gains, "claims": [*earlier, claim]}
-    data, place = read_text(json.dumps(parts), "candidate"), len(earlier)
+    parts = {"model": model, "gains": gains, "claims": [*before, claim]}
+    data, place = read_text(json.dumps(parts), "candidate"), len(before)
     below: list[Outcome] = [
-        Claim(str(one["kind"]), Verdict.PROVED, "taken as proved") for one in earlier
+        Claim(str(one["kind"]), Verdict.PROVED, "taken as proved") for one in before
     ]
     found = replay(data["claims"][place], data, None, below, f"claims[{place}]")
     return "" if found.verdict is Verdict.PROVED else in_words(found).text

@@ -21,7 +21,7 @@ from takagi.certificates.requests.decay import Decay
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.models.plant.file_units import file_unit, shown_rate
+from takagi.models.plant.file_units import file_unit, rate_in_file_units
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
 
@@ -88,10 +88,10 @@ def as_sentences(found: LargestChange, plant: Plant, asked: PlantSettings) -> li
     """Return the claims in words, with ranges and rates in the units of the plant's file."""
     wanted = asked.decay_rate if isinstance(asked.decay_rate, float | int) else None
     if found.rate is not None:
-        number, unit = shown_rate(plant, found.rate)
+        number, unit = rate_in_file_units(plant, found.rate)
         if wanted is None or wanted <= found.rate:
             return [f"with these gains a decay of {number:.4g} {unit} is proved on the whole box"]
-        more, own = shown_rate(plant, wanted)
+        more, own = rate_in_file_units(plant, wanted)
         return [
             f"the plant's file asks for a decay rate of {more:.4g} {own}; with these gains "
             f"{number:.4g} {unit} is proved on the whole box: ask for less in [design], or design "
@@ -102,7 +102,7 @@ def as_sentences(found: LargestChange, plant: Plant, asked: PlantSettings) -> li
             f"not even with {float(FINEST):.2g} of the ranges of the states is a decay proved: "
             "these gains do not hold the new plant near its rest; design gains anew"
         ]
-    number, unit = shown_rate(plant, found.share_rate)
+    number, unit = rate_in_file_units(plant, found.share_rate)
     sides = ", ".join(_side(v, found.share) for v in plant.states if v.range is not None)
     return [
         f"with these gains a decay of {number:.4g} {unit} is proved where the ranges of the states "

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from takagi.models.laws.published.regional_schedule import RegionalSchedule
 
 FORMAT, VERSIONS = "takagi-gains", (1, 2, 3)
-COHERENT, PAPER = "coherent", ("paper", "paper-two-integrators")
+EFFORT_SHARING, PUBLISHED = "coherent", ("paper", "paper-two-integrators")
 # Members that an effort-sharing law of version 1 lacked, which had no feed-forward.
 SINCE_2 = ("inertia_feedforward", "feedforward_limit")
 
@@ -56,19 +56,19 @@ def law_from_gains(path: Path, turbine: Turbine | None = None) -> EffortSharingL
     _require_format(document, path)
     data = member(document, "law", str(path))
     name = text(data, "name", f"{path}: law")
-    if name not in (COHERENT, *PAPER):
+    if name not in (EFFORT_SHARING, *PUBLISHED):
         raise CertificateError(
             f"{path}: the law is {name!r}, not a wind turbine's; give the gains.json of a "
             "turbine's design"
         )
-    if name not in PAPER:
+    if name not in PUBLISHED:
         return effort_sharing_law_from_data(_completed(data, document), source=f"{path}: law")
     if turbine is None:
         raise ModelError(
             f"{path}: law {name!r} computes its premises from a turbine's coefficient table; give "
             "the turbine too, law_from_gains(path, load_turbine(...))"
         )
-    return _paper_law(turbine, name, data, path)
+    return _published_law(turbine, name, data, path)
 
 
 def _require_format(document: Any, path: Path) -> None:
@@ -94,7 +94,7 @@ def _completed(data: Any, document: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**data, **{key: [none] * intervals for key in SINCE_2}, "pitch_lead": none}
 
 
-def _paper_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedLaw:
+def _published_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedLaw:
     where = f"{path}: law"
     setpoint = float(number(data, "speed_setpoint", where))
     asked = None if setpoint == turbine.rated_rotor_speed else setpoint

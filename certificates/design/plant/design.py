@@ -33,7 +33,7 @@ from takagi.certificates.design.plant.many_rules import (
     shortened_gains,
 )
 from takagi.certificates.design.plant.plain_words import (
-    cures_of,
+    advice_of,
     in_file_rates,
     in_plant_words,
     require_sensible,
@@ -277,7 +277,7 @@ class _Work:
             )
         if certificate.document["model"]["kind"] != "plant":
             notes = (*certificate.tried[:1], *notes)
-        notes = (*cures_of(certificate.checked), *notes)
+        notes = (*advice_of(certificate.checked), *notes)
         run = None
         if gains is not None:
             document = certificate.document

@@ -30,7 +30,7 @@ from takagi.certificates.design.plant.wished_effort import PRICES, SMALLER, Pric
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.file_units import shown_rate
+from takagi.models.plant.file_units import rate_in_file_units
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.plant.certificate import ClaimRequirements
@@ -302,7 +302,7 @@ def _near_largest(ask: _Question, plant: Plant) -> FoundGains:
     if not top.found:
         return ask.found(top)
     found = ask(SHARE * top.decay_rate)
-    number, unit = shown_rate(plant, float(top.decay_rate))
+    number, unit = rate_in_file_units(plant, float(top.decay_rate))
     note = f"the largest decay rate found is {number:.4g} {unit}; designed at {SHARE:.0%} of it"
     return ask.found(found if found.found else top, note)
 

@@ -64,7 +64,7 @@ def moderate(
     def worth(faster: Design) -> bool:
         if not for_set:
             return _commands_suit(faster, best, price)
-        enough = starts_alone(faster) >= price.reach * starts_alone(slowest)
+        enough = starts_alone(faster) >= price.starts_kept * starts_alone(slowest)
         return bool(np.all(enough if counted is None else enough[counted]))
 
     for rate in rates:
@@ -77,7 +77,7 @@ def moderate(
     if best.decay_rate == 0:
         why = "none that was tried has gains" if rates else "its poles give the plant no time scale"
         return best, f"no decay rate was asked for: rate 0, {why}"
-    cost = f"shrinks the set below {price.reach:.0%}" if for_set else _dearer(price)
+    cost = f"shrinks the set below {price.starts_kept:.0%}" if for_set else _dearer(price)
     note = f"no decay rate was asked for: {best.decay_rate:.4g} 1/s"
     if faster is not best:
         note += f"; twice as fast {cost if faster.found else 'has no gains'}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import TYPE_CHECKING
 
-from takagi.models.plant.file_units import shown_rate
+from takagi.models.plant.file_units import rate_in_file_units
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.gains import FoundGains
@@ -68,7 +68,7 @@ def _undecided(plant: Plant, asked: PlantSettings) -> str:
     """Return the sentence where the solvers found neither gains nor a reason why there are none."""
     rate = asked.decay_rate
     if isinstance(rate, float | int) and rate > 0:
-        number, unit = shown_rate(plant, rate)
+        number, unit = rate_in_file_units(plant, rate)
         return (
             f"No solver found gains with the decay rate of {number:.4g} {unit}, nor a proof that "
             "there are none. What to change: lower the rate (--decay-rate, or a longer --settle); "
@@ -89,12 +89,12 @@ def _what(wish: str, plant: Plant, asked: PlantSettings) -> str:
     if wish == DECAY:
         rate = asked.decay_rate
         if isinstance(rate, float | int) and rate > 0:
-            number, unit = shown_rate(plant, rate)
+            number, unit = rate_in_file_units(plant, rate)
             return f"the decay rate of {number:.4g} {unit}, which all rules and their blends need"
         return "that one function has to decay along all rules and their blends"
     if wish == "fastest":
         assert asked.fastest is not None
-        number, unit = shown_rate(plant, asked.fastest)
+        number, unit = rate_in_file_units(plant, asked.fastest)
         return f"fastest = {number:.4g} {unit}, the largest size of the poles"
     return {
         "damping": f"damping = {asked.damping or 0:g}, the least damping ratio of the poles",

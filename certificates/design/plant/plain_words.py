@@ -15,7 +15,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.plant.file_units import file_unit, shown_rate
+from takagi.models.plant.file_units import file_unit, rate_in_file_units
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -69,7 +69,7 @@ def in_file_rates(words: str, plant: Plant) -> str:
         value = float(found.group(1))
         if value <= 0:
             return found.group(0)
-        number, unit = shown_rate(plant, value)
+        number, unit = rate_in_file_units(plant, value)
         return found.group(0) if unit == "1/s" else f"{number:.4g} {unit}"
 
     return _RATE.sub(shown, words)
@@ -265,7 +265,7 @@ def _range(variable: Variable, size: float) -> str:
     return f"[{low / size:.6g}, {high / size:.6g}]"
 
 
-def cures_of(checked: Checked) -> tuple[str, ...]:
+def advice_of(checked: Checked) -> tuple[str, ...]:
     """Return what to write where the checker cannot prove that the model is the plant; () else."""
     for claim in checked.claims:
         if claim.verdict.name != "UNDECIDED" or not claim.text.startswith("not proved: "):

@@ -28,19 +28,19 @@ class Price:
     Attributes
     ----------
     room : share of an input's range that commands may use.
-    reach : share of the largest set's starts that a faster loop must leave.
+    starts_kept : share of the largest set's starts that a faster loop must leave.
     commands : how many times as large a doubled rate may make the commands.
     """
 
     room: float
-    reach: float
+    starts_kept: float
     commands: float
 
 
 PRICES: dict[Effort, Price] = {
-    "small": Price(room=0.5, reach=0.8, commands=1.5),
-    "moderate": Price(room=1.0, reach=0.6, commands=2.0),
-    "large": Price(room=1.0, reach=0.3, commands=4.0),
+    "small": Price(room=0.5, starts_kept=0.8, commands=1.5),
+    "moderate": Price(room=1.0, starts_kept=0.6, commands=2.0),
+    "large": Price(room=1.0, starts_kept=0.3, commands=4.0),
 }
 # Shares of the largest gain's norm that a small effort tries, least first.
 SMALLER = (0.5, 0.7, 0.85)

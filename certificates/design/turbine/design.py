@@ -63,7 +63,7 @@ def design_turbine(
     law: Law
     stated: Callable[[], dict[str, Any]]
     if asked.law == "coherent":
-        effort, found = _coherent(turbine, asked, clock)
+        effort, found = _effort_sharing(turbine, asked, clock)
         law = found.law
         stated = partial(
             loop_document,
@@ -101,7 +101,7 @@ def design_turbine(
     return replace(design, document=bound(document, turbine_members(design)))
 
 
-def _coherent(
+def _effort_sharing(
     turbine: Turbine, asked: DesignSettings, clock: StepClock
 ) -> tuple[EffortDesign, EffortSharingGainDesign]:
     with clock("gains of the effort-sharing law"):

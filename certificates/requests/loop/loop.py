@@ -229,7 +229,3 @@ def _gains(model: TSModel, gains: ArrayLike, *, own_rules: bool) -> Floats:
             f"({r}, {m}, {n}), or ({m}, {n}) for one gain in all rules"
         )
     return K
-
-
-# Names that earlier versions had.
-Loop = ClaimedLoop

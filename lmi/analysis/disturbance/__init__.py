@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel as DisturbanceChannel
     from takagi.lmi.analysis.disturbance.channel import disturbance_channel as disturbance_channel
     from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of as energy_gain_of
-    from takagi.lmi.analysis.disturbance.output_variance import variance_shown as variance_shown
-    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_shown as peak_shown
+    from takagi.lmi.analysis.disturbance.output_variance import variance_bound as variance_bound
+    from takagi.lmi.analysis.disturbance.peak_to_peak import peak_bound as peak_bound
     from takagi.lmi.analysis.disturbance.reachable_set import OneVertex as OneVertex
 
-__getattr__, __dir__ = lazy_names(__name__)
+__getattr__, __dir__ = lazy_names(
+    __name__, peak_shown="peak_bound", variance_shown="variance_bound"
+)

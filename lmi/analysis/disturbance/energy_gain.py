@@ -161,7 +161,9 @@ def hinf_norm(
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2; Gahinet and Apkarian (1994).
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
-    return least_gain(path, scales, _posed, _shown, guess=guessed_of_energy, tolerance=tolerance)
+    return least_gain(
+        path, scales, _condition, _gain_and_P, guess=guessed_of_energy, tolerance=tolerance
+    )
 
 
 def energy_gain_of(channel: DisturbanceChannel, P: Floats) -> float:
@@ -184,11 +186,11 @@ def energy_gain_of(channel: DisturbanceChannel, P: Floats) -> float:
     return float(np.linalg.eigvalsh(total)[:, -1].max())
 
 
-def _posed(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
+def _condition(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
     return hinf_norm_condition(scaled)
 
 
-def _shown(
+def _gain_and_P(
     scaled: DisturbanceChannel, units: ChannelUnits, values: Mapping[str, Floats]
 ) -> tuple[float, Floats]:
     P, s = values["P"][0], units.states

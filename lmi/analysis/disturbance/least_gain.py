@@ -24,7 +24,7 @@ from takagi.models.arrays import Floats
 Pose: TypeAlias = Callable[[DisturbanceChannel, ChannelUnits], Condition]
 # The gain that the unknowns show at all vertices, recomputed from them, and P; both in the units
 # of the path as it was before it was scaled.
-Shown: TypeAlias = Callable[
+Measure: TypeAlias = Callable[
     [DisturbanceChannel, ChannelUnits, Mapping[str, Floats]], tuple[float, Floats]
 ]
 # A guess of P, up to a factor, from a single system near the path.
@@ -40,7 +40,7 @@ def least_gain(
     path: DisturbanceChannel,
     scales: ArrayLike | None,
     pose: Pose,
-    shown: Shown,
+    measure: Measure,
     *,
     decay_rate: float = 0.0,
     noise: bool = False,
@@ -53,7 +53,7 @@ def least_gain(
     Parameters
     ----------
     scales : (n,) engineering range of each state; None balances the vertices.
-    pose, shown : the condition, and what its unknowns show.
+    pose, measure : the condition, and what its unknowns show.
     decay_rate : alpha in 1/s that the condition also asks for.
     noise : the disturbance is white.
     infinite : why no gain is finite; empty when it may be.
@@ -73,20 +73,26 @@ def least_gain(
     tries: tuple[Try, ...] = ()
     found, sure = None, False
     if T is not None:
-        found, sure = _in_states(path, T, pose, shown, noise=noise, slack=tolerance)
+        found, sure = _in_states(path, T, pose, measure, noise=noise, slack=tolerance)
         tries = found.tries
     if found is None or found.gain is None:
-        found, sure = _attempt(path, s, pose, shown, noise=noise, slack=tolerance)
+        found, sure = _attempt(path, s, pose, measure, noise=noise, slack=tolerance)
         found = replace(found, tries=(*tries, *found.tries))
     if found.gain is None:
         return _answer_without(path, s, found, decay_rate)
     if sure:
         return found
-    return _confirmed(path, found, pose, shown, noise=noise, slack=tolerance)
+    return _confirmed(path, found, pose, measure, noise=noise, slack=tolerance)
 
 
 def _attempt(
-    path: DisturbanceChannel, s: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+    path: DisturbanceChannel,
+    s: Floats,
+    pose: Pose,
+    measure: Measure,
+    *,
+    noise: bool,
+    slack: float,
 ) -> tuple[Answer, bool]:
     """Return the answer posed in x = s xhat; without a gain where no solver came near the least.
 
@@ -96,7 +102,7 @@ def _attempt(
     scaled = path.scaled(units)
     condition = pose(scaled, units)
     outcome = optimise_by_rounds(condition, slack=slack)
-    gain, P, why = _gain_of(outcome, scaled, units, shown, noise=noise)
+    gain, P, why = _gain_of(outcome, scaled, units, measure, noise=noise)
     good = gain is not None and not why
     sure = outcome.objective - outcome.least <= (slack + SURE) * abs(outcome.least)
     answer = replace(
@@ -120,7 +126,12 @@ def _unit(units: ChannelUnits, *, noise: bool) -> ObjectiveUnit:
 
 
 def _gain_of(
-    outcome: Outcome, scaled: DisturbanceChannel, units: ChannelUnits, shown: Shown, *, noise: bool
+    outcome: Outcome,
+    scaled: DisturbanceChannel,
+    units: ChannelUnits,
+    measure: Measure,
+    *,
+    noise: bool,
 ) -> tuple[float | None, Floats | None, str]:
     """Return the gain that the unknowns show, its P, and why it is not the least; each may be None.
 
@@ -129,7 +140,7 @@ def _gain_of(
     values = outcome.values if near_least(outcome) else outcome.feasible
     if not values:
         return None, None, ""
-    gain, P = shown(scaled, units, values)
+    gain, P = measure(scaled, units, values)
     if near_least(outcome):
         return gain, P, ""
     # The objective under white noise is a variance, and per unit of time.
@@ -140,11 +151,17 @@ def _gain_of(
 
 
 def _in_states(
-    path: DisturbanceChannel, T: Floats, pose: Pose, shown: Shown, *, noise: bool, slack: float
+    path: DisturbanceChannel,
+    T: Floats,
+    pose: Pose,
+    measure: Measure,
+    *,
+    noise: bool,
+    slack: float,
 ) -> tuple[Answer, bool]:
     """Return the answer posed in x = T xhat, and whether its lower bound confirms it."""
     one = np.ones(len(T))
-    found, sure = _attempt(path.in_states(T), one, pose, shown, noise=noise, slack=slack)
+    found, sure = _attempt(path.in_states(T), one, pose, measure, noise=noise, slack=slack)
     if found.P is None:
         return replace(found, coordinates=None), sure
     back = np.linalg.inv(T)
@@ -152,7 +169,13 @@ def _in_states(
 
 
 def _confirmed(
-    path: DisturbanceChannel, found: Answer, pose: Pose, shown: Shown, *, noise: bool, slack: float
+    path: DisturbanceChannel,
+    found: Answer,
+    pose: Pose,
+    measure: Measure,
+    *,
+    noise: bool,
+    slack: float,
 ) -> Answer:
     """Return the answer in states where the first P is |x|^2, if its gain is less.
 
@@ -165,7 +188,7 @@ def _confirmed(
     T = states_of(found.P)
     if T is None:
         return found
-    other, _ = _in_states(path, T, pose, shown, noise=noise, slack=slack)
+    other, _ = _in_states(path, T, pose, measure, noise=noise, slack=slack)
     tries = (*found.tries, *other.tries)
     if other.gain is None or other.P is None or not other.gain < (1 - AGREED) * found.gain:
         return replace(found, tries=tries)

@@ -185,8 +185,8 @@ def h2_norm(
     return least_gain(
         path,
         scales,
-        _posed,
-        _shown,
+        _condition,
+        _gain_and_P,
         noise=True,
         infinite=why,
         guess=guessed_of_variance,
@@ -195,7 +195,7 @@ def h2_norm(
     )
 
 
-def variance_shown(channel: DisturbanceChannel, P: Floats) -> tuple[float, Floats]:
+def variance_bound(channel: DisturbanceChannel, P: Floats) -> tuple[float, Floats]:
     """Return (nu, kappa P): the least multiple of P that holds at the vertices, and its bound nu.
 
     kappa = max_i lambda_max(C_i F_i^-1 C_i') with F_i of ``motion_of``; inf when V does not fall
@@ -232,14 +232,14 @@ def infinite_variance(D: Floats, sample_time: float | None) -> str:
     )
 
 
-def _posed(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
+def _condition(scaled: DisturbanceChannel, units: ChannelUnits) -> Condition:
     return h2_norm_condition(scaled)
 
 
-def _shown(
+def _gain_and_P(
     scaled: DisturbanceChannel, units: ChannelUnits, values: Mapping[str, Floats]
 ) -> tuple[float, Floats]:
-    nu, P = variance_shown(scaled, values["P"][0])
+    nu, P = variance_bound(scaled, values["P"][0])
     s = units.states
     gain = float(np.sqrt(nu * units.rate)) * units.output / units.disturbance
     return gain, units.output**2 / units.rate * P / s / s[:, None]

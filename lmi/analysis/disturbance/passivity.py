@@ -71,10 +71,10 @@ def passivity_condition(
 
     Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 2.7.2 and 6.3.3.
     """
-    return _posed(disturbance_channel(model, B, C, D, sample_time=sample_time))
+    return _condition(disturbance_channel(model, B, C, D, sample_time=sample_time))
 
 
-def _posed(path: DisturbanceChannel) -> Condition:
+def _condition(path: DisturbanceChannel) -> Condition:
     n, q, p = path.A.shape[1], path.B.shape[2], path.C.shape[1]
     if q != p:
         raise ModelError(
@@ -139,7 +139,7 @@ def passivity(
     scaled = DisturbanceChannel(
         path.A * s / s[:, None], path.B / s[:, None], path.C * s, path.D, path.sample_time
     )
-    condition = _posed(scaled)
+    condition = _condition(scaled)
     outcome = decide(condition)
     answer = outcome.as_answer(condition, s)
     if outcome.status == "candidate":

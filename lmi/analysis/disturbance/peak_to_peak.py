@@ -91,8 +91,8 @@ def peak_gain(
     answer = least_gain(
         path.in_states(search.states),
         np.ones(path.A.shape[1]),
-        partial(_posed, rate=rate),
-        partial(_shown, rate=rate),
+        partial(_condition, rate=rate),
+        partial(_gain_and_P, rate=rate),
         decay_rate=rate,
     )
     if answer.P is None:
@@ -101,7 +101,7 @@ def peak_gain(
     return replace(answer, P=back.T @ answer.P @ back, decay_rate=rate, coordinates=None)
 
 
-def peak_shown(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[float, Floats]:
+def peak_bound(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[float, Floats]:
     """Return (gamma, sigma P / mu): the least gamma, and the ellipsoid, that P and a rate show.
 
     With F, G, H of ``motion_of`` and F_sigma = F - sigma P > 0 (inf where it is not),
@@ -208,24 +208,24 @@ class _Search:
         inside = self.path.in_states(self.states)
         units = ChannelUnits.of(inside, np.ones(len(self.states)))
         scaled = inside.scaled(units)
-        found = unknowns_near_least(_posed(scaled, units, rate=rate))
+        found = unknowns_near_least(_condition(scaled, units, rate=rate))
         if not found:
             return np.inf
         P = found["P"][0]
-        gamma, _ = peak_shown(scaled, P, rate / units.rate)
+        gamma, _ = peak_bound(scaled, P, rate / units.rate)
         if np.isfinite(gamma):
             self._adapt(P / units.states / units.states[:, None])
         return gamma * units.output / units.disturbance
 
 
-def _posed(scaled: DisturbanceChannel, units: ChannelUnits, *, rate: float) -> Condition:
+def _condition(scaled: DisturbanceChannel, units: ChannelUnits, *, rate: float) -> Condition:
     return peak_gain_condition(scaled, decay_rate=rate / units.rate)
 
 
-def _shown(
+def _gain_and_P(
     scaled: DisturbanceChannel, units: ChannelUnits, values: Mapping[str, Floats], *, rate: float
 ) -> tuple[float, Floats]:
-    gain, P = peak_shown(scaled, values["P"][0], rate / units.rate)
+    gain, P = peak_bound(scaled, values["P"][0], rate / units.rate)
     s = units.states
     # The ellipsoid of |w| <= 1 is that of |what| <= 1 over the unit of w.
     return gain * units.output / units.disturbance, units.disturbance**2 * P / s / s[:, None]

@@ -117,7 +117,7 @@ def _solved(task: _Task, P: Floats, relaxation: str) -> tuple[Condition, Outcome
     """Pose and solve in states where P is the identity; again where it ends, if that was far."""
     for _ in range(ROUNDS):
         units = _CostUnits.of(task, P)
-        posed = task.posed(units)
+        posed = task.in_units(units)
         condition = lqr_pdc_condition(
             posed, posed.Q, posed.R, relaxation=relaxation, deviations=posed.factor, span=units.rate
         )
@@ -145,7 +145,7 @@ class _Task:
     premises: tuple[Premise, ...] = ()
     rules: tuple[tuple[int, ...], ...] = ()
 
-    def posed(self, units: _CostUnits) -> _Task:
+    def in_units(self, units: _CostUnits) -> _Task:
         """Return the task in the given coordinates."""
         T, U = units.states, units.inputs
         # Steps cannot be counted in other units than steps.

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.answer import Answer, Design
-from takagi.lmi.condition.shown_rate import shown_rate
+from takagi.lmi.condition.rate_of_values import rate_of_values
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble
 from takagi.lmi.decision.decide import decide, improve
@@ -67,7 +67,7 @@ def decided(
 
     Other units settle more, and sooner, than other solvers: those are asked last, ``most`` of them.
     """
-    condition = task.posed(decay_rate, relaxation)
+    condition = task.condition(decay_rate, relaxation)
     data = assemble(condition)
     outcome = _first_look(condition, data)
     first = LimitedOutcome(task, condition, data, outcome)
@@ -135,7 +135,7 @@ def _in_better_units(
     if diagonal.min() <= 0 or diagonal.max() < NOISE:
         return first
     task = first.task.in_units_of(values["Q"][0])
-    condition = task.posed(decay_rate, relaxation)
+    condition = task.condition(decay_rate, relaxation)
     return LimitedOutcome(task, condition, assemble(condition), first.outcome, first.effort)
 
 
@@ -160,7 +160,7 @@ def _from_no_limits(
             plain = fit
         else:
             units = fit.task.in_units_of(plain.outcome.values["Q"][0])
-            condition = units.posed(decay_rate, relaxation)
+            condition = units.condition(decay_rate, relaxation)
             begun = replace(plain.outcome, tries=())
             posed = LimitedOutcome(units, condition, assemble(condition), begun, EFFORTS[2])
             plain = _again(posed, EFFORTS[2])
@@ -170,9 +170,9 @@ def _from_no_limits(
     return replace(plain, outcome=replace(plain.outcome, tries=tries))
 
 
-def rate_shown(found: LimitedOutcome) -> float:
+def rate_of(found: LimitedOutcome) -> float:
     """Return the largest decay rate in 1/s that the unknowns of a candidate show."""
-    return shown_rate(found.condition, found.outcome.values, found.task.sample_time)
+    return rate_of_values(found.condition, found.outcome.values, found.task.sample_time)
 
 
 def _gains(task: DecayRequest, outcome: Outcome) -> Floats:
@@ -198,7 +198,7 @@ def _answer(found: LimitedOutcome, relaxation: str) -> Answer:
     return replace(
         outcome.as_answer(condition, task.s),
         P=_lyapunov(task, outcome) if good else None,
-        decay_rate=rate_shown(found) if good else None,
+        decay_rate=rate_of(found) if good else None,
         diagnosis="" if good else _diagnosis(task, condition, outcome, relaxation),
     )
 
@@ -212,7 +212,7 @@ def _no_by_fixed_mode(
         margin=-np.inf,
         bound=0.0,
         coordinates=task.s,
-        condition=task.posed(decay_rate, relaxation),
+        condition=task.condition(decay_rate, relaxation),
         diagnosis=(
             f"vertex {vertex + 1} of {len(task.A)}: no input moves the mode at {eigenvalue:.6g}, "
             f"which decays slower than {decay_rate:g} 1/s; ask for a decay rate below "

@@ -11,7 +11,7 @@ from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.decay.condition import size_of_motion
-from takagi.lmi.gains.decay.design import decided, design_at, design_of, rate_shown
+from takagi.lmi.gains.decay.design import decided, design_at, design_of, rate_of
 from takagi.lmi.gains.decay.limited_outcome import EFFORTS, LimitedOutcome, stopped_by_limit
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.solver.solve import Session
@@ -49,7 +49,7 @@ class Largest:
 def largest(task: DecayRequest, relaxation: str | Relaxation, *, start: float = 0.0) -> Largest:
     """Return the bracket of the largest decay rate, from ``start`` in 1/s upwards.
 
-    A candidate shows a rate above the one it was asked for (``rate_shown``), so the lower end
+    A candidate shows a rate above the one it was asked for (``rate_of``), so the lower end
     rises by more than the bracket is halved; the cone data are assembled once for each choice of
     units, and only the number of the rate is changed in them.
     """
@@ -82,7 +82,7 @@ class _Search:
 
     def __init__(self, first: LimitedOutcome, relaxation: str | Relaxation) -> None:
         self.best, self.most = first, _most(first.task)
-        self.low, self.high, self.none = min(rate_shown(first), self.most), np.inf, np.inf
+        self.low, self.high, self.none = min(rate_of(first), self.most), np.inf, np.inf
         self._relaxation, self._session = relaxation, Session()
         self._effort = {"nu": EFFORTS[-1]}
 
@@ -115,7 +115,7 @@ class _Search:
                 self.none = rate
             return
         self.best = found
-        self.low = max(rate, min(rate_shown(self.best), self.most))
+        self.low = max(rate, min(rate_of(self.best), self.most))
         if self.low >= self.none:
             # Within the solver's tolerances of the end; what was checked by eigenvalues counts.
             self.none = np.inf
@@ -126,7 +126,7 @@ class _Search:
         diagonal = np.diag(best.outcome.values["Q"][0])
         if diagonal.max() > SPREAD**2 * diagonal.min():
             task = best.task.in_units_of(best.outcome.values["Q"][0])
-            condition = task.posed(rate, self._relaxation)
+            condition = task.condition(rate, self._relaxation)
             return LimitedOutcome(task, condition, assemble(condition), best.outcome, EFFORTS[-1])
         number = rate_parameter(rate, best.task.sample_time)
         condition = best.condition.with_parameters(**number)

@@ -105,7 +105,7 @@ def in_fitting_size(
     if not d <= high:
         d /= 2.0
     task = replace(task, limits=limited.limits, s=task.s * d, tau=task.tau * d)
-    condition = task.posed(rate, pose)
+    condition = task.condition(rate, pose)
     found = margin(condition, outcome.values)
     status: Status = "candidate" if holds(condition, found) else "unknown"
     outcome = replace(outcome, status=status, margin=found, multipliers={}, bound=np.inf)

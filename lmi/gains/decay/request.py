@@ -65,7 +65,7 @@ class DecayRequest:
         """Return how many numbers one gain for each rule has, r m n."""
         return self.B.size
 
-    def posed(self, decay_rate: float, relaxation: str | Relaxation) -> Condition:
+    def condition(self, decay_rate: float, relaxation: str | Relaxation) -> Condition:
         """Return the LMIs at this decay rate, in the scaled coordinates."""
         return pdc_condition(
             self,
@@ -153,7 +153,7 @@ def _states(moved: Array, limits: Limits, scales: ArrayLike | None) -> Floats:
     """Return powers of two, so that the scaled vertices are exactly the given ones."""
     if scales is None and limits.states is not None and np.isfinite(limits.states).all():
         return nearest_power(limits.states)
-    initial = limits.reach
+    initial = limits.initial_extent
     if scales is None and initial is not None:
         shape = balanced_states(moved)
         # An ellipsoid that holds the box is never flat where the box is: states move each other.

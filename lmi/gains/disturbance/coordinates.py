@@ -58,7 +58,7 @@ class DisturbanceCoordinates:
         peak: float | None = None,
         energy: float | None = None,
         noise: bool = False,
-        reach: float = 1.0,
+        growth: float = 1.0,
     ) -> DisturbanceCoordinates:
         """Return coordinates where x' P x is |xhat|^2 and the loop's numbers are of order one.
 
@@ -69,7 +69,7 @@ class DisturbanceCoordinates:
             limits, counts it from zero.
         limits : where there are some, the states are only scaled, by powers of two.
         peak, energy : of w, to be 1 in these coordinates; None where its unit is free.
-        reach : how much farther the states get under the disturbance than those of a loop that
+        growth : how much farther the states get under the disturbance than those of a loop that
             decays as fast as it moves; for peak and energy.
         noise : w is white noise, whose effect in one sample is the root of that share of time.
         """
@@ -87,7 +87,7 @@ class DisturbanceCoordinates:
             pushed = speed if peak is not None or step is None else share**0.5
             if entering:
                 # The ellipsoid that such disturbances reach is about the unit ball.
-                T = T * _power(reach * entering * disturbance / pushed)
+                T = T * _power(growth * entering * disturbance / pushed)
         elif entering:
             disturbance = (speed if step is None else 1.0 if noise else share**0.5) / entering
         else:
@@ -122,11 +122,11 @@ class DisturbanceCoordinates:
         K = self.feedback + K
         return np.broadcast_to(K, (rules, *K.shape[1:])).copy()
 
-    def posed(self, plant: DisturbedPlant) -> DisturbedPlant:
+    def scaled_plant(self, plant: DisturbedPlant) -> DisturbedPlant:
         """Return the plant in these coordinates."""
         if self.feedback.any():
             plain = replace(self, feedback=np.zeros_like(self.feedback))
-            return plain.posed(plant.fed_back(self.feedback))
+            return plain.scaled_plant(plant.fed_back(self.feedback))
         T, tau, rate = self.states, self.inputs, self.rate
         c, d = self.output, self.disturbance
         return replace(
@@ -139,8 +139,8 @@ class DisturbanceCoordinates:
             D11=plant.D11 * (d / c),
         )
 
-    def posed_gains(self, K: Floats) -> Floats:
-        """Return the gains (r, m, n) of the model in these coordinates: M_i = posed_gains Q."""
+    def scaled_gains(self, K: Floats) -> Floats:
+        """Return the gains (r, m, n) of the model in these coordinates: M_i = scaled_gains Q."""
         return np.asarray((K - self.feedback) @ self.states / self.inputs[:, None])
 
     def quadratic(self, Q: Floats) -> Floats:

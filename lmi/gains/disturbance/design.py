@@ -107,7 +107,7 @@ def designed(
             P = plain.P
         if not is_definite(P):
             continue
-        found = _solved(task, *_posed(task, pose, P, feedback))
+        found = _solved(task, *_in_coordinates(task, pose, P, feedback))
         tries += found.outcome.tries
         if near_least(found.outcome):
             return _with_tries(
@@ -132,7 +132,7 @@ def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved
     for _ in range(SIZES):
         if not is_definite(P):
             break
-        units, _ = _posed(task, pose, P, feedback)
+        units, _ = _in_coordinates(task, pose, P, feedback)
         units = replace(units, output=units.output * shown)
         condition, slack = pose(task, units), task.tolerance
         outcome = optimise(condition, slack=slack, inside=slack, most=FEW)
@@ -163,7 +163,7 @@ def _guesses(task: DisturbanceRequest) -> Iterator[tuple[Floats | None, Floats |
         yield np.eye(task.plant.A.shape[1]), None
 
 
-def _posed(
+def _in_coordinates(
     task: DisturbanceRequest, pose: Pose, P: Floats, feedback: Floats | None
 ) -> tuple[DisturbanceCoordinates, Condition]:
     """Return coordinates where x' P x is |x|^2, and the condition in them."""
@@ -175,7 +175,7 @@ def _posed(
         peak=task.peak,
         energy=task.energy,
         noise=task.noise,
-        reach=task.reach,
+        growth=task.growth,
     )
     return units, pose(task, units)
 
@@ -206,7 +206,7 @@ def _confirmed(task: DisturbanceRequest, pose: Pose, meaning: Meaning, found: _S
         least = meaning.gain(found.units, objective / (1 + task.tolerance))
         if not is_definite(found.P):
             break
-        units, condition = _posed(task, pose, found.P, found.units.feedback)
+        units, condition = _in_coordinates(task, pose, found.P, found.units.feedback)
         claimed = least_objective(condition, held=0.0)
         if not 0 < claimed or not meaning.gain(units, claimed) < (1 - AGREED) * least:
             break
@@ -251,7 +251,7 @@ def _with_tries(design: Design, tries: tuple[Try, ...]) -> Design:
 def _held(found: _Solved, gains: Floats) -> float:
     """Return the margin with M = K Q, K the rounded gains that are returned."""
     Q, M = found.outcome.values["Q"], found.outcome.values["M"]
-    K = found.units.posed_gains(gains[: len(M)])
+    K = found.units.scaled_gains(gains[: len(M)])
     return margin(found.condition, {**found.outcome.values, "M": K @ Q})
 
 

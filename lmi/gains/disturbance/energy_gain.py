@@ -103,14 +103,14 @@ def hinf_pdc(
         tolerance=(2 if task.level else 1) * task.tolerance,
     )
     meaning = Meaning(
-        gain=partial(_energy_gain, squared=task.level), size=_as_posed if task.level else _storage
+        gain=partial(_energy_gain, squared=task.level), size=_unit_size if task.level else _storage
     )
-    return designed(task, _posed, meaning)
+    return designed(task, _condition, meaning)
 
 
-def _posed(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
+def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
     return hinf_pdc_condition(
-        units.posed(task.plant),
+        units.scaled_plant(task.plant),
         relaxation=task.relaxation,
         decay_rate=task.decay_rate / units.rate,
         limits=task.inside(units),
@@ -127,7 +127,7 @@ def _storage(units: DisturbanceCoordinates) -> float:
     return units.output * units.disturbance / units.rate
 
 
-def _as_posed(units: DisturbanceCoordinates) -> float:
+def _unit_size(units: DisturbanceCoordinates) -> float:
     return 1.0
 
 

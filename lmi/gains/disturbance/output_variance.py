@@ -80,13 +80,13 @@ def h2_pdc(
         raise ModelError(why)
     # The objective is nu, the square.
     task = replace(task, tolerance=2 * task.tolerance, noise=True)
-    known = regulated(task, _posed)
-    return designed(task, _posed, Meaning(gain=_deviation, size=_cost), known)
+    known = regulated(task, _condition)
+    return designed(task, _condition, Meaning(gain=_deviation, size=_cost), known)
 
 
-def _posed(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
+def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
     return h2_pdc_condition(
-        units.posed(task.plant),
+        units.scaled_plant(task.plant),
         relaxation=task.relaxation,
         decay_rate=task.decay_rate / units.rate,
         limits=task.inside(units),

@@ -119,28 +119,28 @@ def peak_pdc(
     # The objective is kappa, the square.
     task = replace(task, tolerance=2 * task.tolerance, peak=peak)
     direct = float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())
-    meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_as_posed)
+    meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_unit_size)
     if rate is not None:
-        return designed(task, _posed, meaning)
+        return designed(task, _condition, meaning)
     search = _Search(task)
     if search.best() is None:
         return _without_rate(task, search.rates(FINE))
     tried: list[Design] = []
     # Gains with the least bound of all may be too large to be told: then others are near it.
     for look in sorted(search.seen, key=lambda look: look.gain)[:AGAIN]:
-        tried.append(designed(search.task_at(look), _posed, meaning))
+        tried.append(designed(search.task_at(look), _condition, meaning))
         if tried[-1].found or out_of_time():
             return tried[-1]
     return tried[0]
 
 
 class _Look(NamedTuple):
-    """The least gain that was found at a rate [1/s], and the P and reach to look from next."""
+    """The least gain that was found at a rate [1/s], and the P and growth to look from next."""
 
     gain: float
     rate: float
     P: Floats
-    reach: float
+    growth: float
 
 
 class _Search:
@@ -150,8 +150,8 @@ class _Search:
         self.task = task
         self._regulator = guessed_regulator(task.plant)
         n = task.plant.A.shape[1]
-        self.reach = 1.0
-        # The rate [1/s] that ``reach`` is for; None where it is the same for all.
+        self.growth = 1.0
+        # The rate [1/s] that ``growth`` is for; None where it is the same for all.
         self.near: float | None = None
         self.feedback: Floats | None = None
         self.P = np.eye(n) if self._regulator is None else self._regulator.P
@@ -169,7 +169,7 @@ class _Search:
             if tried == 1:
                 rates = self._slow_rates()
             else:
-                self.P, self.reach, self.feedback, self.near = self.begun, 1.0, None, None
+                self.P, self.growth, self.feedback, self.near = self.begun, 1.0, None, None
                 rates = self.rates(FINE if tried else COARSE)
             found = least_over_rate(self.value, rates, tolerance=NEAR) if rates else None
             if found is not None:
@@ -180,13 +180,17 @@ class _Search:
     def task_at(self, look: _Look) -> DisturbanceRequest:
         """Return the task at a look's rate, from there."""
         return replace(
-            self.task, decay_rate=look.rate, guess=look.P, reach=look.reach, feedback=self.feedback
+            self.task,
+            decay_rate=look.rate,
+            guess=look.P,
+            growth=look.growth,
+            feedback=self.feedback,
         )
 
     def _go_to_best(self) -> None:
         """Go where the least gain so far was found: from elsewhere a rate may show far more."""
         best = min(self.seen, key=lambda look: look.gain)
-        self.P, self.reach = best.P, best.reach
+        self.P, self.growth = best.P, best.growth
         self.near = None if self.near is None else best.rate
 
     def _slow_rates(self) -> list[float]:
@@ -201,7 +205,7 @@ class _Search:
             self.task.plant, self.P, feedback=self.feedback, limits=self.task.limits
         )
         step = self.task.plant.sample_time
-        self.reach, self.near = max(1.0, units.rate / (2.0 * rate * (step or 1.0))), rate
+        self.growth, self.near = max(1.0, units.rate / (2.0 * rate * (step or 1.0))), rate
         return [float(one) for one in np.geomspace(rate / SLOWER, rate * FASTER, SLOW)]
 
     def value(self, rate: float) -> float:
@@ -212,16 +216,16 @@ class _Search:
         """
         if self.seen:
             self._go_to_best()
-        found = self._looked(rate, self.P, self.reach)
+        found = self._looked(rate, self.P, self.growth)
         if not np.isfinite(found) and self.near is None and self.P is not self.begun:
             # What another rate left may be so ill-conditioned that nothing is found from it.
             found = self._looked(rate, self.begun, 1.0)
         return found
 
-    def _looked(self, rate: float, P: Floats, reach: float) -> float:
+    def _looked(self, rate: float, P: Floats, growth: float) -> float:
         """Return about the least gain at a rate, looked for where this P is |x|^2."""
         task = replace(self.task, decay_rate=rate)
-        reach = reach if self.near is None else reach * float(np.sqrt(self.near / rate))
+        growth = growth if self.near is None else growth * float(np.sqrt(self.near / rate))
         for _ in range(LOOKS):
             units = DisturbanceCoordinates.of(
                 task.plant,
@@ -229,9 +233,9 @@ class _Search:
                 feedback=self.feedback,
                 limits=task.limits,
                 peak=task.peak,
-                reach=reach,
+                growth=growth,
             )
-            condition = _posed(task, units)
+            condition = _condition(task, units)
             found = unknowns_near_least(condition)
             if not found:
                 return np.inf
@@ -241,16 +245,16 @@ class _Search:
             if held > (0.0 if self.near is None else -HAIR):
                 closer = units.quadratic(found["Q"][0])
                 if is_definite(closer):
-                    self.P, self.reach = closer, reach
+                    self.P, self.growth = closer, growth
                 self.near = None if self.near is None else rate
                 gain = float(np.sqrt(found["kappa"][0, 0, 0])) * units.output
-                self.seen.append(_Look(gain, rate, self.P, self.reach))
+                self.seen.append(_Look(gain, rate, self.P, self.growth))
                 return gain
             if task.limits is not None or not SMALL < values[0]:
                 break
             if held < MISSED and values[-1] < FAR:
                 break
-            P, reach = units.quadratic(found["Q"][0]), reach * float(np.sqrt(values[-1]))
+            P, growth = units.quadratic(found["Q"][0]), growth * float(np.sqrt(values[-1]))
             if not is_definite(P):
                 break
         return np.inf
@@ -296,9 +300,9 @@ def _without_rate(task: DisturbanceRequest, rates: list[float]) -> Design:
     return replace(plain, gains=None, P=None, margin=0.0, answer=answer)
 
 
-def _posed(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
+def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:
     return peak_pdc_condition(
-        units.posed(task.plant),
+        units.scaled_plant(task.plant),
         decay_rate=task.decay_rate / units.rate,
         relaxation=task.relaxation,
         limits=task.inside(units),
@@ -309,5 +313,5 @@ def _peak_gain(units: DisturbanceCoordinates, objective: float, *, direct: float
     return float(np.sqrt(objective)) * units.output / units.disturbance + direct
 
 
-def _as_posed(units: DisturbanceCoordinates) -> float:
+def _unit_size(units: DisturbanceCoordinates) -> float:
     return 1.0

@@ -36,7 +36,7 @@ class DisturbanceRequest:
     tolerance : how far above its least value the objective may end, relative.
     peak, energy : of the disturbance, to be 1 where the limits are posed; None where free.
     noise : the disturbance is white.
-    reach : as for ``DisturbanceCoordinates.of``.
+    growth : as for ``DisturbanceCoordinates.of``.
     guess : of P, but for its size; None takes that of a regulator.
     feedback : a guess of the gains beside that of P; None takes a regulator's.
     """
@@ -50,7 +50,7 @@ class DisturbanceRequest:
     peak: float | None = None
     energy: float | None = None
     noise: bool = False
-    reach: float = 1.0
+    growth: float = 1.0
     guess: Floats | None = None
     feedback: Floats | None = None
 

@@ -142,7 +142,7 @@ def _at(task: DisturbanceRequest, pose: Pose, weight: float) -> _Found | None:
     units = DisturbanceCoordinates.of(task.plant, P_room, feedback=regulator.gains, noise=True)
     condition = pose(task, units)
     data = assemble(condition)
-    posed = units.posed(task.plant)
+    posed = units.scaled_plant(task.plant)
     values = _unknowns(condition, posed, task.tolerance)
     z = None if values is None else _multipliers(data, posed)
     if values is None or z is None:

@@ -58,7 +58,7 @@ def fuzzy_pdc_condition(
     B = input_stack(model, A).astype(np.float64)
     step = sample_time_of(model, sample_time)
     task = _task(model, A, B, step, rate_bounds, relaxation, slack, rates)
-    return task.posed(float(number("decay_rate", decay_rate)), _epsilon(epsilon))
+    return task.condition(float(number("decay_rate", decay_rate)), _epsilon(epsilon))
 
 
 @limited

@@ -76,7 +76,7 @@ class FuzzyRequest:
             weight=theta_weight(self.A, alpha, self.sample_time),
         )
 
-    def posed(self, alpha: float, eps: float = 1.0) -> Condition:
+    def condition(self, alpha: float, eps: float = 1.0) -> Condition:
         """Return the condition; eps is the scalar of continuous time."""
         sought = self.sought(alpha)
         nu = Unknown("nu", 1, 1, latex=r"\nu")

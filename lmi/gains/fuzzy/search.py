@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Try
-from takagi.lmi.condition.shown_rate import rate_of_parameter, shown_rate
+from takagi.lmi.condition.rate_of_values import rate_of_parameter, rate_of_values
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.balance import balanced_inputs, state_units
@@ -72,7 +72,7 @@ def searched(
     # Many solvers for one epsilon only: the last, or the first that a single one left open.
     left: Condition | None = None
     for epsilon in epsilons:
-        condition = task.posed(alpha, epsilon)
+        condition = task.condition(alpha, epsilon)
         data = assemble(condition)
         outcome = decide(condition, rows=rows, assembled=data, most=1)
         tries = (*tries, *outcome.tries)
@@ -97,7 +97,7 @@ def _design(
     good = outcome.status == "candidate"
     answer = replace(
         outcome.as_answer(condition, units.states),
-        decay_rate=shown_rate(condition, outcome.values, task.sample_time) if good else None,
+        decay_rate=rate_of_values(condition, outcome.values, task.sample_time) if good else None,
         diagnosis="" if good else _diagnosis(task, condition, outcome),
     )
     plain = FuzzyDesign(
@@ -140,7 +140,7 @@ def _no_by_fixed_mode(
     slowness = -eigenvalue.real
     if task.sample_time is not None:
         slowness = rate_of_parameter(abs(eigenvalue) ** 2, task.sample_time)
-    condition = task.posed(alpha)
+    condition = task.condition(alpha)
     outcome = Outcome("infeasible", {}, -np.inf, 0.0, {}, ())
     plain = _design(task, units, condition, outcome, alpha)
     why = (

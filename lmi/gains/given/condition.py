@@ -120,7 +120,7 @@ class GivenLoop:
             corners=self.corners,
         )
 
-    def posed(self, decay_rate: float, relaxation: str | Relaxation) -> Condition:
+    def condition(self, decay_rate: float, relaxation: str | Relaxation) -> Condition:
         """Return the LMIs at a decay rate."""
         name = relaxation if isinstance(relaxation, str) else ""
         pose = relaxation if callable(relaxation) else relaxation_named(relaxation)
@@ -203,4 +203,4 @@ def closed_loop_condition(
     loop = given_loop(
         model, gains, overlap=overlap, active_rules=active_rules, sample_time=sample_time
     )
-    return loop.posed(float(number("decay_rate", decay_rate)), relaxation)
+    return loop.condition(float(number("decay_rate", decay_rate)), relaxation)

@@ -82,7 +82,7 @@ def closed_loop_decay(
 
 def decided(loop: GivenLoop, decay_rate: float, relaxation: str | Relaxation) -> Answer:
     """Return whether a relaxation shows one decay rate, in 1/s."""
-    condition = loop.posed(decay_rate, relaxation)
+    condition = loop.condition(decay_rate, relaxation)
     outcome = decide(condition)
     rate = decay_rate if outcome.status == "candidate" else None
     return replace(_answer(loop, condition, outcome), decay_rate=rate)
@@ -106,7 +106,7 @@ def largest_decay(loop: GivenLoop, relaxation: str | Relaxation) -> Answer:
 
 def _begun(loop: GivenLoop, relaxation: str | Relaxation) -> Condition:
     """Return the condition at rate 0 if it holds; else at a lower rate, which P = I shows."""
-    at_rest = loop.posed(0.0, relaxation)
+    at_rest = loop.condition(0.0, relaxation)
     if decide(at_rest).status == "candidate":
         return at_rest
     n = loop.G.shape[2]
@@ -117,7 +117,7 @@ def _begun(loop: GivenLoop, relaxation: str | Relaxation) -> Condition:
     else:
         grows = float(np.log(np.linalg.norm(every, 2, axis=(1, 2)).max())) / loop.sample_time
         size = 1.0 / loop.sample_time
-    return loop.posed(-(max(grows, 0.0) + BELOW * size), relaxation)
+    return loop.condition(-(max(grows, 0.0) + BELOW * size), relaxation)
 
 
 def _rate(loop: GivenLoop, value: float) -> float:

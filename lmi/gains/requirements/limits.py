@@ -52,7 +52,7 @@ class Limits:
         return self.initial is not None or self.ball is not None
 
     @property
-    def reach(self) -> Array | None:
+    def initial_extent(self) -> Array | None:
         """Return (n,), how far the initial states go along each state; None without any."""
         parts = [] if self.initial is None else [np.abs(self.initial).max(axis=0)]
         parts += [] if self.ball is None else [self.ball]

@@ -65,7 +65,9 @@ def requirements_of(
     ModelError : no region, uncertainty that does not fit, active rules that are none of 1 ... r.
     """
     if region is not None and not isinstance(region, EigenvalueRegion):
-        raise ModelError(f"region is {region!r}; a Region is needed, e.g. Region.disc(5.0)")
+        raise ModelError(
+            f"region is {region!r}; an EigenvalueRegion is needed, e.g. EigenvalueRegion.disc(5.0)"
+        )
     blocks = None
     if uncertainty is not None:
         found = blocks_of(uncertainty, r, n, m)  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.shown_rate import rate_of_parameter
+from takagi.lmi.condition.rate_of_values import rate_of_parameter
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Structure
@@ -78,7 +78,7 @@ class LocalUnits:
             sample_time=step,
         )
 
-    def posed(self, plant: DisturbedPlant) -> DisturbedPlant:
+    def scaled_plant(self, plant: DisturbedPlant) -> DisturbedPlant:
         """Return the plant in these coordinates."""
         T, tau, d, c = self.states, self.inputs, self.disturbance, self.output
         return replace(
@@ -91,11 +91,11 @@ class LocalUnits:
             D11=plant.D11 * (d / c),
         )
 
-    def posed_gains(self, K: Floats) -> Floats:
+    def scaled_gains(self, K: Floats) -> Floats:
         """Return gains in these coordinates."""
         return np.asarray(K @ self.states / self.inputs[:, None])
 
-    def posed_structure(self, structure: Structure) -> tuple[Structure, Floats]:
+    def scaled_structure(self, structure: Structure) -> tuple[Structure, Floats]:
         """Return the structure with rows of C of length one, and their lengths before, (p,)."""
         C = structure.C @ self.states
         sizes = np.linalg.norm(C, axis=1)

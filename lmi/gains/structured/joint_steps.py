@@ -102,7 +102,7 @@ class StepSearch:
         n = len(P)
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
-        known = StructuredGains(known=units.posed_gains(K))
+        known = StructuredGains(known=units.scaled_gains(K))
         condition = self._condition(units, unknown, gamma, known)
         outcome, value = self._best(condition, units, known.known, settle)
         if value is None:
@@ -140,13 +140,13 @@ class StepSearch:
         """Return the gains of the inner convex step from a point; None where it finds none."""
         K = self.structure.gains(spot.F)
         units = LocalUnits.of(self.plant, self.objective, spot.P, K, value=spot.value)
-        inside, sizes = units.posed_structure(self.structure)
+        inside, sizes = units.scaled_structure(self.structure)
         n = len(spot.P)
         unknown = Unknown("P", n, n, symmetric=True)
         gamma = Unknown("gamma", 1, 1, latex=r"\gamma")
         rows = self.structure.unknowns()
         near = StructuredGains(
-            known=units.posed_gains(K), structure=inside, unknowns=rows, spread=spread
+            known=units.scaled_gains(K), structure=inside, unknowns=rows, spread=spread
         )
         condition = self._condition(units, unknown, gamma, near)
         if self.objective == "decay_rate":
@@ -184,7 +184,7 @@ class StepSearch:
     def _condition(
         self, units: LocalUnits, P: Unknown, gamma: Unknown, gains: StructuredGains
     ) -> Condition:
-        plant = units.posed(self.plant)
+        plant = units.scaled_plant(self.plant)
         slack, sums = relaxation_named(self.relaxation)(
             loop_sum(plant, self.objective, P, gamma, gains)
         )
@@ -234,7 +234,7 @@ class StepSearch:
             self.tries.extend(outcome.tries)
             good = outcome.status == "candidate"
             return outcome, self._value(outcome, units) if good else None
-        plant = units.posed(self.plant)
+        plant = units.scaled_plant(self.plant)
         # P = I is feasible at this rate, however unstable the loop is: |x'| <= size |x|.
         size = float(np.linalg.norm(plant.A[:, None] - plant.B[:, None] @ K, 2, axis=(2, 3)).max())
         origin = -1.01 * size - units.speed if self.rate == "alpha" else 1.01 * size**2 + 1.0

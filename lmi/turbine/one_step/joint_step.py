@@ -98,7 +98,7 @@ def joint_step(
     directions : (D, 3) rows h_i scaled so that the box is |h_i' x| <= 1; the first is speed.
     room : limits on the change of the gains; None if the gains are fixed.
     """
-    posed = _Posed(windy, still, functions, directions, weights, room)
+    posed = _StepCondition(windy, still, functions, directions, weights, room)
     chosen = [posed.first(around) for around in posed.arounds]
     for _ in range(ROUNDS):
         values = unknowns_near_least(posed.condition(chosen), held=HELD)
@@ -115,7 +115,7 @@ def joint_step(
     return None
 
 
-class _Posed:
+class _StepCondition:
     """The condition in coordinates where P and R are I."""
 
     def __init__(

@@ -280,7 +280,3 @@ def _opened(cell: LoopCell) -> LoopCell:
     if cell.lag_disturbance == 0:
         changed["lag_disturbance"] = OPENED
     return replace(cell, **changed)  # type: ignore[arg-type]
-
-
-# The name of the class in earlier versions; it stays importable.
-LoopFamily = LoopOfGains

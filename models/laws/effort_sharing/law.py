@@ -308,7 +308,3 @@ def _ramp(effort: float, overlap: float) -> float:
         return 0.0
     above = effort + overlap
     return effort if effort >= overlap else above * above / (4 * overlap)
-
-
-# Names that earlier versions had.
-CoherentLaw = EffortSharingLaw

@@ -259,9 +259,3 @@ def _corners(schedule: RegionalSchedule) -> list[dict[str, float]]:
         {p.name: float(p.corners[c]) for p, c in zip(premises, rule, strict=True)}
         for rule in schedule.model.rules
     ]
-
-
-# Names that earlier versions had.
-PaperLaw = PublishedLaw
-PaperRule = PublishedRule
-paper_law = published_law

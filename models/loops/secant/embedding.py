@@ -346,7 +346,3 @@ def _bounds(
         value = Fraction(int(plain.p), int(plain.q))
         return Interval(value, value)
     return round_outward(expression_range(expression, box, tolerance=tolerance).outer)
-
-
-# Names that earlier versions had.
-Region = SecantRegion

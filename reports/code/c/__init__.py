@@ -4,7 +4,7 @@ words        reserved names of C and C++, and the helper functions that a law ma
 expressions  a formula in C
 sample       one sample of the law in C
 source       header and source of a law
-companions   self-test, example and README
+accompanying_files   self-test, example and README
 comparison   whether a C file still is the law of a gain file
 target       the files that `takagi export --to c` writes
 """

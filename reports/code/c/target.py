@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from takagi.reports.code.c.companions import example, page, self_test
+from takagi.reports.code.c.accompanying_files import example, page, self_test
 from takagi.reports.code.c.source import c_source
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.targets import Exported, ExportSettings

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.file_units import file_unit, shown_time
+from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.loops.overshoot import overshoots
@@ -48,7 +48,7 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
     time = settling_time(loop)
     settled = ""
     if time is not None:
-        number, unit = shown_time(loop.plant, time)
+        number, unit = time_in_file_units(loop.plant, time)
         settled = f"{at_most(number)} {unit}"
     return Section(
         "set",

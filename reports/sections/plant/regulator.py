@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.file_units import file_unit, shown_time
+from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.reports.loops.linear_quadratic import MOST_RULES, MOST_STATES, Regulator, regulator
 from takagi.reports.loops.settling import SETTLED
 from takagi.reports.page.labels import name_of
@@ -58,7 +58,7 @@ def _rows(loop: PlantLoop, found: Regulator) -> tuple[tuple[str, ...], ...]:
     ]
     step = loop.model.sample_time
     times = [found.settling(own=own, step=step) for own in (True, False)]
-    shown = [None if time is None else shown_time(loop.plant, time) for time in times]
+    shown = [None if time is None else time_in_file_units(loop.plant, time) for time in times]
     rows.append(
         (
             f"slowest mode at rest falls to {SETTLED:.0%} in",

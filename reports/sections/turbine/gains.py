@@ -23,14 +23,14 @@ def gains_section(design: TurbineDesign) -> Section:
     law = design.effort_sharing_law
     content: dict[str, Any] = {"law": design.law, "coherent": law is not None}
     if law is not None:
-        content |= _coherent(design, law)
+        content |= _effort_sharing(design, law)
     else:
         content["rules"] = [4, len(design.partial_load.rules), len(design.full_load.rules)]
         content["settings"] = design.settings
     return Section("law", "The law and its gains", content)
 
 
-def _coherent(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, Any]:
+def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, Any]:
     limited = design.effort.torque_limited if design.effort is not None else np.zeros(0)
     winds = law.schedule.wind[limited.astype(bool)] if limited.size else limited
     return {

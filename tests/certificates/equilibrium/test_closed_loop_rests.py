@@ -151,5 +151,5 @@ def test_misuse_is_refused(built: Built) -> None:
             closed_loop_equilibria(TURBINE, built.law, winds=winds)
     with pytest.raises(ModelError, match="must be positive"):
         closed_loop_equilibria(TURBINE, built.law, narrowest=0.0)
-    with pytest.raises(ModelError, match="CoherentLaw or a PaperLaw"):
+    with pytest.raises(ModelError, match="an EffortSharingLaw or a PublishedLaw"):
         closed_loop_equilibria(TURBINE, "coherent")  # type: ignore[arg-type]

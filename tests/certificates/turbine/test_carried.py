@@ -14,8 +14,10 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop import carried, limits, moving_claim
 from takagi.certificates.checker.turbine.running_loop.carried import Passed, carried_failures
+from takagi.certificates.checker.turbine.running_loop.inputs import Machine
 from tests.certificates.recorded.answers import recorded
 
 F = Fraction
@@ -40,8 +42,8 @@ class Given(Passed):
 def run() -> list[Passed]:
     data = read_text(json.dumps(json.loads(next(recorded("running-rate"))[1])), "certificate")
     claim = data["claims"][0]
-    plant, law = moving_claim.Plant.read(data["model"]), moving_claim.Law.read(data["gains"])
-    machine = moving_claim.Machine.read(claim, data["model"], data["gains"], "claim")
+    plant, law = Plant.read(data["model"]), Law.read(data["gains"])
+    machine = Machine.read(claim, data["model"], data["gains"], "claim")
     functions = moving_claim._functions(claim, 10, "claim")
     found = []
     for cell in claim["cells"][2:]:
@@ -55,7 +57,7 @@ def run() -> list[Passed]:
 
 def with_ranges(run: Sequence[Passed], *given: tuple[Span, Span]) -> list[Passed]:
     """Return cells with these ranges, whose sets have all the room that there is."""
-    return [Given(one.cell, (WIDE, WIDE), own) for one, own in zip(run, given, strict=True)]
+    return [Given(one.cell, ([WIDE], [WIDE]), own) for one, own in zip(run, given, strict=True)]
 
 
 def winds(found: Any) -> list[Span]:
@@ -71,7 +73,7 @@ def test_cells_with_the_same_ranges_need_no_room(run: list[Passed]) -> None:
     """Also where a command may move as fast as its limit."""
     same = ((F(-1), F(3)), (F(-2), F(1)))
     cells = with_ranges(run, same, same, same, same)
-    tight = [replace(one, rooms=({n: (F(1), F(1)) for n in WIDE},) * 2) for one in cells]
+    tight = [replace(one, rooms=([{n: (F(1), F(1)) for n in WIDE}],) * 2) for one in cells]
     assert carried_failures(tight) == []
 
 
@@ -90,7 +92,10 @@ def test_room_is_asked_for_at_shared_winds(
     assert carried_failures(cells) == []
     rooms = [WIDE, WIDE]
     rooms[end] = {**WIDE, "signal": (F(1), F(1))}
-    cells[k] = replace(cells[k], rooms=(rooms[0], rooms[1]))
+    cells[k] = replace(cells[k], rooms=([rooms[0]], [rooms[1]]))
+    assert winds(carried_failures(cells)) == [cells[k].cell.winds] * shared
+    # In each piece of v_s - v, not in the first alone.
+    cells[k] = replace(cells[k], rooms=([WIDE, rooms[0]], [WIDE, rooms[1]]))
     assert winds(carried_failures(cells)) == [cells[k].cell.winds] * shared
 
 
@@ -117,10 +122,10 @@ def test_the_room_is_the_lag_times_the_rate(
     half = F(1, 3)
     for bound, entered in ((half + way, False), (half + way * F(100001, 100000), True)):
         room = {**WIDE, name: (half**2, bound)}
-        cells[1] = replace(cells[1], rooms=(WIDE, room))
+        cells[1] = replace(cells[1], rooms=([WIDE], [room]))
         assert winds(carried_failures(cells)) == [cells[1].cell.winds] * (not entered)
     # A box that is passed within the lag, however small the set.
-    cells[1] = replace(cells[1], rooms=(WIDE, {**WIDE, name: (F(0), way)}))
+    cells[1] = replace(cells[1], rooms=([WIDE], [{**WIDE, name: (F(0), way)}]))
     assert winds(carried_failures(cells)) == [cells[1].cell.winds]
 
 
@@ -128,7 +133,7 @@ def test_torque_needs_no_room_in_effort_and_signal(run: list[Passed]) -> None:
     """The feed-forward depends on the schedule wind alone."""
     cells = with_ranges(run, *((NOTHING, NOTHING),) * 3, ((F(0), F(1, 5)), NOTHING))
     room = {**WIDE, "effort": (F(1), F(1)), "signal": (F(1), F(1))}
-    cells[2] = replace(cells[2], rooms=(room, room))
+    cells[2] = replace(cells[2], rooms=([room], [room]))
     assert carried_failures(cells) == []
 
 
@@ -160,4 +165,4 @@ def test_the_lead_is_in_units_of_pitch(run: list[Passed]) -> None:
 def test_how_far_a_range_goes_beyond_another() -> None:
     assert carried._beyond((F(-3), F(5)), (F(-1), F(4))) == 2
     assert carried._beyond((F(-3), F(9)), (F(-1), F(4))) == 5
-    assert carried._hull([(F(1), F(2)), (F(-4), F(1)), (F(0), F(3))]) == (-4, 3)
+    assert carried._hull([(F(1), F(2)), (F(-4), F(1)), (F(0), F(3))]) == (F(-4), F(3))

@@ -18,8 +18,8 @@ from takagi.lmi import (
 from takagi.lmi.analysis.disturbance import (
     disturbance_channel,
     energy_gain_of,
-    peak_shown,
-    variance_shown,
+    peak_bound,
+    variance_bound,
 )
 from takagi.models import TSModel
 
@@ -70,11 +70,11 @@ def test_the_bound_holds_at_every_vertex(sample_time: float | None) -> None:
     assert answer.decay_rate is not None
 
     assert energy_gain_of(path, P) == pytest.approx(energy, rel=1e-9)
-    assert np.sqrt(variance_shown(path, R)[0]) == pytest.approx(noise, rel=1e-9)
-    assert peak_shown(path, S, answer.decay_rate)[0] <= peak * (1 + 1e-9)
+    assert np.sqrt(variance_bound(path, R)[0]) == pytest.approx(noise, rel=1e-9)
+    assert peak_bound(path, S, answer.decay_rate)[0] <= peak * (1 + 1e-9)
     few = path.at(np.arange(20))
     assert energy_gain_of(few, P) < energy
-    assert np.sqrt(variance_shown(few, R)[0]) < noise
+    assert np.sqrt(variance_bound(few, R)[0]) < noise
 
 
 def test_one_bad_vertex_among_many_is_found() -> None:

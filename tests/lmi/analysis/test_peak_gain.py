@@ -13,7 +13,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi import expressed, latex, peak_gain, peak_gain_condition
-from takagi.lmi.analysis.disturbance import disturbance_channel, peak_shown
+from takagi.lmi.analysis.disturbance import disturbance_channel, peak_bound
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import gain_of
 from tests.lmi.norms import sampled
@@ -176,11 +176,11 @@ def test_the_gain_is_what_p_and_the_rate_show() -> None:
     assert answer.P is not None and answer.decay_rate is not None
     path = disturbance_channel(model)
 
-    assert peak_shown(path, answer.P, answer.decay_rate)[0] == pytest.approx(
+    assert peak_bound(path, answer.P, answer.decay_rate)[0] == pytest.approx(
         gain_of(answer), rel=1e-5
     )
-    assert peak_shown(path, -answer.P, answer.decay_rate)[0] == np.inf
-    assert peak_shown(path, np.diag([1.0, 1.0]), answer.decay_rate)[0] > gain_of(answer)
+    assert peak_bound(path, -answer.P, answer.decay_rate)[0] == np.inf
+    assert peak_bound(path, np.diag([1.0, 1.0]), answer.decay_rate)[0] > gain_of(answer)
 
 
 def test_units_change_the_gain_by_their_ratio() -> None:

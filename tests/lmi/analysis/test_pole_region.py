@@ -181,7 +181,7 @@ def test_multipliers_of_the_no_are_semidefinite_and_rule_p_out() -> None:
 
 
 def test_what_is_no_region_is_refused() -> None:
-    with pytest.raises(ModelError, match="a Region is needed"):
+    with pytest.raises(ModelError, match="an EigenvalueRegion is needed"):
         d_stability(companion(), 2.0)  # type: ignore[arg-type]
 
 

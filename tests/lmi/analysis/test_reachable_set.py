@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import peak_gain
-from takagi.lmi.analysis.disturbance import OneVertex, disturbance_channel, peak_shown
+from takagi.lmi.analysis.disturbance import OneVertex, disturbance_channel, peak_bound
 
 Floats = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ def test_the_room_costs_no_more_than_was_given(
     one = OneVertex.of(*path, step=step)
     P = one.with_room(0.2, room)
     assert P is not None
-    shown, _ = peak_shown(disturbance_channel(*path, sample_time=step), P, 0.2)
+    shown, _ = peak_bound(disturbance_channel(*path, sample_time=step), P, 0.2)
     sigma, (A, B) = one.sigma(0.2), path[:2]
     if step is None:
         left = np.block([[P @ A + A.T @ P + sigma * P, P @ B], [B.T @ P, -sigma * np.eye(2)]])

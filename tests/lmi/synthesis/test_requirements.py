@@ -142,7 +142,7 @@ def test_sizes_with_demands_are_those_of_the_posed_condition(relaxation: str) ->
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"region": 3.0}, "a Region is needed"),
+        ({"region": 3.0}, "an EigenvalueRegion is needed"),
         ({"uncertainty": 3.0}, "a NormBounded is needed"),
         ({"uncertainty": NormBounded([[1.0]], [[1.0, 0.0]])}, "uncertainty 1 of 1: D is 1 x 1"),
         ({"active_rules": 0}, "a number from 1 to 2"),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.models import Plant
-from takagi.models.plant import file_unit, shown_time
-from takagi.models.plant.file_units import shown_rate
+from takagi.models.plant import file_unit, time_in_file_units
+from takagi.models.plant.file_units import rate_in_file_units
 from takagi.models.plant_files import load_plant
 
 TEXT = """
@@ -59,11 +59,11 @@ def test_times_are_in_the_largest_unit_of_the_file_that_fits(
     tmp_path: Path, unit: str, per: str, seconds: float, shown: tuple[float, str]
 ) -> None:
     found = plant(tmp_path, unit, per, "u" if per == "-" else "u + 0*k*a")
-    number, name = shown_time(found, seconds)
+    number, name = time_in_file_units(found, seconds)
     assert np.isclose(number, shown[0]) and name == shown[1]
-    rate, unit = shown_rate(found, 1 / seconds)
+    rate, unit = rate_in_file_units(found, 1 / seconds)
     assert np.isclose(rate, 1 / shown[0]) and unit == f"1/{shown[1]}"
 
 
 def test_no_decay_is_no_time(tmp_path: Path) -> None:
-    assert shown_rate(plant(tmp_path), 0.0) == (0.0, "1/s")
+    assert rate_in_file_units(plant(tmp_path), 0.0) == (0.0, "1/s")

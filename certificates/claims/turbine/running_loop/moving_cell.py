@@ -108,7 +108,7 @@ def resized(subject: Subject, sides: Sides, factors: Mapping[str, float]) -> Sid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Posed:
+class CellInUnits:
     """A cell in units of the solver: its pieces, its box by rows, and units with pitch in rad.
 
     ``names`` are the sides of the rows; each piece of the schedule wind has a row of each.
@@ -140,7 +140,7 @@ def pose(
     rate: float,
     unit: Floats | None = None,
     cuts: Cuts = (),
-) -> tuple[Posed | None, str]:
+) -> tuple[CellInUnits | None, str]:
     """Return the cell for a solver, or None and why its ranges do not allow a claim.
 
     Parameters
@@ -176,7 +176,7 @@ def pose(
             Z = np.array([signals.row(one) for one in signals.outer], dtype=np.float64)
             loops.append(_in_units(F, Z, own, rate))
             factors.append(signals.names)
-    return Posed(loops, np.array(box), names, factors, unit), ""
+    return CellInUnits(loops, np.array(box), names, factors, unit), ""
 
 
 def _in_units(F: Floats, Z: Floats, unit: Floats, rate: float) -> MovingLoop:

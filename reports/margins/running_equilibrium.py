@@ -24,12 +24,12 @@ NEWTON = np.full(20, np.inf)
 PATIENT = np.concatenate([np.full(40, 3.0), np.geomspace(3.0, 1e9, 30), np.full(10, np.inf)])
 
 
-class NoRest(ModelError):
+class NoEquilibrium(ModelError):
     """The loop has no rest at a wind: there is nothing to linearise at."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LoopRest:
+class LoopEquilibrium:
     """The states of plant, law and observer at rest, and the commands (torque, pitch) there."""
 
     plant: Floats
@@ -38,14 +38,16 @@ class LoopRest:
     commands: Floats
 
 
-def loop_rest(plant: SimulatedTurbine, law: Law, observer: Observer, wind: float) -> LoopRest:
+def loop_equilibrium(
+    plant: SimulatedTurbine, law: Law, observer: Observer, wind: float
+) -> LoopEquilibrium:
     """Return where the loop rests: near the turbine's trim, where the law and its tables say.
 
     It depends on neither inertia nor sampling nor the wake's time.
 
     Raises
     ------
-    NoRest : a ModelError; none is found from the trim.
+    NoEquilibrium : a ModelError; none is found from the trim.
     ModelError : a wind outside cut-in to cut-out, or a rest at which more wind gives no more
         torque: there the observer cannot estimate it.
     """
@@ -70,8 +72,8 @@ def loop_rest(plant: SimulatedTurbine, law: Law, observer: Observer, wind: float
         found = _at_rest(moving, state, size, times, (low, high))
         if found is not None:
             _require_seen(plant, found, wind)
-            return LoopRest(found[:n], found[n : n + k], found[n + k :], commands(found)[1])
-    raise NoRest(
+            return LoopEquilibrium(found[:n], found[n : n + k], found[n + k :], commands(found)[1])
+    raise NoEquilibrium(
         f"at {wind:g} m/s the loop of the {law_words(law.name)} has no rest near the turbine's "
         f"trim (torque {torque:.6g} N m, pitch {pitch:.6g} rad): leave this wind out"
     )

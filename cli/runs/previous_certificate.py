@@ -1,4 +1,4 @@
-"""An earlier certificate and a tolerance, for `takagi certify --baseline` and `takagi compare`."""
+"""A previous certificate and a tolerance, for `takagi certify --baseline` and `takagi compare`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LONGEST = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EarlierCertificate:
+class PreviousCertificate:
     """A certificate as plain data, and the checker's verdicts on it."""
 
     source: Path
@@ -26,7 +26,7 @@ class EarlierCertificate:
     checked: Checked
 
 
-def read_baseline(path: Path) -> EarlierCertificate:
+def read_baseline(path: Path) -> PreviousCertificate:
     """Return a certificate with its verdicts; an old file is checked again before it is used.
 
     Raises
@@ -37,11 +37,11 @@ def read_baseline(path: Path) -> EarlierCertificate:
     from takagi.certificates.checker.kernel.reader import read_json
 
     checked = check(path)
-    return EarlierCertificate(path, read_json(path), checked)
+    return PreviousCertificate(path, read_json(path), checked)
 
 
 def compared(
-    old: EarlierCertificate, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
+    old: PreviousCertificate, document: Mapping[str, Any], checked: Checked, tolerance: Fraction
 ) -> CertificateComparison:
     """Return the comparison of the old certificate with the new one."""
     from takagi.certificates.checker.kernel.reader import read_text

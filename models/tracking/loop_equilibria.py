@@ -29,25 +29,25 @@ WIDER = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RestLine:
+class EquilibriumLine:
     """The linear function, its residuals, and the ranges that it needs.
 
     Attributes
     ----------
     D : (n, s), short decimals.
     sides : ranges of the signals' deviations from rest.
-    state_reach, input_reach : (least, greatest) deviation of each state and input over the ranges.
+    state_range, input_range : (least, greatest) deviation of each state and input over the ranges.
     residuals : (n,) largest |F_k| over the ranges.
     """
 
     D: Floats
     sides: tuple[tuple[float, float], ...]
-    state_reach: list[tuple[float, float]]
-    input_reach: list[tuple[float, float]]
+    state_range: list[tuple[float, float]]
+    input_range: list[tuple[float, float]]
     residuals: Floats
 
 
-def rest_line(plant: Plant, gain: Floats) -> RestLine:
+def equilibrium_line(plant: Plant, gain: Floats) -> EquilibriumLine:
     """Return the linear function for a plant with references under u = u* - K (X - X*)."""
     import sympy as sp
 
@@ -56,8 +56,8 @@ def rest_line(plant: Plant, gain: Floats) -> RestLine:
         (float(v.range.lower - v.rest), float(v.range.upper - v.rest)) for v in signals if v.range
     )
     D = _slopes(plant, gain)
-    state_reach = [_reach(row, sides) for row in D]
-    input_reach = [_reach(row, sides) for row in -gain @ D]
+    state_range = [_range(row, sides) for row in D]
+    input_range = [_range(row, sides) for row in -gain @ D]
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {
         v.symbol: sp.Rational(*v.rest.as_integer_ratio())
@@ -75,7 +75,7 @@ def rest_line(plant: Plant, gain: Floats) -> RestLine:
         place = still + np.concatenate([D @ r, -gain @ D @ r, r])
         with np.errstate(all="ignore"):
             largest = np.maximum(largest, np.abs(np.array(right(*place), dtype=np.float64)))
-    return RestLine(D, sides, state_reach, input_reach, largest * (1 + WIDER))
+    return EquilibriumLine(D, sides, state_range, input_range, largest * (1 + WIDER))
 
 
 def _slopes(plant: Plant, gain: Floats) -> Floats:
@@ -99,6 +99,6 @@ def _short(value: float, size: float) -> float:
     return 0.0 if abs(value) < 1e-12 * size else float(f"{value:.9g}")
 
 
-def _reach(row: Floats, sides: tuple[tuple[float, float], ...]) -> tuple[float, float]:
+def _range(row: Floats, sides: tuple[tuple[float, float], ...]) -> tuple[float, float]:
     ends = [(float(s) * low, float(s) * high) for s, (low, high) in zip(row, sides, strict=True)]
     return sum(min(pair) for pair in ends), sum(max(pair) for pair in ends)

@@ -10,7 +10,7 @@ from takagi.lmi.condition.evaluate import lmi_value
 from takagi.lmi.condition.term import LMI, Array, Condition
 
 
-def shown_rate(condition: Condition, values: Mapping[str, Array], step: float | None) -> float:
+def rate_of_values(condition: Condition, values: Mapping[str, Array], step: float | None) -> float:
     """Return the largest decay rate in 1/s at which these unknowns satisfy the condition.
 
     With G = sign F > 0 at the parameter theta and D = -d G / d theta, the LMI holds up to theta +
