@@ -139,6 +139,7 @@ def _surface(
     a1 = c[1, 0] + y * (c[1, 1] + y * (c[1, 2] + y * c[1, 3]))
     a2 = c[2, 0] + y * (c[2, 1] + y * (c[2, 2] + y * c[2, 3]))
     a3 = c[3, 0] + y * (c[3, 1] + y * (c[3, 2] + y * c[3, 3]))
+    # Outside the table the value is constant, and so the slope is zero.
     slope = a1 + x * (2.0 * a2 + x * 3.0 * a3) if inside else 0.0
     return a0 + x * (a1 + x * (a2 + x * a3)), slope
 
@@ -164,6 +165,7 @@ def _disc_induction(p: Constants, speed: float, pitch: float, wind: float) -> tu
     coefficient, by_ratio = _thrust_coefficient(p, ratio, pitch)
     a, by_coefficient = induction(coefficient)
     found = p.disc_induction * a
+    # A heavily loaded rotor would leave almost no flow; the limit keeps the equivalent wind finite.
     if found > 1.0 - LEAST_FLOW:
         return 1.0 - LEAST_FLOW, LEAST_FLOW
     return found, 1.0 - found + p.disc_induction * by_coefficient * by_ratio * ratio
@@ -183,6 +185,8 @@ def _equivalent_wind(p: Constants, speed: float, pitch: float, flow: float, gues
         else:
             low = wind
         after = wind - over / slope if slope > 0.0 else low
+        # Newton's method may leave the bracket where the slope is small; then the bracket is
+        # halved.
         if not low < after < high:
             after = (low + high) / 2.0
         if abs(after - wind) <= CLOSE * wind:
@@ -210,6 +214,7 @@ def loads(p: Constants, state: Floats, wind: float) -> tuple[float, float, float
     if p.flap >= 0:
         v -= p.flap_share * state[p.flap + 1]
     if p.wake >= 0:
+        # The wake comes last, because the flow at the disc depends on all other parts.
         flow = max(v - state[p.wake], SMALLEST_WIND)
         v = _equivalent_wind(p, state[0], state[1], flow, v)
     v = max(v, SMALLEST_WIND)

@@ -148,8 +148,10 @@ def _realisation(
     spectrum = kaimal_spectrum(frequency, mean, 1.0, hub_height=height)
     spectrum = spectrum * rotor_share(frequency, mean, rotor_radius=radius, hub_height=height)
     phases = np.random.default_rng(seed).uniform(0, 2 * pi, len(frequency))
+    # The mean of the series is exact because the line of frequency 0 stays empty.
     lines = np.zeros(samples // 2 + 1, dtype=np.complex128)
     amplitude = np.sqrt(2 * spectrum / (samples * time_step))
+    # irfft divides by the number of samples, and a real line has two complex halves.
     lines[1 : len(frequency) + 1] = samples / 2 * amplitude * np.exp(1j * phases)
     period = np.fft.irfft(lines, samples)
     return np.asarray(np.append(period, period[0]), dtype=np.float64)

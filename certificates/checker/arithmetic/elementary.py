@@ -95,6 +95,8 @@ def cosine(a: Interval) -> Interval:
 
 def tangent(a: Interval) -> Interval:
     """Return tan, which increases where cos has no zero."""
+    # On less than half a turn tan is increasing unless cos vanishes in between, which is tested
+    # next.
     if a[1] - a[0] >= 3 * ONE:
         raise Refused("tan over more than half a turn")
     middle = cosine(a)
@@ -113,7 +115,9 @@ def _atan_at(x: int) -> tuple[int, int]:
         return -high, -low
     if x > FINE:
         low, high = _atan_at(FINE * FINE // x)
+        # For x > 1 the series converges too slowly: atan x = pi/2 - atan(1/x).
         return PI_FINE // 2 - high - 2, PI_FINE // 2 - low + 2
+    # Two halvings of the angle make x small, so that the series needs few terms.
     for _ in range(2):
         x = x * FINE // (FINE + isqrt(FINE * FINE + x * x))  # tan of half the angle
     square, power, total, n = x * x // FINE, x, 0, 1

@@ -156,6 +156,8 @@ class Ranges:
 
     def _nonzero(self, root: int, what: str) -> None:
         form = Form(self.evaluator, self.algebra, root, {})
+        # A continuous function without a zero has one sign, so its sign in the middle is to be
+        # proved.
         at = form.value({name: _middle(self._side(name, what)) for name in form.variables})
         if at is None or at[0] <= 0 <= at[1]:
             raise Refused(f"{what} vanishes, or may vanish, in the middle of the box")
@@ -186,6 +188,8 @@ class Ranges:
             box = left.pop()
             done += 1
             self.boxes += 1
+            # Work is counted for each bound and for all together, so that no file can block the
+            # checker.
             if done > MOST_BOXES or self.boxes > MOST_IN_ALL:
                 raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
             plain = form.value(box)
@@ -294,6 +298,7 @@ def _halves(
     low, high = box[name]
     if high - low < 2:
         raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
+    # Where x^k is divided out the box is cut at 0, so that neither half has the zero inside.
     cut = 0 if name in form.poles and low < 0 < high else (low + high) // 2
     return [{**box, name: Interval(low, cut)}, {**box, name: Interval(cut, high)}]
 

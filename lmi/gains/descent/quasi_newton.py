@@ -86,6 +86,7 @@ def _searched(function: Function, here: _Step, direction: Floats) -> _Step | Non
     for _ in range(BISECTIONS):
         x = here.x + length * direction
         value, gradient = function(x)
+        # The comparison is written so that a value that is not a number counts as too large.
         if not value <= here.value + GAINED * length * slope:
             high = length
         else:
@@ -104,9 +105,12 @@ def _updated(inverse: Floats | None, moved: Floats, turned: Floats) -> Floats:
     """Return the inverse Hessian after a step; it stays positive definite."""
     along = float(moved @ turned)
     one = np.eye(len(moved))
+    # Without positive curvature along the step the update would lose definiteness; it is left out.
     if not along > 0:
         return one if inverse is None else inverse
     if inverse is None:
+        # The first inverse Hessian gets the size that the first step has shown (Nocedal and Wright,
+        # 6.20).
         inverse = one * (along / float(turned @ turned))
     left = one - np.outer(moved, turned) / along
     found = left @ inverse @ left.T + np.outer(moved, moved) / along

@@ -143,6 +143,7 @@ class Iteration:
             new = self.assessed(spot.theta * np.exp(found.u), found.functions)
         if new is None or new.value >= spot.value or self._kept.lost_by(new):
             self.refused += 1
+            # A refused step means that the linearisation was used too far from its point.
             self.reach *= NARROWER
             self._near = None
             return self.reach >= LEAST_REACH

@@ -182,22 +182,22 @@ typedef {settings.precision} {word}_real;
 /* Status bits of a step. */
 {bits}
 {"".join(structs)}
-/* All that lasts from step to step; yours to hold, the library has no memory of its own.
- * It holds no pointer: copy it as it is, to store it or to go back. */
+/* Everything that lasts from step to step. The caller owns it; the library has no other memory.
+ * It contains no pointer: to store or restore it, copy it. */
 typedef struct {word}_state {{
-    unsigned ready;    /* a mark that {word}_init was here */
+    unsigned ready;    /* set by {word}_init */
     unsigned samples;  /* 0 before the first step, then 1 */
     {word}_real sample_time; /* s */
     {word}_inputs inputs;    /* the last good ones */
     {word}_outputs outputs;  /* the last that were sent */
 {kept}}} {word}_state;
 
-/* Start; sample_time in s. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED: then the usual one
- * stands, and the state can be used. */
+/* Start; sample_time in s. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED. Then the default
+ * sample time is used, and the state is valid. */
 unsigned {word}_init({word}_state *state, {word}_real sample_time);
 
-/* Another time from one sample to the next. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED: then
- * the one before is kept. */
+/* Change the sample time [s]. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED: then the one
+ * before is kept. */
 unsigned {word}_set_sample_time({word}_state *state, {word}_real sample_time);
 
 /* One sample. Outputs are finite whatever the inputs are. Returns status bits, 0 if all is well. */
@@ -322,14 +322,14 @@ static int {word}_good_time({word}_real sample_time)
     return isfinite(sample_time) && sample_time > {zero}{own};
 }}
 
-/* Whether a state is one that these functions left: a zeroed or damaged one is not. */
+/* Whether these functions made a state; false for a zeroed or damaged one. */
 static int {word}_is_ready(const {word}_state *state)
 {{
     return state->ready == {W}_READY && {word}_good_time(state->sample_time)
         && {whole};
 }}
 
-/* The values that stand in before there are any. */
+/* The values before the first sample: inputs and outputs at rest. */
 static void {word}_rest({word}_state *state)
 {{
 {rests}{start}}}
@@ -369,7 +369,7 @@ unsigned {word}_step({word}_state *state, const {word}_inputs *inputs, {word}_ou
 {"".join(_seen(program, word, write))}
     limits = {word}_sample(state, &state->inputs, {target});
     if (state->samples == 0u && !({first})) {{
-        /* Nothing good was sent yet: start from rest. */
+        /* No finite output exists yet: start from rest. */
         status |= {W}_RESULT_NOT_FINITE;
         {word}_rest(state);
         limits = {word}_sample(state, &state->inputs, {target});
