@@ -147,19 +147,20 @@ def moving_claim(
     controller: Mapping[str, Any],
     inertia: Sequence[float],
     within: tuple[Fraction, Fraction] | None = None,
+    cuts: Sequence[float] = (),
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Return the claim about that loop in moving wind, or by its kind why there is none.
 
     Parameters
     ----------
-    controller, inertia, within : as ``running_rate_claim`` takes them.
+    controller, inertia, within, cuts : as ``running_rate_claim`` takes them.
     """
     # Imported here: it loads a solver.
     from takagi.certificates.claims.turbine.running_loop.running_rate_claim import (
         running_rate_claim,
     )
 
-    made = partial(running_rate_claim, model, gains, controller, inertia, within)
+    made = partial(running_rate_claim, model, gains, controller, inertia, within, cuts)
     return _alone("running-rate", made, model, gains)
 
 

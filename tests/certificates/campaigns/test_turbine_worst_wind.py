@@ -66,14 +66,14 @@ def test_the_loop_is_that_of_the_page(document: dict[str, Any], loop: Any, start
 def test_a_wind_that_is_found_does_what_is_said(loop: Any) -> None:
     """At 13 m/s: it moves no faster than the rate, and the rotor passes 12 % with that plant.
 
-    The search finds less than the linear peak gain promises: the loop is not linear.
+    It is of the order of what the linear peak gain allows: 0.21 m/s^2.
     """
     linear, rate, rates, plant = worst.largest_rate(loop, 13.0, 30.0, np.random.default_rng(0))
     assert np.abs(rates).max() <= rate * (1 + 1e-12)
     rows = worst.motion(plant, 13.0, rates)
     assert np.abs(np.diff(rows[:, 0])).max() <= rate * worst.STEP * (1 + 1e-9)
-    assert rows[:, 1].max() >= worst.MOST * loop.rated_speed
-    assert rate < 0.5 * linear
+    assert rows[:, 7].max() >= (1 + worst.MOST) * loop.rated_speed
+    assert 0.7 * linear < rate < 2 * linear
 
 
 def test_the_linear_gain_is_the_peak_of_a_small_wind(loop: Any) -> None:

@@ -22,6 +22,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.moving import moving_factors
+from takagi.certificates.claims.turbine import moving_claim
 from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
@@ -212,3 +213,19 @@ def test_a_slower_wind_is_proved_too(document: dict[str, Any]) -> None:
     for cell in document["claims"][0]["cells"]:
         cell["wind_rate"] *= 0.5
     assert verdicts(document) == ("PROVED", "PROVED")
+
+
+@pytest.mark.slow
+def test_the_search_finds_pieces_that_bear_a_faster_wind(document: dict[str, Any]) -> None:
+    """One interval of the law's tables; without pieces no cell there has 0.012 m/s^2."""
+    given = document["model"], document["gains"], document["controller"], [0.9, 1.1]
+    within = F("15.0425"), F("15.5403")
+    rates = {}
+    for cuts in ((), (-0.5, 0.5)):
+        claims, why = moving_claim(*given, within=within, cuts=cuts)
+        document["claims"] = claims
+        assert why == {} and verdicts(document) == ("PROVED", "PROVED")
+        assert claims[0]["winds"] == [[15.0425, 15.5403]]
+        rates[cuts] = [cell["wind_rate"] for cell in claims[0]["cells"]]
+        assert all(("schedule_cuts" in cell) == bool(cuts) for cell in claims[0]["cells"])
+    assert min(rates[(-0.5, 0.5)]) > max(rates[()])

@@ -3,8 +3,9 @@ r"""``running-rate``: in moving wind the turbine's loop as it runs keeps a set a
 The loop is that of ``running-loop``; its distances are measured from the trim at the present wind
 (``moving``).  V(xi, v) = xi'P(v) xi; P is stated at winds, and linear between them, so it is
 continuous.  A cell lies between two such winds a < b, and has a rate r of the wind, a box, alpha
-above 0 and a share k of the residual, 0 < k < 1.  Exactly, for P and tau at a and at b, for sigma =
--r and r, and for every piece of the share of pitch
+above 0 and a share k of the residual, 0 < k < 1.  Its range of v_s - v may be divided into pieces.
+Exactly, for P and tau at a and at b, for sigma = -r and r, and for every pair of a piece of v_s - v
+and a piece of the share of pitch, with the factors over these pieces
 
     -(2 xi'P xi' + 2 alpha xi'P xi + sigma xi'(P(b) - P(a)) xi / (b - a)
       - 2 alpha ((1 - k) (v'/r)^2 + k (rho/rho_max)^2) + sum tau_i (z_i^2 - w_i^2)) > 0
@@ -16,7 +17,8 @@ the rate limits carry over from cell to cell is shown to be gone in time (``carr
 
 Evidence: as of ``running-loop``, but for ``decay_rate``; ``functions``, each of ``wind`` and ``P``
 (pitch states in rad), and ``cells`` of ``wind``, ``wind_rate``, ``decay_rate``, ``residual_share``,
-``sides`` and ``multipliers``, for each piece two by the factor's name, at a and at b.
+``sides``, ``schedule_cuts`` [m/s] where v_s - v has pieces, and ``multipliers``: for each pair of
+pieces two by the factor's name, at a and at b; the pairs of the first piece of v_s - v come first.
 
 Not promised: faster winds; a wind that passes through a range that no cell covers; what
 ``running-loop`` does not promise.
@@ -84,8 +86,8 @@ MOST_CUTS = 15
 class MovingCell:
     """One cell as the claim states it.
 
-    ``ends`` are P at its two winds, pitch states in rad; of each piece of the share of pitch there
-    are two multipliers of each factor, one for each wind.
+    ``ends`` are P at its two winds, pitch states in rad; of each pair of pieces there are two
+    multipliers of each factor, one for each wind.  ``cuts`` divide the range of v_s - v [m/s].
     """
 
     winds: Span

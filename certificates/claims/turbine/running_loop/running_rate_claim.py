@@ -1,7 +1,7 @@
 """The candidate of a claim of kind ``running-rate``: ranges of winds in which the wind may move.
 
 First each cell gets a box and the largest rate of the wind, by steps, for which the set of a
-quadratic function fits the box; where it helps, the schedule wind's range is divided into pieces.
+quadratic function fits the box; with ``cuts`` also in pieces of the schedule wind's range.
 Then each end of a cell gets the function that serves the cells on both sides, and each cell the
 largest rate that holds with the functions at its ends.  Where a cell has no function, or a rate
 below ``LEAST_RATE``, the winds are left out, and the wind of the claim stays on one side of them.
@@ -27,6 +27,7 @@ from takagi.certificates.checker.turbine.running_loop.moving_claim import (
 from takagi.certificates.checker.turbine.running_loop.signals import Rows
 from takagi.certificates.claims.turbine.running_loop.candidate import Subject, box_of_size
 from takagi.certificates.claims.turbine.running_loop.moving_cell import (
+    Cuts,
     Fitted,
     fitted,
     function_at,
@@ -51,8 +52,6 @@ WIDE, NARROW, SMALL_RATE = Fraction(1, 5), Fraction(1, 25), 2e-3
 # The most by which the rate changes with the wind [m/s^2 per m/s]: a set grows about as the rate,
 # and while the wind moves it can shrink only as fast as motions decay.
 STEEPEST = 0.006
-# Where the side "schedule" is divided, as shares, for a cell that bears a larger rate so.
-CUTS = (-0.5, 0.5)
 # Rounds of functions at the ends and boxes that hold their sets.
 ROUNDS = 2
 # Shares of a cell's rate that are tried with the functions at its ends.
@@ -65,6 +64,7 @@ def running_rate_claim(
     controller: Mapping[str, Any],
     inertia: Sequence[float],
     within: Span | None = None,
+    cuts: Cuts = (),
 ) -> dict[str, Any]:
     """Return the claim as plain data.
 
@@ -72,6 +72,8 @@ def running_rate_claim(
     ----------
     model, gains, controller, inertia : as ``running_loop_claim`` takes them.
     within : only intervals of the law's tables inside these winds [m/s]; all unless given.
+    cuts : where the side "schedule" of a cell's box is divided, as shares of it from -1 to 1, if
+        the cell bears a larger rate so.
 
     Raises
     ------
@@ -81,7 +83,7 @@ def running_rate_claim(
     subject = loop_subject(model, gains, head)
     cells = [
         cell
-        for part in runs(graded(subject, fitted_cells(subject, within)))
+        for part in runs(graded(subject, fitted_cells(subject, within, cuts)))
         for cell in _proved(subject, part)
     ]
     cells = caught_up(subject, cells)
@@ -102,39 +104,39 @@ def running_rate_claim(
     }
 
 
-def fitted_cells(subject: Subject, within: Span | None = None) -> list[Fitted]:
+def fitted_cells(subject: Subject, within: Span | None = None, cuts: Cuts = ()) -> list[Fitted]:
     """Return cells with box and rate, in the order of their winds."""
     found: list[Fitted] = []
     for low, high in pairwise(subject.law.wind):
         if within is None or within[0] <= low < high <= within[1]:
-            found += _cells(subject, (low, high), found[-1] if found else None)
+            found += _cells(subject, (low, high), found[-1] if found else None, cuts)
     return found
 
 
-def _cells(subject: Subject, winds: Span, before: Fitted | None) -> Iterator[Fitted]:
+def _cells(subject: Subject, winds: Span, before: Fitted | None, cuts: Cuts) -> Iterator[Fitted]:
     """Yield the cells of a range; ``before`` is the last cell below it."""
     low, high = winds
-    found = _fastest(subject, winds, before)
+    found = _fastest(subject, winds, before, cuts)
     middle = Fraction(round((low + high) / 2 * PLACES), PLACES)
     slow = found is None or found.rate < SMALL_RATE
     if high - low > (NARROW if slow else WIDE) * 3 / 2:
         start = found or before
-        half = _fastest(subject, (low, middle), start)
+        half = _fastest(subject, (low, middle), start, cuts)
         if half is not None and (found is None or half.rate > found.rate * 1.1):
             for part in ((low, middle), (middle, high)):
-                for cell in _cells(subject, part, half):
+                for cell in _cells(subject, part, half, cuts):
                     half = cell
                     yield cell
             return
         if half is None and found is None and high - low > 3 * NARROW:
-            yield from _cells(subject, (low, middle), before)
-            yield from _cells(subject, (middle, high), before)
+            yield from _cells(subject, (low, middle), before, cuts)
+            yield from _cells(subject, (middle, high), before, cuts)
             return
     if found is not None:
         yield found
 
 
-def _fastest(subject: Subject, winds: Span, before: Fitted | None) -> Fitted | None:
+def _fastest(subject: Subject, winds: Span, before: Fitted | None, cuts: Cuts) -> Fitted | None:
     """Return the cell with the largest rate that is found, by steps from its neighbour's."""
     if before is None:
         rate, sides = FIRST_RATE, box_of_size(subject, FIRST_BOX)
@@ -151,12 +153,13 @@ def _fastest(subject: Subject, winds: Span, before: Fitted | None) -> Fitted | N
         found = larger
     if found is None or found.rate < LEAST_RATE:
         return None
-    while True:
+    while cuts:
         sides = _times(subject, found.sides, STEP)
-        larger, _ = fitted(subject, winds, found.rate * STEP, sides, CUTS)
+        larger, _ = fitted(subject, winds, found.rate * STEP, sides, cuts)
         if larger is None:
-            return found
+            break
         found = larger
+    return found
 
 
 def graded(subject: Subject, cells: Sequence[Fitted]) -> list[Fitted]:

@@ -1,9 +1,9 @@
 r"""``running-rate``: in moving wind the loop keeps a set around the trim at the present wind.
 
 P(v) is linear between the winds at which it is stated.  In a cell [a, b], for P and tau at a and b,
-for v' = -r and r, and for every piece of the share of pitch, the form of ``moving_rates`` is
-positive definite with D = v' (P(b) - P(a)) / (b - a) and the weights 2 alpha (1 - k) / r^2 of v'
-and 2 alpha k of the residual; and b^2 P - h'h is for every side of the box.  Then
+for v' = -r and r, and for every part of v_s - v and every piece of the share of pitch, the form of
+``moving_rates`` is positive definite with D = v' (P(b) - P(a)) / (b - a) and the weights 2 alpha (1
+- k) / r^2 of v' and 2 alpha k of the residual; and b^2 P - h'h is for every side of the box.  Then
 V' <= 2 alpha (1 - V) while |v'| <= r.  ``entering`` has what is asked at a wind that two cells
 share.  The theorem is in docs/running-rate.md.
 """
