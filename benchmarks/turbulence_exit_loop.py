@@ -87,13 +87,15 @@ class Law:
     l2: float
     corner: float
     filter: float
+    rated: float  # n_g T_rated / J [rad/s^2]
+    integral_limit: float
 
     @classmethod
     def read(cls, path: Path, tau: float | None = None) -> Law:
         gains = json.loads(path.read_text(encoding="utf-8"))
         law, observer = gains["law"], gains["observer"]
         names = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
-        names += ("proportional", "integral_rate", "inertia_feedforward")
+        names += ("proportional", "integral_rate", "inertia_feedforward", "feedforward_limit")
         return cls(
             tables={name: np.array(law[name], dtype=float) for name in names},
             overlap=float(law["overlap"]),
@@ -103,6 +105,8 @@ class Law:
             l2=float(observer["l2"]),
             corner=float(gains["measurement"]["speed_filter"]),
             filter=float(law["wind_filter"]) if tau is None else tau,
+            rated=float(law["rated_torque"]) * TURBINE.gear_ratio / TURBINE.inertia,
+            integral_limit=float(law["integral_limit"]),
         )
 
     def at(self, name: str, wind: float) -> float:
