@@ -87,6 +87,8 @@ class Law:
     l2: float
     corner: float
     filter: float
+    rated: float  # n_g T_rated / J [rad/s^2]
+    integral_limit: float
 
     @classmethod
     def read(cls, path: Path, tau: float | None = None) -> Law:
@@ -94,7 +96,7 @@ class Law:
         law, observer = gains["law"], gains["observer"]
         names = (
             *("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit"),
-            *("proportional", "integral_rate", "inertia_feedforward"),
+            *("proportional", "integral_rate", "inertia_feedforward", "feedforward_limit"),
         )
         return cls(
             tables={name: np.array(law[name], dtype=float) for name in names},
@@ -105,6 +107,8 @@ class Law:
             l2=float(observer["l2"]),
             corner=float(gains["measurement"]["speed_filter"]),
             filter=float(law["wind_filter"]) if tau is None else tau,
+            rated=float(law["rated_torque"]) * TURBINE.gear_ratio / TURBINE.inertia,
+            integral_limit=float(law["integral_limit"]),
         )
 
     def at(self, name: str, wind: float) -> float:
