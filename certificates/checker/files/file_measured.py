@@ -6,27 +6,27 @@ with other outputs, or with all states; then it is not about the law that the fi
 
 from __future__ import annotations
 
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.files.model_content import OtherModel
-from takagi.certificates.checker.files.toml_file import read_toml
 
 
-def compare_measured(gains: Any, path: Path) -> None:
+def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
     """Compare what the law measures with what the plant file lists; the order means nothing.
 
     Without gains there is no law, and nothing is compared.
 
+    Parameters
+    ----------
+    file : what the file at ``path`` says, numbers and texts as ``read_toml`` returns them.
+
     Raises
     ------
-    CertificateError : the file cannot be read.
     OtherModel : the law measures other outputs; with names.
     """
     if not isinstance(gains, dict):
         return
-    file = read_toml(path, Decimal, what="plant file")
     theirs = _names(file["measured"], "measured", path) if "measured" in file else None
     ours = None
     if "observer" in gains:

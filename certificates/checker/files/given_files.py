@@ -92,13 +92,10 @@ def _compare_meaning(data: dict[str, Any], path: Path) -> str:
     """Compare the numbers and equations of a file with those that the claims are about."""
     # Imported here: at most one of them is needed, and none for a gain file.
     if data["model"]["kind"] == "plant":
-        from takagi.certificates.checker.files.file_measured import compare_measured
         from takagi.certificates.checker.files.plant_file import compare_plant
 
         _require_blend_claim(data)
-        words = compare_plant(data["model"], path)
-        compare_measured(data.get("gains"), path)
-        return words
+        return compare_plant(data["model"], path, data.get("gains"))
     from takagi.certificates.checker.files.turbine_file import compare_turbine
 
     return compare_turbine(data["model"], data.get("gains"), path)

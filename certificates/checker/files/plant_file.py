@@ -25,6 +25,7 @@ from typing import Any
 
 from takagi.certificates.checker.files.differences import in_words
 from takagi.certificates.checker.files.file_blend import FileBlend
+from takagi.certificates.checker.files.file_measured import compare_measured
 from takagi.certificates.checker.files.file_references import FileReferences
 from takagi.certificates.checker.files.model_content import OtherModel, inside_folder
 from takagi.certificates.checker.files.plant_units import in_si
@@ -44,8 +45,12 @@ TIMED = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?
 MOST_ABOVE = 50  # parameters that depend on one another in a row
 
 
-def compare_plant(model: Any, path: Path) -> str:
+def compare_plant(model: Any, path: Path, gains: Any = None) -> str:
     """Compare the plant of a certificate with its file; return messages for the reader.
+
+    Parameters
+    ----------
+    gains : the certificate's; what its law measures is compared too, where there is a law.
 
     Raises
     ------
@@ -55,7 +60,9 @@ def compare_plant(model: Any, path: Path) -> str:
     file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
     if file.get("kind") != "plant":
         raise OtherModel(f"{path}: the certificate is about a plant, this is no plant file")
-    return Comparison(model, plant, file, path).whole()
+    words = Comparison(model, plant, file, path).whole()
+    compare_measured(gains, file, path)
+    return words
 
 
 class Comparison:
