@@ -69,7 +69,8 @@ class Reach:
                 )
                 low, high = (b, high) if left > each else (low, b)
             found.append(high)
-        return cls(*found, probability=3 * each)
+        wide, lag, schedule = found
+        return cls(wide, lag, schedule, 3 * each)
 
 
 class Loop:

@@ -79,7 +79,7 @@ class Function:
         """Return log10 of the bound from rest, without the wind's part; at most 0."""
         k, a, c = self.exponent, self.rate, self.level(loop)
         grown = np.log(k * c) if k * c <= a else np.log(a) + k * c / a - 1
-        return min(0.0, float(np.logaddexp(0, np.log(HORIZON) + grown) - k) / np.log(10))
+        return min(0.0, float((np.logaddexp(0, np.log(HORIZON) + grown) - k) / np.log(10)))
 
     def value(self, loop: Loop, z: Floats) -> tuple[Floats, Floats]:
         """Return V and the drift at states (10, n)."""

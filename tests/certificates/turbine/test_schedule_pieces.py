@@ -23,7 +23,7 @@ from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.moving import moving_factors
 from takagi.certificates.claims.turbine import moving_claim
-from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.machine import Machine as OtherMachine
