@@ -24,7 +24,7 @@ uses the pieces' matrices everywhere in the set.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import pairwise, product
@@ -44,6 +44,11 @@ OVER = 0.3  # m/s by which D may exceed its reach, since vhat is not v
 CASES = (
     (12.0, 18.0, 0.03, 0.30), (12.0, 20.0, 0.03, 0.30), (12.0, 18.0, 0.03, 0.20),
     (12.0, 15.0, 0.03, 0.30), (12.0, 13.0, 0.03, 0.50),
+)  # fmt: skip
+# tau_f [s], mean wind [m/s], a [1/s].
+LAWS = (
+    (12.0, 13.0, 0.03), (12.0, 15.0, 0.03), (12.0, 17.0, 0.03), (5.0, 15.0, 0.04),
+    (5.0, 18.0, 0.04), (1.0, 15.0, 0.06), (1.0, 18.0, 0.06),
 )  # fmt: skip
 SIMULATED, OVERSPEEDS = (8.0, 11.0, 13.0, 15.0, 18.0), (0.05, 0.10, 0.15, 0.20)
 ROUNDS, DRAWN, KEPT, UPHILL = 8, 20_000, 300, 20
@@ -346,15 +351,37 @@ def by_ranges(loop: Loop, overspeed: float, rate: float) -> None:
         ("both, inertia 0.9 to 1.1, P(v_s)", whole, lags, none, other, False),
     ):
         search = Search(loop, nodes, overspeed, rate, same=same, pad=3e-4)
-        search.pieces = [
-            Piece(j, _secant(plant, (low + high) / 2, lag, e), moved)
-            for j, (low, high) in enumerate(pairwise(nodes))
-            for plant, lag, e in product(plants, winds, errors)
-            if abs((low + high) / 2 + lag - loop.mean) <= reach.wind
-            for moved in ((0.0,) if same else (lag / loop.law.filter,))
-        ]
+        search.pieces = of_pieces(search, reach, product(plants, winds, errors))
         one = search.best(10.0, 8)
         print(f"| {told} | {_told(one, loop)} |", flush=True)
+
+
+def of_pieces(
+    search: Search, reach: Reach, corners: Iterable[tuple[Loop, float, float]]
+) -> list[Piece]:
+    """Return the matrices at the middle of each interval, for corners of plant, D and e."""
+    return [
+        Piece(j, _secant(plant, (low + high) / 2, lag, e), moved)
+        for plant, lag, e in corners
+        for j, (low, high) in enumerate(pairwise(search.nodes))
+        if abs((low + high) / 2 + lag - plant.mean) <= reach.wind
+        for moved in ((0.0,) if search.same else (lag / plant.law.filter,))
+    ]
+
+
+def by_laws(gains: Path) -> None:
+    """Print the bound for v_s and D in their reach, P(v_s), by wind filter and mean wind."""
+    for tau, mean, rate in LAWS:
+        loop, told = Loop(Law.read(gains, tau), mean), []
+        reach = Reach.of(mean, tau, HORIZON, EACH)
+        for overspeed in (0.15, 0.20, 0.30, 0.50):
+            search = Search(loop, schedule_nodes(loop, reach), overspeed, rate, pad=3e-4)
+            lags = np.linspace(-1, 1, 3) * reach.lag
+            search.pieces = of_pieces(search, reach, product((loop,), lags, (0.0,)))
+            one = search.best(10.0, 8)
+            log = 0.0 if one is None else one.logarithm(loop)
+            told.append("1" if log >= 0 else f"10^{log:.1f}")
+        print(f"| {tau:g} | {mean:g} | {' | '.join(told)} |", flush=True)
 
 
 def _secant(loop: Loop, schedule: float, lag: float, e: float) -> Floats:
@@ -406,6 +433,7 @@ def main() -> None:
         return
     if given.ranges:
         by_ranges(Loop(Law.read(given.gains), 18.0), 0.30, 0.03)
+        by_laws(given.gains)
         return
     for tau, mean, rate, overspeed in CASES if given.only is None else [CASES[given.only]]:
         loop = Loop(Law.read(given.gains, tau), mean)
