@@ -18,15 +18,14 @@ import pytest
 from flint import fmpq
 
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop.cell import Cell
-from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
-from takagi.certificates.checker.turbine.running_loop.moving import moving_factors
+from takagi.certificates.checker.turbine.effort_sharing import inputs as turbine
+from takagi.certificates.checker.turbine.running_loop import cell as own_cell
+from takagi.certificates.checker.turbine.running_loop import inputs, moving
 from takagi.certificates.claims.turbine import moving_claim
 from takagi.certificates.cross_check import loads
-from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.running.cell import RunningCell
-from takagi.certificates.cross_check.turbine.running.machine import Machine as OtherMachine
+from takagi.certificates.cross_check.turbine import numbers as other_numbers
+from takagi.certificates.cross_check.turbine.running import cell as other_cell
+from takagi.certificates.cross_check.turbine.running import machine as other_machine
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
 
@@ -52,20 +51,24 @@ def document(stored: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def cells(stored: dict[str, Any]) -> dict[str, tuple[Cell, RunningCell]]:
+def cells(stored: dict[str, Any]) -> dict[str, tuple[own_cell.Cell, other_cell.RunningCell]]:
     """The same boxes for both checkers."""
     data = read_text(json.dumps(stored), "document")
     claim, model, gains = data["claims"][0], data["model"], data["gains"]
     read = loads(json.dumps(stored))
-    other = OtherMachine(read["claims"][0], read["model"], read["gains"])
-    machine = Machine.read(claim, model, gains, "claim")
-    plant, law, rotor = Plant.read(model), Law.read(gains), Rotor(read["model"], read["gains"])
-    sides = Sides(**{name: F(value) for name, value in SIDES.items()})
+    other = other_machine.Machine(read["claims"][0], read["model"], read["gains"])
+    machine = inputs.Machine.read(claim, model, gains, "claim")
+    plant, law, rotor = (
+        turbine.Plant.read(model),
+        turbine.Law.read(gains),
+        other_numbers.Rotor(read["model"], read["gains"]),
+    )
+    sides = inputs.Sides(**{name: F(value) for name, value in SIDES.items()})
     numbers = {name: exact(value) for name, value in SIDES.items()}
     return {
         key: (
-            Cell(plant, law, machine, (F(low), F(high)), sides),
-            RunningCell(rotor, other, exact(low), exact(high), numbers),
+            own_cell.Cell(plant, law, machine, (F(low), F(high)), sides),
+            other_cell.RunningCell(rotor, other, exact(low), exact(high), numbers),
         )
         for key, (low, high) in WINDS.items()
     }
@@ -86,11 +89,11 @@ def as_numbers(values: Any) -> tuple[Fraction, ...]:
 @pytest.mark.parametrize("lag", LAGS)
 @pytest.mark.parametrize("key", WINDS)
 def test_both_checkers_enclose_alike(
-    cells: dict[str, tuple[Cell, RunningCell]], key: str, lag: tuple[str, str]
+    cells: dict[str, tuple[own_cell.Cell, other_cell.RunningCell]], key: str, lag: tuple[str, str]
 ) -> None:
     """To the last digit: a multiplier belongs to one range."""
     first, second = cells[key]
-    mine = moving_factors(first.piece((F(lag[0]), F(lag[1]))))
+    mine = moving.moving_factors(first.piece((F(lag[0]), F(lag[1]))))
     part = second.part(*(exact(s) for s in lag))
     yours = part.factors() | {"pitch slope": part.trim_slope()}
     assert mine == {name: as_numbers((at.low, at.high)) for name, at in yours.items()}
@@ -100,7 +103,10 @@ def test_both_checkers_enclose_alike(
 @pytest.mark.parametrize("key", WINDS)
 @pytest.mark.parametrize("column", ["speed", "effort", "gamma", "effectiveness"])
 def test_secants_of_a_piece_are_all_inside_and_reach_its_ends(
-    cells: dict[str, tuple[Cell, RunningCell]], key: str, lag: tuple[str, str], column: str
+    cells: dict[str, tuple[own_cell.Cell, other_cell.RunningCell]],
+    key: str,
+    lag: tuple[str, str],
+    column: str,
 ) -> None:
     """By numpy's interpolation over 41 winds and lags, which include the ends and the nodes."""
     cell, _ = cells[key]
@@ -123,7 +129,7 @@ def test_secants_of_a_piece_are_all_inside_and_reach_its_ends(
 
 
 def test_feed_forward_and_lead_of_a_piece_are_those_of_the_whole_side(
-    cells: dict[str, tuple[Cell, RunningCell]],
+    cells: dict[str, tuple[own_cell.Cell, other_cell.RunningCell]],
 ) -> None:
     """The feed-forward jumps to 0 at 10.4446 m/s, and torque may follow the jump late.
 
@@ -133,20 +139,22 @@ def test_feed_forward_and_lead_of_a_piece_are_those_of_the_whole_side(
     above = F("0.4"), F("0.8")
     part = second.part(fmpq(2, 5), fmpq(4, 5))
     for name in ("feed-forward", "lead"):
-        whole = moving_factors(first)[name]
-        assert moving_factors(first.piece(above))[name] == whole
+        whole = moving.moving_factors(first)[name]
+        assert moving.moving_factors(first.piece(above))[name] == whole
         at = part.factors()[name]
         assert as_numbers((at.low, at.high)) == whole
     fed = dict(zip(first.law.wind[:-1], first.law.inertia, strict=True))
-    assert fed[F("10.4446")] == 0 < moving_factors(first)["feed-forward"][1]
+    assert fed[F("10.4446")] == 0 < moving.moving_factors(first)["feed-forward"][1]
 
 
-def test_pieces_are_narrower_than_the_whole(cells: dict[str, tuple[Cell, RunningCell]]) -> None:
+def test_pieces_are_narrower_than_the_whole(
+    cells: dict[str, tuple[own_cell.Cell, other_cell.RunningCell]],
+) -> None:
     """Their hull covers what a secant can be, and each factor's range is inside the whole's."""
     cell, _ = cells["15.0"]
-    whole = moving_factors(cell)
+    whole = moving.moving_factors(cell)
     for lag in pairwise([F("-0.8"), F("-0.3"), F("0.3"), F("0.8")]):
-        for name, (low, high) in moving_factors(cell.piece(lag)).items():
+        for name, (low, high) in moving.moving_factors(cell.piece(lag)).items():
             # A secant is rounded outward once more than the slopes of the whole.
             assert whole[name][0] - F(1, 10**6) <= low <= high <= whole[name][1] + F(1, 10**6), name
 
