@@ -14,8 +14,10 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop import carried, limits, moving_claim
 from takagi.certificates.checker.turbine.running_loop.carried import Passed, carried_failures
+from takagi.certificates.checker.turbine.running_loop.inputs import Machine
 from tests.certificates.recorded.answers import recorded
 
 F = Fraction
@@ -40,8 +42,8 @@ class Given(Passed):
 def run() -> list[Passed]:
     data = read_text(json.dumps(json.loads(next(recorded("running-rate"))[1])), "certificate")
     claim = data["claims"][0]
-    plant, law = moving_claim.Plant.read(data["model"]), moving_claim.Law.read(data["gains"])
-    machine = moving_claim.Machine.read(claim, data["model"], data["gains"], "claim")
+    plant, law = Plant.read(data["model"]), Law.read(data["gains"])
+    machine = Machine.read(claim, data["model"], data["gains"], "claim")
     functions = moving_claim._functions(claim, 10, "claim")
     found = []
     for cell in claim["cells"][2:]:
@@ -140,6 +142,13 @@ def test_a_command_as_fast_as_its_limit_never_comes_back(run: list[Passed], whic
     assert winds(carried_failures(cells)) == [one.cell.winds for one in cells[:3]]
 
 
+def test_a_command_just_as_fast_as_its_limit_does_not_either() -> None:
+    rates = {"schedule": F(0)}
+    assert not carried._caught_up(F(1), F(0), [WIDE], rates)
+    assert carried._caught_up(F(0), F(0), [WIDE], rates)
+    assert carried._caught_up(F(1), F(1, 10**9), [WIDE], rates)
+
+
 def test_ranges_have_zero_in_them(run: list[Passed]) -> None:
     """Also of a feed-forward that is above zero at all schedule winds of the cell, or below."""
     law = run[0].cell.law
@@ -160,4 +169,4 @@ def test_the_lead_is_in_units_of_pitch(run: list[Passed]) -> None:
 def test_how_far_a_range_goes_beyond_another() -> None:
     assert carried._beyond((F(-3), F(5)), (F(-1), F(4))) == 2
     assert carried._beyond((F(-3), F(9)), (F(-1), F(4))) == 5
-    assert carried._hull([(F(1), F(2)), (F(-4), F(1)), (F(0), F(3))]) == (-4, 3)
+    assert carried._hull([(F(1), F(2)), (F(-4), F(1)), (F(0), F(3))]) == (F(-4), F(3))
