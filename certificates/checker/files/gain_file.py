@@ -39,6 +39,11 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     by_name = bool(found) and whole and _calls_tables(file, data)
     if found and not by_name:
         raise OtherGains(f"{gains}: {_told(found)}")
+    if whole and isinstance(data["controller"], dict) and data["controller"].get("removable"):
+        # Imported here: most laws have no premise that is 0/0 somewhere.
+        from takagi.certificates.checker.files.replacements import require_premises
+
+        require_premises(data["model"], data["gains"], data["controller"])
     beside = sorted(set(file) - {"law"})
     if not whole:
         return (

@@ -145,6 +145,13 @@ def test_a_command_as_fast_as_its_limit_never_comes_back(run: list[Passed], whic
     assert winds(carried_failures(cells)) == [one.cell.winds for one in cells[:3]]
 
 
+def test_a_command_just_as_fast_as_its_limit_does_not_either() -> None:
+    rates = {"schedule": F(0)}
+    assert not carried._caught_up(F(1), F(0), [WIDE], rates)
+    assert carried._caught_up(F(0), F(0), [WIDE], rates)
+    assert carried._caught_up(F(1), F(1, 10**9), [WIDE], rates)
+
+
 def test_ranges_have_zero_in_them(run: list[Passed]) -> None:
     """Also of a feed-forward that is above zero at all schedule winds of the cell, or below."""
     law = run[0].cell.law

@@ -7,6 +7,7 @@ of the NREL 5-MW turbine, in three ranges of winds.
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable
 from copy import deepcopy
@@ -57,6 +58,36 @@ def test_the_sentence_names_ranges_gaps_and_bounds(document: dict[str, Any]) -> 
     for phrase in ("wind rate within", "rigid shaft, tower and blades", "c_P of the table"):
         assert any(phrase in one for one in claim.assumes)
     assert not any("constant wind" in one for one in claim.assumes)
+
+
+def test_the_sentence_has_the_widths_of_the_sets(document: dict[str, Any]) -> None:
+    """Against numpy's inverse; torque moves with the effort alone in the first cell: 438.4 N m.
+
+    There the share of torque is 1 at the box's end, no feed-forward is met, and above rated wind
+    torque does not move.
+    """
+    claim, law = document["claims"][0], document["gains"]
+    text = check_document(sealed(document)).claims[0].text
+    inverse = [np.linalg.inv(np.array(one["P"])) for one in claim["functions"]]
+    widths = {
+        name: max(math.sqrt(one[i, i]) for one in inverse)
+        for name, i in (("speed", 0), ("pitch", 1), ("estimate", 6), ("schedule", 3))
+    }
+    torque = claim["cells"][0]["sides"]["effort"] * law["effort_torque"]
+    assert 438 < torque < 439 and "torque by 439 N m" in text
+    for name, phrase, unit in (
+        ("speed", r"the speed by ([\d.]+) rad/s", 1.0),
+        ("pitch", r"pitch by ([\d.]+) deg", math.pi / 180),
+        ("estimate", r"the wind estimate by ([\d.]+) m/s", 1.0),
+        ("schedule", r"the schedule wind by ([\d.]+) m/s", 1.0),
+    ):
+        found = re.search(phrase, text)
+        assert found is not None
+        assert 1.0 <= float(found[1]) * unit / widths[name] < 1.01
+    over = re.search(r"at or below ([\d.]+) % of its rated speed", text)
+    assert over is not None
+    rated = document["model"]["rated_rotor_speed"]
+    assert 0 <= float(over[1]) - 100 * (1 + widths["speed"] / rated) < 0.01
 
 
 Change = Callable[[Any], None]

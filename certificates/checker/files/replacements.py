@@ -1,0 +1,101 @@
+r"""Refuses a gain file that replaces a premise where it is not 0/0, or by something else.
+
+Near a point where a premise is 0/0 the program takes a polynomial, |of| <= within.  Model and law
+do not determine it: it is in the certificate's member ``controller``.  So it is asked that
+
+    within    is at most a tenth of the largest |of| on the box
+    formula   differs from the premise by at most 1e-6 of its range at the ends of that interval,
+              where the premise itself has a value, with all other variables at their least, middle
+              and greatest values
+
+An ``of`` that is not a variable, and a formula with functions of programs alone, such as
+``choose``, are compared by the first condition only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from typing import Any
+
+from takagi.certificates.checker.arithmetic.interval import ONE, point
+from takagi.certificates.checker.controller.numbers import exact
+from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains, Refused
+from takagi.certificates.checker.plant.evaluate import Box, Evaluator
+from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
+
+SHARE, CLOSE = Fraction(1, 10), Fraction(1, 10**6)
+
+
+def require_premises(model: Any, law: Any, own: Mapping[str, Any]) -> None:
+    """Refuse a replacement that is not one of its premise.
+
+    Raises
+    ------
+    OtherGains : ``within`` reaches too far, or the formula has another value.
+    CertificateError : an entry is malformed.
+    """
+    given = own.get("removable") or {}
+    if not given or not isinstance(model, dict) or model.get("kind") != "plant":
+        return
+    plant = read_plant(model, "model")
+    scope = _scope(plant, model)
+    premises = {p["name"]: p for p in law.get("premises", ())}
+    for name, entries in given.items():
+        for entry in entries if name in premises else ():
+            _require(plant, scope, premises[name], entry, f"controller.removable.{name}")
+
+
+def _require(plant: PlantNodes, scope: Scope, premise: Any, entry: Any, where: str) -> None:
+    graph, evaluator, within = plant.graph, plant.evaluator, exact(entry["within"])
+    of = read_expression(entry["of"], graph, scope, f"{where}.of")
+    reach = evaluator.value(of, plant.box)
+    if reach is None or within < 0 or within * ONE > SHARE * reach.magnitude():
+        raise OtherGains(f"{where}.within: a tenth of the range of {entry['of']!a} at most")
+    if graph[of].op != "variable":
+        return
+    try:
+        formula = read_expression(entry["formula"], graph, scope, f"{where}.formula")
+    except CertificateError:
+        return
+    node = read_expression(premise["expression"], graph, scope, f"{where}.expression")
+    width = exact(premise["upper"]) - exact(premise["lower"])
+    for box in _edges(plant, graph[of].name, within):
+        there, ours = (_value(evaluator, one, box) for one in (node, formula))
+        if there is None or ours is None:
+            continue
+        apart = max(there.low - ours.high, ours.low - there.high)
+        if apart > CLOSE * max(width, Fraction(1)) * ONE:
+            raise OtherGains(f"{where}.formula: it is not the premise near {entry['of']} = 0")
+
+
+def _edges(plant: PlantNodes, name: str, within: Fraction) -> Iterator[Box]:
+    """Yield the points at which premise and formula are compared."""
+    for share in (Fraction(0), Fraction(1, 2), Fraction(1)):
+        box = {v: point(low + share * (high - low)) for v, (low, high) in plant.sides.items()}
+        for end in (-within, within):
+            low, high = plant.sides.get(name, (end, end))
+            if low <= end <= high:
+                yield {**box, name: point(end)}
+
+
+def _value(evaluator: Evaluator, node: int, box: Box) -> Any:
+    try:
+        return evaluator.value(node, box)
+    except Refused:
+        return None
+
+
+def _scope(plant: PlantNodes, model: Any) -> Scope:
+    """Return the names of a plant: variables, their deviations, parameters and rests."""
+    graph = plant.graph
+    names = {name: graph.variable(name) for name in plant.balls}
+    for name, value in model.get("parameters", {}).items():
+        if name not in names:
+            names[name] = graph.constant(exact(value))
+    for v in (*plant.states, *plant.inputs, *plant.disturbances):
+        names[v.symbol] = graph.variable(v.symbol)
+        names[v.name] = graph.add(v.rest, graph.variable(v.symbol))
+    tables = {name: table.arguments for name, table in plant.tables.items()}
+    return Scope(names, tables)
