@@ -13,6 +13,7 @@ import pytest
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.gain_file import compare_gains, expected_file
+from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller import bound, gain_file_of, given_file
 from takagi.certificates.design.plant import PlantDesign, design_plant
@@ -421,6 +422,26 @@ def test_a_file_of_an_earlier_version_is_certified_and_bound(
     gains.write_text(json.dumps(content), "utf-8")
     assert main(["check", str(out), "--gains", str(gains)]) == 1
     assert "notes is " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_a_program_cannot_hide_behind_an_earlier_version(
+    version: int, tank: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Contents with ``version`` are compared with themselves alone: that proves no program."""
+    document = json.loads((tank / "c.json").read_text(encoding="utf-8"))
+    content = json.loads((tank / "gains.json").read_text("utf-8"))
+    content["programs"][0]["steps"] = []
+    own = {key: value for key, value in content.items() if key not in ("format", "law")}
+    document["controller"] = {**own, "version": version}
+    gains, out = tmp_path / "forged.json", tmp_path / "c.json"
+    gains.write_text(json.dumps({**content, "version": version}), "utf-8")
+    read = read_text(json.dumps(document), "forged")
+    document["provenance"]["sha256"]["controller"] = reader.digest(read["controller"])
+    out.write_text(json.dumps(document), "utf-8")
+
+    assert main(["check", str(out), "--gains", str(gains)]) == 2
+    assert "an earlier gain file, 1 or 2, which has no programs" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ def test_designing_options_do_not_go_with_given_gains(
 @pytest.mark.parametrize(
     ("entries", "told"),
     [
-        ({"name": "paper"}, "a gain file is certified for the law 'coherent'"),
+        ({"name": "paper"}, "a gain file is certified for the effort-sharing law ('coherent')"),
         ({"proportional": [0.1]}, "proportional: a row of 71 numbers is needed"),
         ({"overlap": "wide"}, "overlap: a number is needed"),
         ({"overlap": -0.01}, "must be positive"),

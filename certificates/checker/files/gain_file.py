@@ -17,6 +17,8 @@ from takagi.certificates.checker.files.differences import Difference, difference
 from takagi.certificates.checker.kernel.reader import member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 
+# The versions of gain files before this form: law and names, but no program.
+EARLIER = ("1", "2")
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 
@@ -130,7 +132,9 @@ def expected_file(data: dict[str, Any], *, called: bool = False) -> dict[str, An
     hashes = member(member(data, "provenance", "certificate"), "sha256", "provenance")
     try:
         if "version" in own:
-            # A file of an earlier version: its whole content is in the certificate.
+            # A file of an earlier version: its whole content is in the certificate.  Such files had
+            # no program; one that stood here would be compared with nothing but itself.
+            _require_earlier(own)
             return {"format": FORMAT, **own, "law": law}
         found = file_content(data["model"], law, own, called=called)
         return {**found, "certificate": {"sha256": hashes, **found["certificate"]}}
@@ -141,6 +145,14 @@ def expected_file(data: dict[str, Any], *, called: bool = False) -> dict[str, An
             f"certificate: no gain file follows from its model, gains and controller "
             f"({type(error).__name__}: {error}); make it again with 'takagi certify'"
         ) from error
+
+
+def _require_earlier(own: dict[str, Any]) -> None:
+    if str(own["version"]) not in EARLIER or "programs" in own:
+        raise CertificateError(
+            "certificate: controller.version is that of an earlier gain file, 1 or 2, which has no "
+            "programs; make it again with 'takagi certify'"
+        )
 
 
 def _differences(file: Any, expected: Any, *, whole: bool) -> Iterator[Difference]:

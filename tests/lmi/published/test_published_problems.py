@@ -91,10 +91,10 @@ def test_every_problem_is_held(published: Any) -> None:
 
 def test_no_row_contradicts_the_whole_collection(published: Any) -> None:
     """What the paragraph on SDPLIB found by hand is not said to have had no data."""
-    said = " ".join(published.COLLECTIONS.split()).split("SDPLIB (Borchers 1999), by `optimise`: ")[
-        1
-    ]
-    ranges = re.findall(r"(control|hinf)(\d+)(?: to \1(\d+))?", said.split(" end as candidates")[0])
+    said = " ".join(published.COLLECTIONS.split()).split("SDPLIB (Borchers 1999) are solved")[1]
+    ranges = re.findall(
+        r"(control|hinf)(\d+)(?: to \1(\d+))?", said.split(" the answer is a candidate")[0]
+    )
     found = {
         f"sdplib-{name}{k}"
         for name, low, high in ranges
