@@ -91,9 +91,9 @@ def _scope(plant: PlantNodes, model: Any) -> Scope:
     """Return the names of a plant: variables, their deviations, parameters and rests."""
     graph = plant.graph
     names = {name: graph.variable(name) for name in plant.balls}
-    for name, value in model.get("parameters", {}).items():
-        if name not in names:
-            names[name] = graph.constant(exact(value))
+    stated = model.get("parameters", {})
+    for name in [one for one in stated if one not in names]:
+        names[name] = graph.constant(exact(stated[name]))
     for v in (*plant.states, *plant.inputs, *plant.disturbances):
         names[v.symbol] = graph.variable(v.symbol)
         names[v.name] = graph.add(v.rest, graph.variable(v.symbol))
