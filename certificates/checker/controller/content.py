@@ -30,7 +30,9 @@ def file_content(
     called : tables called by their names, as files before this form have them.
     """
     head = {"format": FORMAT, "version": Number(str(VERSION)), "language": LANGUAGE, "law": law}
-    if (law["name"] == "pdc") != (model.get("kind") != "turbine"):
+    # A model without a kind has no member that the other kind's file needs.
+    kind = model.get("kind") if isinstance(model, Mapping) else None
+    if kind is not None and (law["name"] == "pdc") != (kind != "turbine"):
         raise CertificateError(f"gains.name: {law['name']!a} is no law of this kind of model")
     # Imported here: a turbine's file does not need the code for plants, and vice versa.
     if law["name"] == "pdc":
