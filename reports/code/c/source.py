@@ -25,7 +25,7 @@ STATUS_BITS = (
     (32, "AT_LIMIT", "a command is held at a limit"),
 )
 # An input outside its range by less than this share of it is noise of a measurement or of a float:
-# it is taken as the end of the range, and not reported.
+# it is not reported.  The law gets it as it is.
 HAIR = Decimal("1e-5")
 USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user states one
 # Names that the templates below use, with the prefix: a name of the law must not be one of them.
@@ -395,10 +395,9 @@ def _seen(program: ControllerProgram, word: str, write: Expressions) -> Iterator
         yield f"        state->inputs.{name} = inputs->{name};\n"
         if one.range is not None:
             hair = HAIR * (one.range[1] - one.range[0])
-            for sign, end, far in (("<", one.range[0], -hair), (">", one.range[1], hair)):
-                edge, beyond = (literal(x, write.suffix) for x in (end, end + far))
-                yield f"        if (inputs->{name} {sign} {beyond}) {{\n"
-                yield f"            status |= {W}_INPUT_OUTSIDE;\n"
-                yield f"        }} else if (inputs->{name} {sign} {edge}) {{\n"
-                yield f"            state->inputs.{name} = {edge};\n        }}\n"
+            low, high = (
+                literal(end, write.suffix) for end in (one.range[0] - hair, one.range[1] + hair)
+            )
+            yield f"        if (inputs->{name} < {low} || inputs->{name} > {high}) {{\n"
+            yield f"            status |= {W}_INPUT_OUTSIDE;\n        }}\n"
         yield f"    }} else {{\n        status |= {W}_INPUT_NOT_FINITE;\n    }}\n"
