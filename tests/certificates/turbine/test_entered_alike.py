@@ -29,9 +29,9 @@ from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine
 from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine import numbers as other_numbers
+from takagi.certificates.cross_check.turbine import surface as other_surface
+from takagi.certificates.cross_check.turbine.running import cell as other_cell
 from takagi.certificates.cross_check.turbine.running import entering, machine, moving_loop
-from takagi.certificates.cross_check.turbine.running.cell import RunningCell
-from takagi.certificates.cross_check.turbine.surface import Outside
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
 
@@ -240,10 +240,10 @@ def test_a_piece_beyond_the_tables_is_not_proved(document: Any) -> None:
     mine, yours = first(document)[0].cell, second(document)[0].cell
     assert mine.law.wind[-1] == 25
     cell = Cell(mine.plant, mine.law, mine.machine, (F("24.9"), F(25)), mine.sides)
-    other = RunningCell(yours.rotor, yours.machine, fmpq(249, 10), fmpq(25), yours.box)
+    other = other_cell.RunningCell(yours.rotor, yours.machine, fmpq(249, 10), fmpq(25), yours.box)
     with pytest.raises(Refused, match="no schedule wind"):
         cell.piece((F("0.1"), F("0.4")))
-    with pytest.raises(Outside, match="no schedule wind"):
+    with pytest.raises(other_surface.Outside, match="no schedule wind"):
         other.part(fmpq(1, 10), fmpq(2, 5))
     part = other.part(fmpq(9, 100), fmpq(2, 5)).factors()
     found = factors.factors(cell.piece((F("0.09"), F("0.4"))))
