@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.certificates.design.claim_summary import claim_summary
+from takagi.models.laws.law_words import law_words
 from takagi.models.laws.protocol import Law
 from takagi.models.simulation import (
     BaselineLaw,
@@ -64,7 +65,6 @@ def responses_section(design: TurbineDesign) -> Section:
                 _figure(design, name, group) for name, group in zip(NAMES, groups, strict=True)
             ],
             "table": _table(design, results),
-            "law": design.law.name,
             "torque_rate": with_decimals(plant.torque_rate_limit / 1e3, 0),
             "pitch_rate": with_decimals(float(np.degrees(plant.pitch_rate_limit)), 0),
             "class_known": claim_summary(design) is not None,
@@ -87,14 +87,14 @@ def _winds(design: TurbineDesign) -> tuple[WindSeries, ...]:
 
 def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> CaptionedFigure:
     turbine = design.turbine
-    lines = [ResponseLine.of(result.label, result.history) for result in results]
+    lines = [ResponseLine.of(law_words(result.label), result.history) for result in results]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
     wind = powers(results[0].wind_name).capitalize()
     return captioned_figure(
         response_figure(results[0].history.time, lines, rated=rated),
         f"response-{name}",
-        caption=f"{wind}: {' and '.join(line.label for line in lines)} law on the validation "
+        caption=f"{wind}: {' and '.join(line.label for line in lines)} on the validation "
         "plant, wind observer in the loop. Dotted: rated.",
         alternative=f"Time responses of wind, pitch, torque, rotor speed and power: {wind}",
     )
@@ -118,7 +118,7 @@ def _table(design: TurbineDesign, results: Sequence[Result]) -> Table:
         tuple(
             (
                 result.wind_name,
-                result.label,
+                law_words(result.label),
                 with_decimals(result.metrics.energy, 2),
                 with_decimals(result.metrics.overspeed, 2),
                 with_decimals(result.metrics.pitch_travel, 1),

@@ -11,6 +11,7 @@ from takagi.certificates.design.claim_summary import (
     claim_summary,
     running_loop_summary,
 )
+from takagi.models.laws.law_words import law_words
 from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
 from takagi.reports.loops.overlap_claims import (
@@ -56,7 +57,7 @@ def verdict_section(design: TurbineDesign) -> Section:
             (c.name, c.verdict.name, c.text) for c in design.checked.claims if c.name not in short
         ],
         "overlaps": overlaps,
-        "law": design.law.name,
+        "law": law_words(design.law.name),
         "turbine": design.turbine.name,
         "summary": summary,
         "setpoint": design.settings.speed_setpoint,
