@@ -46,7 +46,10 @@ class TurbineMaker:
             from takagi.certificates.design.turbine.design import design_turbine
 
             if margins is None:
-                return design_turbine(turbine, settings, files=files, tell=noted)
+                notes = _stability(turbine, settings, noted)
+                return replace(
+                    design_turbine(turbine, settings, files=files, tell=noted), notes=notes
+                )
             from takagi.reports.margins.kept_margins import NoMargins, settings_with_margins
 
             given = [name for name, value in self.asked.items() if value not in (None, False)]
@@ -118,6 +121,16 @@ class TurbineMaker:
             return work(noted)
         except ModelError as error:
             return NoDesign(_reason(step, str(error), as_typed(self.asked)))
+
+
+def _stability(turbine: Turbine, settings: DesignSettings, tell: Tell) -> tuple[str, ...]:
+    """Return notes on the stability of the loop that runs; an unstable one is refused."""
+    if settings.law != "coherent":
+        return ()
+    from takagi.reports.margins.running_stability import require_stable
+
+    tell("stability of the loop that runs")
+    return require_stable(turbine, settings)
 
 
 def _reason(step: str, words: str, given: str) -> str:

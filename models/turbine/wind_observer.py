@@ -41,6 +41,7 @@ from takagi.models.turbine.operating_band import OperatingBand, operating_band, 
 from takagi.models.turbine.partial_load import lowest_wind
 from takagi.models.turbine.regional_model import band_box
 from takagi.models.turbine.torque_secants import torque_secant
+from takagi.models.turbine.trim import trim
 
 STATES = ("rotor speed estimation error [rad/s]", "wind estimation error [m/s]")
 
@@ -94,10 +95,12 @@ def wind_observer_model(
     )
     bounds = round_outward(found.outer, digits=6)
     if bounds.lower <= 0:
+        weakest = _weakest_wind(band, speed_setpoint)
         raise ModelError(
             f"{turbine.name}: dT_r/dv / J is only known to lie in {bounds} over winds "
             f"{band.wind_range} with these bands; it must be positive for the wind to be observed "
-            "from the rotor speed: narrow the speed or wind band"
+            f"from the rotor speed; at the trims it is least at {weakest:.4g} m/s: "
+            "correct the power coefficients there, raise the speed set-point, or narrow the bands"
         )
     premise = Premise(
         "d",
@@ -213,6 +216,18 @@ class WindObserver:
         if float(rotor_torque_gradient(turbine, rotor_speed, pitch, wind, clip=True)[2]) <= 0:
             found.append(f"more wind than {wind:.6g} m/s gives no more torque: the rotor stalls")
         return tuple(found)
+
+
+def _weakest_wind(band: OperatingBand, speed_setpoint: float | None) -> float:
+    """Return the wind at whose trim one more m/s gives least torque [m/s]."""
+    winds = np.linspace(float(band.wind_range.lower), float(band.wind_range.upper), 201)
+
+    def slope(wind: float) -> float:
+        at = trim(band.turbine, wind, speed_setpoint=speed_setpoint)
+        place = (at.rotor_speed, at.pitch, wind)
+        return float(rotor_torque_gradient(band.turbine, *place, clip=True)[2])
+
+    return float(min(winds, key=lambda wind: slope(float(wind))))
 
 
 def _secant_between_winds(turbine: Turbine) -> Callable[..., float]:

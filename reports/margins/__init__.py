@@ -6,6 +6,7 @@ turbine_dynamics    the turbine linearised at a trim
 turbine_loops       its two loops, each broken at its actuator with the other closed
 running_over_wind   the loop that runs: validation plant, observer, filters and sampling in it
 running_loop        its linearisation, at running_equilibrium, by the differences of slopes
+running_stability   whether it is stable, and what makes it unstable
 running_search      over all winds, and all plants where a margin is least
 sampled_response    L(e^(j omega T)) of it
 thresholds          margins that ``takagi check --margins`` asks for
@@ -53,6 +54,9 @@ if TYPE_CHECKING:
     from takagi.reports.margins.running_search import searched_margins as searched_margins
     from takagi.reports.margins.running_search import wind_ranges as wind_ranges
     from takagi.reports.margins.running_search import winds_between as winds_between
+    from takagi.reports.margins.running_stability import UnstableLoop as UnstableLoop
+    from takagi.reports.margins.running_stability import require_stable as require_stable
+    from takagi.reports.margins.running_stability import unstable_loop as unstable_loop
     from takagi.reports.margins.sampled_response import broken_loops as broken_loops
     from takagi.reports.margins.thresholds import AskedMargins as AskedMargins
     from takagi.reports.margins.thresholds import asked_margins as asked_margins

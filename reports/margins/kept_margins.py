@@ -43,7 +43,7 @@ from takagi.reports.margins.running_over_wind import (
     running_margins,
 )
 from takagi.reports.margins.running_search import searched_margins, wind_ranges
-from takagi.reports.margins.thresholds import AskedMargins, failed, measured, shares_of
+from takagi.reports.margins.thresholds import AskedMargins, failed, measured, modes_met, shares_of
 
 # Positions of a lever, and how often all winds are measured.
 EIGHTHS = 8
@@ -185,6 +185,7 @@ class MarginSearch:
         asked = self.loops.asked
         settings, places = self.start, set[Place]()
         first: tuple[str, ...] = ()
+        met: tuple[str, ...] = ()
         for turn in range(ROUNDS):
             self.tell("margins of the loop that runs, all winds")
             rows, none = self.loops.everywhere(settings)
@@ -195,15 +196,16 @@ class MarginSearch:
                     "change the overlap or the pitch effectiveness share"
                 )
             below = failed(rows, asked)
-            first = first if turn else below
+            if not turn:
+                first, met = below, modes_met(rows)
             if not below:
                 return self._kept(settings, first, rows)
             places |= _places(rows, asked)
             moved = self._moved(places)
             if moved is None:
-                return self._none(first, below if turn else ())
+                return self._none(first, below if turn else (), met)
             settings = moved
-        return self._none(first, failed(self.loops.everywhere(settings)[0], asked))
+        return self._none(first, failed(self.loops.everywhere(settings)[0], asked), met)
 
     def _moved(self, places: set[Place]) -> DesignSettings | None:
         """Return the least moved settings that keep the margins at the places; None for none."""
@@ -252,7 +254,9 @@ class MarginSearch:
         told = f"changed to keep the margins asked: {', '.join(moved)}; before, {'; '.join(first)}"
         return KeptMargins(settings, (told, *lines))
 
-    def _none(self, first: tuple[str, ...], last: tuple[str, ...]) -> NoMargins:
+    def _none(
+        self, first: tuple[str, ...], last: tuple[str, ...], met: tuple[str, ...]
+    ) -> NoMargins:
         names = [lever.name for lever in free_levers(self.given)]
         looked = f"; no {', '.join(names)} in range keeps what is asked" if names else ""
         ended = f"; with the calmest that was tried {'; '.join(last)}" if last else ""
@@ -262,7 +266,7 @@ class MarginSearch:
         return NoMargins(
             f"margins: {'; '.join(first)}{looked}{ended}; ask for less, sample or compute "
             f"faster{freed}, or give a band-stop (--torsion-filter) or a larger pitch "
-            "effectiveness share (--pitch-effectiveness-share)"
+            f"effectiveness share (--pitch-effectiveness-share){''.join(f'; {one}' for one in met)}"
         )
 
 

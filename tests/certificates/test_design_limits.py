@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from takagi.certificates import DesignSettings
@@ -12,6 +14,7 @@ from takagi.certificates.design.turbine import default_settings
 from takagi.certificates.design.turbine.limits import check_limits
 from takagi.lmi.turbine import EffortSettings
 from takagi.models import ModelError, Turbine, nrel5mw
+from takagi.models.files.library import resolve_model
 from takagi.models.turbine import load_turbine
 
 TURBINE = nrel5mw()
@@ -102,3 +105,33 @@ def test_a_turbine_that_cannot_be_trimmed_is_told_the_wind(
     turbine = replace(TURBINE, **changes)  # type: ignore[arg-type]
 
     assert words in told(default_settings(turbine), turbine)
+
+
+def test_a_wind_that_the_torque_does_not_show_is_refused(tmp_path: Path) -> None:
+    """Below a tip-speed ratio of 5, c_P = c_P(5) (lambda / 5)^p has d ln T_r / d ln v = 3 - p."""
+    flat, steep = with_low_ratios(tmp_path, 3), with_low_ratios(tmp_path, 2)
+
+    check_limits(steep, default_settings(steep))
+    message = told(default_settings(flat), flat)
+
+    found = re.search(r"at ([0-9.]+) m/s 1 % more wind gives only (-?[0-9.e-]+) %", message)
+    assert found is not None
+    # 5 is reached at the set-point at 1.2671 x 63 / 5 m/s; the spline has its own way near it.
+    assert 15.5 <= float(found.group(1)) <= 17 and float(found.group(2)) < 0.05
+    assert "correct the power coefficients around this place" in message
+
+
+def with_low_ratios(folder: Path, power: float) -> Turbine:
+    """The 5-MW turbine with c_P proportional to a power of the tip-speed ratio below 5."""
+    data = Path(resolve_model("nrel5mw")).parent
+    lines = (data / "nrel5mw_cp.csv").read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("tip_speed")) + 1
+    table = np.array([[float(x) for x in line.split(",")] for line in lines[first:] if line])
+    five = table[table[:, 0] == 5][0]
+    below = table[:, 0] < 5
+    table[below, 1:] = five[1:] * (table[below, :1] / 5) ** power
+    rows = [",".join(f"{x:.10g}" for x in row) for row in table]
+    (folder / "nrel5mw_cp.csv").write_text("\n".join([*lines[:first], *rows]) + "\n")
+    for name in ("nrel5mw_ct.csv", "nrel5mw.toml"):
+        (folder / name).write_bytes((data / name).read_bytes())
+    return load_turbine(folder / "nrel5mw.toml")

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.errors import ModelError
-from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.trim import rated_wind, trim
+from takagi.models.turbine.trim import TrimPoint, rated_wind, trim
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
@@ -17,13 +18,17 @@ if TYPE_CHECKING:
 # A command limited at rated torque must not be rounded off below half of rated torque.
 LARGEST_SHARE = 0.5
 WIND_STEPS = 201
+# Least d ln T_r / d ln v at a trim [-].  It is 2 where c_Q is constant, and 0 where c_Q grows with
+# the square of the tip-speed ratio.
+LEAST_EXPONENT = 0.05
 WIND_STEP = 0.5  # m/s, between the winds at which the trim is checked
 
 
 def check_limits(turbine: Turbine, asked: DesignSettings) -> None:
     """Refuse overlaps and a bandwidth for which the law cannot work.
 
-    both        a steady state at every wind from cut-in to cut-out
+    both        a steady state at every wind from cut-in to cut-out, at which more wind gives more
+                torque, or it cannot be observed
     coherent    overlap < n_g T_rated / J, the effort that torque can hold in reserve, and
                 bandwidth, grown too, <= 1 / tau, the rate of the pitch drive
     published   torque overlap below half of rated torque, its rounded corner below the largest
@@ -71,7 +76,7 @@ def _check_trims(turbine: Turbine, setpoint: float | None) -> None:
     for v in np.arange(turbine.cut_in, turbine.cut_out + WIND_STEP / 2, WIND_STEP):
         wind = min(float(v), turbine.cut_out)
         try:
-            trim(turbine, wind, speed_setpoint=setpoint)
+            point = trim(turbine, wind, speed_setpoint=setpoint)
         except ModelError as error:
             held = f"it exists from {good[0]:.4g} to {good[-1]:.4g} m/s" if good else "none exists"
             raise ModelError(
@@ -79,7 +84,25 @@ def _check_trims(turbine: Turbine, setpoint: float | None) -> None:
                 f"{turbine.cut_out:.4g} m/s; {held}, looked at in steps of {WIND_STEP:g} m/s: give "
                 "such winds as cut_in and cut_out, or change the torque and pitch limits"
             ) from error
+        _check_observed(turbine, point)
         good.append(wind)
+
+
+def _check_observed(turbine: Turbine, point: TrimPoint) -> None:
+    """Refuse a trim at which the wind hardly changes the torque: a = d ln T_r / d ln v."""
+    slope = float(
+        rotor_torque_gradient(turbine, point.rotor_speed, point.pitch, point.wind, clip=True)[2]
+    )
+    torque = turbine.gear_ratio * point.torque
+    if slope * point.wind < LEAST_EXPONENT * torque:
+        ratio = point.rotor_speed * turbine.rotor_radius / point.wind
+        raise ModelError(
+            f"{turbine.name}: at {point.wind:.4g} m/s 1 % more wind gives only "
+            f"{slope * point.wind / torque:.3g} % more torque (tip-speed ratio {ratio:.4g}, pitch "
+            f"{math.degrees(point.pitch):.4g} deg), and at least {LEAST_EXPONENT:g} % is needed: "
+            "the observer cannot see the wind there; correct the power coefficients around this "
+            "place, raise the speed set-point, or leave this wind out by cut_in and cut_out"
+        )
 
 
 def _check_overlap(turbine: Turbine, overlap: float) -> None:
