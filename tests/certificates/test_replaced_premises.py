@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import read_text
+from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.replacements import require_premises
 from takagi.certificates.checker.kernel.refusal import OtherGains
 
@@ -49,6 +49,25 @@ def require(**entry: Any) -> None:
 )
 def test_a_replacement_of_the_premise_passes(entry: dict[str, Any]) -> None:
     require(**entry)
+
+
+@pytest.mark.parametrize(
+    ("removable", "law"),
+    [
+        ([1], {"premises": PREMISES}),
+        ({"z": True}, {"premises": PREMISES}),
+        ({"z": [True]}, {"premises": PREMISES}),
+        ({"z": [{}]}, {"premises": PREMISES}),
+        ({"z": [{"of": "x", "within": True, "formula": "g"}]}, {"premises": PREMISES}),
+        ({"z": []}, None),
+        ({"z": []}, {"premises": [{"name": []}]}),
+        ({"z": []}, {"premises": True}),
+    ],
+)
+def test_parts_of_another_type_are_refused_and_do_not_crash(removable: Any, law: Any) -> None:
+    read = read_text(json.dumps({"model": MODEL, "law": law, "own": removable}), "certificate")
+    with pytest.raises(CertificateError):
+        require_premises(read["model"], read["law"], {"removable": read["own"]})
 
 
 @pytest.mark.parametrize("within", [0.1001, 1.0, 1e6, -1e-9])

@@ -45,7 +45,7 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
         # Imported here: most laws have no premise that is 0/0 somewhere.
         from takagi.certificates.checker.files.replacements import require_premises
 
-        require_premises(data["model"], data["gains"], data["controller"])
+        require_premises(data["model"], data.get("gains"), data["controller"])
     beside = sorted(set(file) - {"law"})
     if not whole:
         return (

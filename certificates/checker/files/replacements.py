@@ -39,6 +39,19 @@ def require_premises(model: Any, law: Any, own: Mapping[str, Any]) -> None:
     given = own.get("removable") or {}
     if not given or not isinstance(model, dict) or model.get("kind") != "plant":
         return
+    try:
+        _require_all(given, model, law)
+    except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
+        if isinstance(error, CertificateError):
+            raise
+        raise CertificateError(
+            "controller.removable: a list of replacements with 'of', 'within' and 'formula' is "
+            f"needed for each premise ({type(error).__name__}: {error}); make the certificate "
+            "again with 'takagi certify'"
+        ) from error
+
+
+def _require_all(given: Mapping[str, Any], model: Any, law: Any) -> None:
     plant = read_plant(model, "model")
     scope = _scope(plant, model)
     premises = {p["name"]: p for p in law.get("premises", ())}

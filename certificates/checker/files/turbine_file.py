@@ -160,7 +160,8 @@ def _compare_surface(model: Any, file: dict[str, Any], path: Path) -> Spline:
         numbers(surface, "pitch_knots", where),
         matrix(surface, "coefficients", where),
     )
-    table = file.get("coefficients", {}).get("power")
+    section = file.get("coefficients")
+    table = section.get("power") if isinstance(section, dict) else None
     if not isinstance(table, str) or Path(table).name != table:
         raise CertificateError(f"{path}: coefficients.power must name a table beside the file")
     for ratio, pitch, power in _entries(inside_folder(path, table)):
@@ -244,7 +245,8 @@ def _compare_limit(
 
 
 def _column(file: dict[str, Any], name: str, path: Path) -> list[Fraction]:
-    entry = file.get("frozen_wake", {}).get(name)
+    section = file.get("frozen_wake")
+    entry = section.get(name) if isinstance(section, dict) else None
     values = entry.get("values") if isinstance(entry, dict) else None
     if not isinstance(entry, dict) or not isinstance(values, list) or not values:
         raise OtherModel(f"{path}: frozen_wake.{name} is missing")

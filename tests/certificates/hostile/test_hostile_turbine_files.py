@@ -10,6 +10,7 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.document import dumps, turbine_data
 from takagi.models import nrel5mw
 from takagi.models.turbine import model_files
@@ -45,6 +46,28 @@ def edited(file: Path, section: str, key: str, value: str) -> None:
             line = f'{key} = {{ value = {value}, unit = "m" }}'
         lines.append(line)
     file.write_text("\n".join(lines), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("section", "why"),
+    [
+        ("coefficients", "coefficients.power must name a table beside the file"),
+        ("frozen_wake", "frozen_wake.wind is missing"),
+    ],
+)
+def test_a_number_in_the_place_of_a_section(
+    model: Any, files: Path, section: str, why: str
+) -> None:
+    """The law's torque is below rated, which is allowed, so that the section is reached."""
+    lines, inside = [f"{section} = 1"], ""
+    for line in files.read_text(encoding="utf-8").splitlines():
+        inside = line.strip(" []").split(".")[0] if line.startswith("[") else inside
+        if inside != section:
+            lines.append(line)
+    files.write_text("\n".join(lines), encoding="utf-8")
+
+    with pytest.raises(CertificateError, match=why):
+        compare_turbine(model, {"rated_torque": Number("1"), "effectiveness_limit": []}, files)
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,9 @@ def other_than_the_controller(claim: Any, data: Any, where: str) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return numbers as such, so that 1 and 1.0 are equal."""
+    """Return numbers as such, so that 1 and 1.0 are equal; ``true`` is not 1, as in Python."""
+    if isinstance(value, bool):
+        return bool, value
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list):

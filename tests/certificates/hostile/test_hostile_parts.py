@@ -1,0 +1,59 @@
+"""Parts of a certificate or a model file that have another type than the comparison needs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import CertificateError, check, read_text
+from takagi.certificates.checker.kernel.reader import digest
+from takagi.certificates.checker.turbine.running_loop.inputs import other_than_the_controller
+
+
+def sealed(document: dict[str, Any]) -> str:
+    """Return the text with the hashes of its parts, so that a comparison is reached."""
+    read = read_text(json.dumps(document), "certificate")
+    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    return json.dumps(document | {"provenance": {"sha256": hashes}})
+
+
+@pytest.mark.parametrize("claims", [True, 1, None, "x", {}, [], [1], [None], [{}], [{"kind": 1}]])
+@pytest.mark.parametrize("controller", [{}, {"controller": {"version": "1"}}])
+def test_claims_of_another_type_beside_a_gain_file(
+    claims: Any, controller: dict[str, Any], tmp_path: Path
+) -> None:
+    """The file is compared before the claims are replayed: what it needs of them is read first."""
+    law = {"name": "pdc", "K": [[[1]]]}
+    document = {
+        "format": "takagi-certificate",
+        "version": 1,
+        "model": {"kind": "plant"},
+        "gains": law,
+        "claims": claims,
+        **controller,
+    }
+    (tmp_path / "c.json").write_text(sealed(document), "utf-8")
+    (tmp_path / "gains.json").write_text(json.dumps({"law": law}), "utf-8")
+
+    with pytest.raises(CertificateError, match="claims"):
+        check(tmp_path / "c.json", gains=tmp_path / "gains.json")
+
+
+def test_true_is_not_the_number_1() -> None:
+    """In Python True == 1; in a gain file it is no number."""
+    claim, own = ({"observer": {"l1": value}} for value in (1, True))
+    read = read_text(json.dumps({"claim": claim, "same": claim, "own": own}), "certificate")
+    limits = {"l2": 1, "wind_limits": [3, 25]}
+    measured = {"speed_filter": 30}
+    for one in read.values():
+        one["observer"].update(limits)
+        one["measurement"] = measured
+
+    assert not other_than_the_controller(read["claim"], {"controller": read["same"]}, "claim")
+    assert (
+        other_than_the_controller(read["claim"], {"controller": read["own"]}, "claim")
+        == "observer.l1 is not the controller's"
+    )
