@@ -8,8 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from takagi.certificates.design import design
 from takagi.certificates.design.turbine import default_settings
+from takagi.cli.options import given
+from takagi.cli.runs import makers
 from takagi.models import ModelError, Turbine, nrel5mw
+from takagi.models.files import resolve_model
 from takagi.reports.margins import effort_of, require_stable, unstable_loop
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
@@ -73,11 +77,6 @@ def test_the_filter_is_no_excuse_for_a_soft_tower() -> None:
 
 
 def test_takagi_design_ends_before_the_proof(tmp_path: Path) -> None:
-    from takagi.certificates.design.design import NoDesign
-    from takagi.cli.options.given import defaults_of
-    from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
-    from takagi.models.files.library import resolve_model
-
     data = Path(resolve_model("nrel5mw")).parent
     for table in data.glob("nrel5mw_*.csv"):
         (tmp_path / table.name).write_bytes(table.read_bytes())
@@ -88,7 +87,9 @@ def test_takagi_design_ends_before_the_proof(tmp_path: Path) -> None:
     def tell(step: str, done: float | None = None) -> None:
         told.append(step)
 
-    found = maker_of(str(tmp_path / "soft.toml"), defaults_of(DESIGN_OPTIONS)).design(tell)
+    found = makers.maker_of(
+        str(tmp_path / "soft.toml"), given.defaults_of(makers.DESIGN_OPTIONS)
+    ).design(tell)
 
-    assert isinstance(found, NoDesign) and "the tower mode, 0.479 rad/s" in found.reason
+    assert isinstance(found, design.NoDesign) and "the tower mode, 0.479 rad/s" in found.reason
     assert told == ["stability of the loop that runs"]
