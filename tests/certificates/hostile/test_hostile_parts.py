@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, check, read_text
-from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.checker.turbine.running_loop.inputs import other_than_the_controller
+from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.turbine.running_loop import inputs
 
 
 def sealed(document: dict[str, Any]) -> str:
     """Return the text with the hashes of its parts, so that a comparison is reached."""
     read = read_text(json.dumps(document), "certificate")
-    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    hashes = {part: reader.digest(read.get(part)) for part in ("model", "gains", "claims")}
     return json.dumps(document | {"provenance": {"sha256": hashes}})
 
 
@@ -52,8 +52,10 @@ def test_true_is_not_the_number_1() -> None:
         one["observer"].update(limits)
         one["measurement"] = measured
 
-    assert not other_than_the_controller(read["claim"], {"controller": read["same"]}, "claim")
+    assert not inputs.other_than_the_controller(
+        read["claim"], {"controller": read["same"]}, "claim"
+    )
     assert (
-        other_than_the_controller(read["claim"], {"controller": read["own"]}, "claim")
+        inputs.other_than_the_controller(read["claim"], {"controller": read["own"]}, "claim")
         == "observer.l1 is not the controller's"
     )

@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.kernel import reader
 from takagi.certificates.document import dumps, turbine_data
 from takagi.models import nrel5mw
 from takagi.models.turbine import model_files
@@ -67,7 +67,9 @@ def test_a_number_in_the_place_of_a_section(
     files.write_text("\n".join(lines), encoding="utf-8")
 
     with pytest.raises(CertificateError, match=why):
-        compare_turbine(model, {"rated_torque": Number("1"), "effectiveness_limit": []}, files)
+        compare_turbine(
+            model, {"rated_torque": reader.Number("1"), "effectiveness_limit": []}, files
+        )
 
 
 @pytest.mark.parametrize(
