@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from itertools import product
+from math import prod
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -275,7 +276,9 @@ def _sum_to_one(premises: list[Any] | None, corners: tuple[tuple[int, ...], ...]
         sides = [[0] if one else [0, 1] for one in fixed]
     else:
         sides = [sorted(set(column)) for column in zip(*corners, strict=True)]
-    if sorted(corners) != list(product(*sides)):
+    # There may be far more corners than rules: they are counted before they are listed.
+    whole = prod(len(side) for side in sides)
+    if len(corners) != whole or sorted(corners) != list(product(*sides)):
         raise Refusal(f"rules: the corners of {len(sides)} premises, each once")
 
 

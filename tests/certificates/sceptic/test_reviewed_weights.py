@@ -135,6 +135,21 @@ def test_a_model_s_products_sum_to_one(stated: bool) -> None:
             judge_document(made)
 
 
+def test_two_rules_of_sixty_premises_are_refused_before_their_corners_are_listed() -> None:
+    """2^60 corners do not fit into memory."""
+    names = [f"z{k}" for k in range(60)]
+    model = square([[0] * 60, [1] * 60], stated=False)
+    for stated in (False, True):
+        if stated:
+            sides = {"lower": -1, "upper": 1}
+            model["premises"] = [{"name": z, "expression": z, **sides} for z in names]
+        made = document(model, [DECAY])
+        with pytest.raises(CertificateError, match="not the corners of its 60 premises"):
+            check_document(made)
+        with pytest.raises(Refusal, match="the corners of 60 premises"):
+            judge_document(made)
+
+
 def test_a_premise_that_never_changes_has_one_end() -> None:
     """Without stated bounds, one end in all rules is a constant premise."""
     made = document(square([[0, 1], [1, 1]], stated=False), [DECAY])
