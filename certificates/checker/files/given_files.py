@@ -15,6 +15,7 @@ from takagi.certificates.checker.files.model_content import (
     told,
 )
 from takagi.certificates.checker.files.toml_file import file_content
+from takagi.certificates.checker.kernel.reader import listed, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 
@@ -22,11 +23,23 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
 # Kinds about the model alone, which say nothing about the loop.
 NO_LOOP = ("sector-embedding", "secant-embedding", "effort-blend")
-LARGEST_FILE = 64_000_000
+LARGEST_FILE, MOST_CLAIMS = 64_000_000, 200
 EARLIER = (
     "only what the claims are about is compared: the certificate, of an earlier version, does not "
     "hold what else the file says"
 )
+
+
+def require_parts(data: dict[str, Any], path: str) -> None:
+    """Refuse a certificate without what a file is compared with; call it before a comparison.
+
+    Raises
+    ------
+    CertificateError : its claims are no list of objects that name their kinds, or it has no model.
+    """
+    for i, claim in enumerate(listed(data, "claims", path, 1, MOST_CLAIMS)):
+        text(claim, "kind", f"claims[{i}]")
+    member(data, "model", "certificate")
 
 
 def unconnected(data: dict[str, Any]) -> str:

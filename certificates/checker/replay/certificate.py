@@ -42,6 +42,7 @@ def check(
     # Imported here, so that a check without files does not depend on the code that reads them.
     from takagi.certificates.checker.files import given_files
 
+    given_files.require_parts(data, str(path))
     if gains is not None:
         from takagi.certificates.checker.files.gain_file import compare_gains
 
@@ -77,20 +78,12 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
         if text(hashes, part, "provenance.sha256") != reader.digest(data.get(part)):
             why = f"the {part} are not those the certificate was made for (its hash differs)"
             raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
-    # Before files are compared: what they are compared with follows from model and claims.
-    _kinds(data, path)
-    member(data, "model", "certificate")
-
-
-def _kinds(data: dict[str, Any], path: str) -> list[str]:
-    """Return the kinds of the claims, which are a list of objects."""
-    claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
-    return [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
 
 
 def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
-    claims, kinds = data["claims"], _kinds(data, path)
-    model, gains = data["model"], data.get("gains")
+    claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
+    kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
+    model, gains = member(data, "model", "certificate"), data.get("gains")
     loop = None
     if any(kind in KINDS for kind in kinds):
         # Imported here: a turbine's loop does not need it, because it is not a sum over rules.
