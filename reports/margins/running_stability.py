@@ -173,7 +173,7 @@ def _unstable(
 def _growths(
     plant: SimulatedTurbine, law: EffortSharingLaw, observer: WindObserver, winds: Sequence[float]
 ) -> dict[float, float]:
-    """Return wind -> largest real part of the loop's poles [1/s], where it has a rest."""
+    """Return wind -> largest real part of the loop's poles [1/s], where it has an equilibrium."""
     program, found = SampledLaw(law, SAMPLE, 0.0), dict[float, float]()
     for wind in winds:
         side = -1 if wind >= plant.turbine.cut_out else 1

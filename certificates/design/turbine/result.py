@@ -57,7 +57,7 @@ class TurbineDesign:
     checked : the verdicts of the independent checker on it.
     seconds : step -> time that it took [s].
     synthesis : the result of the effort-sharing synthesis; None for the published laws.
-    notes : on numbers that were changed to keep margins, and the margins then measured.
+    notes : on numbers changed to keep margins and the margins then measured, or on stability.
     """
 
     turbine: Turbine
