@@ -12,59 +12,21 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check, read_text
-from takagi.certificates.checker.files.gain_file import compare_gains, expected_file
-from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.controller import bound, gain_file_of, given_file
-from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import (
     certificate_document,
-    dumps,
     effort_sharing_law_data,
     turbine_data,
 )
 from takagi.cli.main import main
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.plant_files import load_plant, plant_files
 from takagi.models.turbine import nrel5mw
-from takagi.reports.gains_file import dump_gains, gain_file, plant_gain_file
+from takagi.reports.gains_file import dump_gains, gain_file
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]
-TANK = """
-format = 1
-kind = "plant"
-name = "tank"
-
-[states]
-h = { unit = "m", range = [0.5, 1.5], rest = 1, description = "level" }
-
-[inputs]
-q = { unit = "kg/s", range = [0, 5], rest = 2, description = "feed" }
-
-[equations]
-h = "q/(2 kg/m) - h/(1 s)"
-""".replace("q/(2 kg/m) - h/(1 s)", "a*q - b*h^2 + c*(h - h0)")
-TANK += """
-[parameters]
-a = { value = 0.5, unit = "m/kg" }
-b = { value = 1, unit = "1/(m s)" }
-c = { value = 0.1, unit = "1/s" }
-h0 = { value = 1, unit = "m" }
-"""
-
-
-@pytest.fixture(scope="module")
-def tank(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A plant whose state and input rest off 0, designed: plant file, gain file, certificate."""
-    folder = tmp_path_factory.mktemp("tank")
-    (folder / "tank.toml").write_text(TANK, encoding="utf-8")
-    plant = load_plant(folder / "tank.toml")
-    found = design_plant(plant, files=plant_files(folder / "tank.toml"))
-    assert isinstance(found, PlantDesign) and found.proved
-    (folder / "c.json").write_text(dumps(found.document), encoding="utf-8")
-    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
-    return folder
 
 
 @pytest.fixture(scope="module")
@@ -249,25 +211,11 @@ def test_a_byte_order_mark_and_another_unit_are_refused(tank: Path, tmp_path: Pa
     with pytest.raises(OtherGains, match=r"unit is cm there, m in the certificate"):
         check(tank / "c.json", gains=path)
 
-    other = TANK.replace('value = 0.1, unit = "1/s"', 'value = 6, unit = "1/min"')
-    assert other != TANK
+    stated = (tank / "tank.toml").read_text("utf-8")
+    other = stated.replace('value = 0.1, unit = "1/s"', 'value = 6, unit = "1/min"')
+    assert other != stated
     model.write_text(other, encoding="utf-8-sig")
     assert check(tank / "c.json", model=model).verdict.name == "PROVED"
-
-
-@pytest.mark.parametrize(
-    "option",
-    ["--decay-rate=0.5", "--damping=0.5", "--input-limit=q=1", "--gain-bound=4", "--initial=h=1"],
-)
-def test_options_about_making_gains_are_refused_beside_them(
-    option: str, tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """As docs/cli.md says; those that say which model it is are taken."""
-    out = tmp_path / "c.json"
-
-    assert certified(tank, tank / "gains.json", out, option) == 2
-    assert "is about designing gains, but --gains gives them" in capsys.readouterr().err
-    assert certified(tank, tank / "gains.json", out, "--choice=fewest-rules", "--solve-rest") == 0
 
 
 def test_a_member_that_is_not_there_is_told(tank: Path, tmp_path: Path) -> None:
@@ -357,126 +305,3 @@ def test_words_that_both_files_have_wrong_are_refused(tank: Path, tmp_path: Path
         (tmp_path / "g.json").write_text(json.dumps({**content, key: value}), "utf-8")
         with pytest.raises(OtherGains, match=key):
             check(tmp_path / "c.json", gains=tmp_path / "g.json")
-
-
-# ------------------------------------------------------------------ certify, given a gain file
-
-
-def certified(tank: Path, gains: Path, out: Path, *more: str) -> int:
-    return main(
-        ["certify", str(tank / "tank.toml"), "--gains", str(gains), "--out", str(out), *more]
-    )
-
-
-def test_a_certificate_for_a_given_file_is_bound_to_it(
-    tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """The pair is PROVED; what the file says of an older certificate does no harm."""
-    out = tmp_path / "c.json"
-
-    assert certified(tank, tank / "gains.json", out) == 0
-    assert "will refuse" not in capsys.readouterr().out
-    assert main(["check", str(out), "--gains", str(tank / "gains.json")]) == 0
-
-
-def test_fields_that_are_not_the_plant_s_are_told_and_written_anew(
-    tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """A range of an input that is another: told, refused by check, right in --gains-out."""
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
-    content["inputs"][0]["range"] = [0, 50]
-    content["formulas"]["command"] = "u = u* + ..."
-    gains, out, new = tmp_path / "wide.json", tmp_path / "c.json", tmp_path / "new.json"
-    gains.write_text(json.dumps(content), "utf-8")
-
-    assert certified(tank, gains, out) == 0
-    said = capsys.readouterr().out
-    assert "inputs[0].range[1] is 50 there, 5.0 for this model" in said
-    assert "--gains-out FILE" in said
-    assert main(["check", str(out), "--gains", str(gains)]) == 1
-
-    assert certified(tank, gains, out, "--gains-out", str(new)) == 0
-    assert main(["check", str(out), "--gains", str(new)]) == 0
-    made = json.loads(new.read_text("utf-8"))
-    assert made["inputs"][0]["range"] == [0, 5] and made["law"] == content["law"]
-
-
-def earlier(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the file as version 1 had it."""
-    kept = ("format", "name", "plant", "units", "law", "states", "inputs", "formulas", "notes")
-    return {"version": 1, **{key: content[key] for key in kept}}
-
-
-def test_a_file_of_an_earlier_version_is_certified_and_bound(
-    tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """Old files are read; a change afterwards is noticed; the check says what it rests on."""
-    content = earlier(json.loads((tank / "gains.json").read_text("utf-8")))
-    gains, out = tmp_path / "old.json", tmp_path / "c.json"
-    gains.write_text(json.dumps(content), "utf-8")
-
-    assert certified(tank, gains, out) == 0
-    assert main(["check", str(out), "--gains", str(gains)]) == 0
-    assert "certificate's copy of it, not with model and law" in capsys.readouterr().out
-    content["notes"].append("changed")
-    gains.write_text(json.dumps(content), "utf-8")
-    assert main(["check", str(out), "--gains", str(gains)]) == 1
-    assert "notes is " in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("version", [1, 2, 3])
-def test_a_program_cannot_hide_behind_an_earlier_version(
-    version: int, tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """Contents with ``version`` are compared with themselves alone: that proves no program."""
-    document = json.loads((tank / "c.json").read_text(encoding="utf-8"))
-    content = json.loads((tank / "gains.json").read_text("utf-8"))
-    content["programs"][0]["steps"] = []
-    own = {key: value for key, value in content.items() if key not in ("format", "law")}
-    document["controller"] = {**own, "version": version}
-    gains, out = tmp_path / "forged.json", tmp_path / "c.json"
-    gains.write_text(json.dumps({**content, "version": version}), "utf-8")
-    read = read_text(json.dumps(document), "forged")
-    document["provenance"]["sha256"]["controller"] = reader.digest(read["controller"])
-    out.write_text(json.dumps(document), "utf-8")
-
-    assert main(["check", str(out), "--gains", str(gains)]) == 2
-    assert "an earlier gain file, 1 or 2, which has no programs" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda f: f["states"][0].update(rest=1.1), "states[0].rest is 1.1 there"),
-        (lambda f: f["formulas"].update(command="u = u* + ..."), "formulas.command is"),
-    ],
-)
-def test_an_earlier_file_that_says_something_else_is_not_certified(
-    change: Change, words: str, tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    content = earlier(json.loads((tank / "gains.json").read_text("utf-8")))
-    change(content)
-    gains, out = tmp_path / "old.json", tmp_path / "c.json"
-    gains.write_text(json.dumps(content), "utf-8")
-
-    assert certified(tank, gains, out) == 2
-    assert words in capsys.readouterr().err and not out.exists()
-
-
-def test_gains_out_needs_gains_and_a_place_of_its_own(
-    tank: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    out = str(tmp_path / "c.json")
-
-    assert main(["certify", str(tank / "tank.toml"), "--out", out, "--gains-out", "g.json"]) == 2
-    assert "--gains-out writes the file of --gains anew" in capsys.readouterr().err
-    assert certified(tank, tank / "gains.json", tmp_path / "c.json", "--gains-out", out) == 2
-    assert "the same file" in capsys.readouterr().err
-
-
-def test_a_law_of_another_kind_of_model_has_no_file(tank: Path) -> None:
-    """The program follows from the law's name: a plant's claims would stand beside another's."""
-    document = json.loads((tank / "c.json").read_text(encoding="utf-8"))
-    document["gains"]["name"] = "coherent"
-    with pytest.raises(CertificateError, match="'coherent' is no law of this kind of model"):
-        expected_file(read_text(json.dumps(document), "certificate"))
