@@ -15,7 +15,7 @@ from takagi.certificates.checker.files.model_content import (
     told,
 )
 from takagi.certificates.checker.files.toml_file import file_content
-from takagi.certificates.checker.kernel.reader import listed, member, text
+from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, listed, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 
@@ -23,7 +23,7 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
 # Kinds about the model alone, which say nothing about the loop.
 NO_LOOP = ("sector-embedding", "secant-embedding", "effort-blend")
-LARGEST_FILE, MOST_CLAIMS = 64_000_000, 200
+LARGEST_FILE = 64_000_000
 EARLIER = (
     "only what the claims are about is compared: the certificate, of an earlier version, does not "
     "hold what else the file says"

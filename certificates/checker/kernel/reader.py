@@ -18,7 +18,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 LARGEST_FILE = 16_000_000
-DEEPEST, MOST_PARTS = 40, 2_000_000
+DEEPEST, MOST_PARTS, MOST_CLAIMS = 40, 2_000_000, 200
 LONGEST_NUMBER, LARGEST_EXPONENT = 60, 40
 # Strings are skipped as a whole, so brackets inside them do not change the depth. The possessive
 # repeat prevents a second attempt at a string without an end.

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.checker.kernel.reader import integer, member, text
+from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, replay
 
-FORMAT, VERSION, MOST_CLAIMS = "takagi-certificate", 1, 200
+FORMAT, VERSION = "takagi-certificate", 1
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
 
 
