@@ -27,6 +27,7 @@ KINDS = {
     "l2-gain": "kinds.l2_gain.check_l2_gain",
     "h2-norm": "kinds.h2_norm.check_h2_norm",
     "exit-probability": "kinds.exit_probability.check_exit_probability",
+    "crossing-probability": "kinds.crossing_probability.check_crossing_probability",
     "peak": "kinds.peak.check_peak",
     "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
     "input-limits": "kinds.input_limits.check_input_limits",
