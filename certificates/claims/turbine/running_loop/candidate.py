@@ -7,7 +7,7 @@ as the checker decides them.  That is a candidate: only the checker's verdict on
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from math import floor, log10
 
@@ -43,6 +43,9 @@ SIZES = tuple(map(Fraction, ("1 0.7 0.5 0.35 0.25 0.18 0.12 0.08 0.05 0.03 0.02 
 RATED_SPEED, OVERLAP = Fraction("1.2671"), Fraction("0.01")
 SPEEDS = ("speed", "measured", "signal", "integral", "innovation")
 EFFORTS = ("pitch", "effort", "measured_rate")
+# How often the side "schedule" is halved where the box of the usual shape is narrower than the
+# ranges that it has to hold: at a corner of the reference speed, omega*' times that side.
+HALVINGS = 2
 # A wider range of the pitch share is divided into pieces, each with its own multipliers.
 WIDEST_SHARE, DIGITS = Fraction(1, 5), 8
 
@@ -63,9 +66,8 @@ def running_candidate(
     """Return the cell with the largest box, or None and the reason of the last failure."""
     why = "no size was tried"
     for size in sizes:
-        sides = box_of_size(subject, size)
         try:
-            cell = Cell(subject.plant, subject.law, subject.machine, winds, sides)
+            cell = _cell(subject, winds, box_of_size(subject, size))
             why = limit_failure(cell)
         except Refused as reason:
             why = str(reason)
@@ -75,11 +77,25 @@ def running_candidate(
         if found is None:
             why = "no quadratic function was found"
             continue
-        stated = StatedCell(winds, sides, *found)
+        stated = StatedCell(winds, cell.sides, *found)
         why = cell_failure(subject.plant, subject.law, subject.machine, stated, subject.decay)
         if not why:
             return stated, ""
     return None, why
+
+
+def _cell(subject: Subject, winds: Span, sides: Sides) -> Cell:
+    """Return the cell with this box, or with a shorter side "schedule" that leaves room in it.
+
+    Signal and effort lose what the ranges add, in proportion to this side (``rows``).  Without room
+    there is no function, so such a box is refused.
+    """
+    for _ in range(HALVINGS + 1):
+        cell = Cell(subject.plant, subject.law, subject.machine, winds, sides)
+        if all(bound > 0 for _, bound in rows(cell, factors(cell)).values()):
+            return cell
+        sides = replace(sides, schedule=sides.schedule / 2)
+    raise Refused("the ranges are wider than the box")
 
 
 def box_of_size(subject: Subject, size: Fraction) -> Sides:
@@ -112,8 +128,6 @@ def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]
     span, unit, order = factors(cell), units(cell), states(cell.machine)
     boxes = []
     for h, bound in rows(cell, span).values():
-        if bound <= 0:
-            return None
         boxes.append(np.array(h, dtype=np.float64) * unit / float(bound))
     posed = [equations(cell, span, held) for held in pieces(cell)]
     loops = [scaled(*one, unit) for one in posed]

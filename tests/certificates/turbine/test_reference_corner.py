@@ -1,0 +1,152 @@
+"""The running loop where the reference speed stops following the wind, at 3.4919 m/s.
+
+The certificate is the last line of ``recorded/running-loop.jsonl``: the two cells on both sides of
+this wind, from 3.25 to 3.5564 m/s, of the default law of the NREL 5-MW turbine.  In the boxes of
+both the slope of the reference speed is 0 to 0.207 rad/s per m/s.
+"""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from fractions import Fraction
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from takagi.certificates.checker import check_document
+from takagi.certificates.claims.turbine.running_loop import candidate
+from takagi.certificates.claims.turbine.running_loop.running_loop_claim import loop_subject
+from tests.certificates.recorded.answers import recorded
+from tests.certificates.turbine.running_documents import sealed, verdicts
+from tests.certificates.turbine.test_running_loop import first_cell
+
+motion: Any = import_module("turbine_running")
+CORNER, STEEP = 3.4919, 0.20714
+SCHEDULE = 3
+# Lighter and heavier rotor, shorter and longer wake, no and the whole effect before it follows.
+PLANTS = ((0.9, 40.0, 0.0), (1.1, 80.0, 1.0), (0.9, 80.0, 1.0), (1.1, 40.0, 0.5))
+
+
+@pytest.fixture(scope="module")
+def stored() -> dict[str, Any]:
+    return dict(json.loads(list(recorded("running-loop"))[-1][1]))
+
+
+@pytest.fixture
+def document(stored: dict[str, Any]) -> dict[str, Any]:
+    return deepcopy(stored)
+
+
+def test_both_checkers_prove_the_winds_around_the_corner(document: dict[str, Any]) -> None:
+    assert document["claims"][0]["winds"] == [[3.25, 3.5564]]
+    assert CORNER in document["gains"]["wind"]
+    assert verdicts(document) == ("PROVED", "PROVED")
+    text = check_document(sealed(document)).claims[0].text
+    assert "NOT at winds 3 to 3.25 m/s, 3.5564 to 25 m/s, of which nothing is said" in text
+
+
+@pytest.mark.parametrize("k", [0, 1])
+def test_the_slope_has_both_of_its_values(stored: dict[str, Any], k: int) -> None:
+    _, spans = first_cell(stored, k)
+    low, high = spans["speed slope"]
+    assert low == 0 and float(high) == pytest.approx(STEEP, rel=1e-4)
+
+
+@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("factor", [2.0, 4.0])
+def test_a_longer_schedule_side_leaves_no_room(document: Any, k: int, factor: float) -> None:
+    """Twice is the usual shape: half the range of the slope times it is more than `signal`."""
+    document["claims"][0]["cells"][k]["sides"]["schedule"] *= factor
+    assert verdicts(document) == ("UNDECIDED", "UNDECIDED")
+    assert "leaves its box in signal" in check_document(sealed(document)).claims[0].text
+
+
+@pytest.mark.parametrize("sharper", [2.0, 5.0])
+def test_a_sharper_corner_is_not_proved(document: Any, sharper: float) -> None:
+    """The reference speed falls more steeply below the corner; trim and efforts stay."""
+    law = document["gains"]
+    node = law["wind"].index(CORNER)
+    law["rotor_speed"][node - 1] -= (sharper - 1) * STEEP * (CORNER - law["wind"][node - 1])
+    assert "PROVED" not in verdicts(document)
+
+
+@pytest.mark.parametrize("path", [("P", 3, 3), ("multipliers", 0, "speed slope")])
+@pytest.mark.parametrize("factor", [0.05, 20.0])
+def test_other_numbers_are_not_proved(document: Any, path: Any, factor: float) -> None:
+    for cell in document["claims"][0]["cells"]:
+        at = cell
+        for key in path[:-1]:
+            at = at[key]
+        at[path[-1]] *= factor
+    assert verdicts(document) == ("UNDECIDED", "UNDECIDED")
+
+
+@pytest.mark.parametrize("plant", PLANTS[:2])
+@pytest.mark.parametrize(("wind", "sign"), [(3.4905, 1), (3.494, -1)])
+def test_a_motion_through_the_corner_settles(
+    stored: Any, wind: float, sign: int, plant: Any
+) -> None:
+    """scipy's integration of the nonlinear loop, from where the schedule wind is farthest off.
+
+    It begins on the other side of the corner than the wind, and ends on the wind's side.
+    """
+    claim = stored["claims"][0]
+    cell = claim["cells"][int(wind > CORNER)]
+    P, alpha = np.array(cell["P"]), claim["decay_rate"]
+    at = motion.Motion(stored, cell, wind, motion.Plant(*plant))
+    farthest = sign * np.linalg.inv(P)[:, SCHEDULE]
+    farthest /= np.sqrt(farthest @ P @ farthest)
+    times = np.linspace(0, 20, 81)
+    run = solve_ivp(
+        lambda _, xi: at.rate(xi), (0, 20), farthest, rtol=1e-8, atol=1e-12, t_eval=times
+    )
+    V = np.einsum("ik,ij,jk->k", run.y, P, run.y)
+    assert np.all(V <= np.exp(-2 * alpha * run.t) * (1 + 1e-6))
+    assert np.all(np.diff(V) < 0)
+    side = np.sign(wind + run.y[SCHEDULE] - CORNER)
+    assert side[0] == sign and side[-1] == -sign
+
+
+@pytest.mark.parametrize("wind", [3.4905, 3.4919, 3.4925])
+def test_the_function_falls_on_both_sides_of_the_corner(stored: Any, wind: float) -> None:
+    """At random points of the set's boundary and inside, for the ends of the plant's ranges."""
+    claim = stored["claims"][0]
+    cell = claim["cells"][int(wind > CORNER)]
+    P, alpha, sides = np.array(cell["P"]), claim["decay_rate"], set()
+    for seed, plant in enumerate(PLANTS):
+        at = motion.Motion(stored, cell, wind, motion.Plant(*plant))
+        directions = np.random.default_rng(seed).normal(size=(30, len(P)))
+        for number, direction in enumerate(directions):
+            size = np.linalg.norm(direction) * (1.0 if number % 2 else 2.0)
+            xi = np.linalg.solve(np.linalg.cholesky(P).T, direction / size)
+            assert 2 * xi @ P @ at.rate(xi) <= -2 * alpha * (xi @ P @ xi)
+            sides.add(np.sign(wind + xi[SCHEDULE] - CORNER))
+    assert {-1.0, 1.0} <= sides
+
+
+@pytest.mark.numeric
+def test_the_search_shortens_the_schedule_side_at_a_corner_only(document: Any) -> None:
+    subject = loop_subject(document["model"], document["gains"], document["claims"][0])
+    for winds, usual in ((("3.4844", "3.4919"), False), (("3.65", "3.66"), True)):
+        low, high = map(Fraction, winds)
+        found, _ = candidate.running_candidate(subject, (low, high), sizes=[Fraction(1, 20)])
+        assert found is not None
+        shape = candidate.box_of_size(subject, Fraction(1, 20))
+        assert (found.sides == shape) is usual
+        assert found.sides.schedule == shape.schedule / (1 if usual else 2)
+        assert found.sides.estimate == shape.estimate
+
+
+def test_the_search_says_where_no_box_has_room(document: Any) -> None:
+    """A corner so sharp that a quarter of the side is too long, too."""
+    law = document["gains"]
+    node = law["wind"].index(CORNER)
+    law["rotor_speed"][node - 1] = 0.05
+    subject = loop_subject(document["model"], law, document["claims"][0])
+    winds = Fraction("3.4919"), Fraction("3.493")
+    found, why = candidate.running_candidate(subject, winds, sizes=[Fraction(1, 100)])
+    assert found is None and why == "the ranges are wider than the box"
