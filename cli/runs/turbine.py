@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -124,13 +125,17 @@ class TurbineMaker:
 
 
 def _stability(turbine: Turbine, settings: DesignSettings, tell: Tell) -> tuple[str, ...]:
-    """Return notes on the stability of the loop that runs; an unstable one is refused."""
+    """Tell and return notes on the loop that runs; an unstable one is refused."""
     if settings.law != "coherent":
         return ()
     from takagi.reports.margins.running_stability import require_stable
 
     tell("stability of the loop that runs")
-    return require_stable(turbine, settings)
+    notes = require_stable(turbine, settings)
+    for note in notes:
+        # At once, before the long work; the summary has it again.
+        print(f"note: {note}", file=sys.stderr, flush=True)
+    return notes
 
 
 def _reason(step: str, words: str, given: str) -> str:

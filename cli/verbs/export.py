@@ -43,7 +43,10 @@ def export(
     ] = "double",
     sample_time: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="Time from one sample to the next to start with."),
+        typer.Option(
+            metavar="SECONDS",
+            help="Time from one sample to the next to start with; a turbine's law has a longest.",
+        ),
     ] = None,
     without: Annotated[
         list[str] | None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,6 +18,7 @@ from takagi.cli.progress import progress
 from takagi.cli.verbs.simulate_campaign import campaign_options, without_campaign
 
 if TYPE_CHECKING:
+    from takagi.models.simulation.turbine_plant import SimulatedTurbine
     from takagi.models.turbine.loader import TurbineFile
 
 # The whole as one bar: making the laws takes about as long as simulating them.
@@ -144,11 +146,12 @@ def _laws(
     parts = PlantParts(
         asked["wake"], tuple(asked["without"] or ()), asked["speed_filter"], asked["ripple"]
     )
-    simulation_plant(turbine, parts)
+    plant = simulation_plant(turbine, parts)
     winds = scenario_winds(turbine, asked["scenario"], duration=duration, seed=asked["seed"])
     given = asked["sample_time"]
     step = SAMPLE_TIME if given is None else time_asked("--sample-time", given)
     require_sampling(step, asked["computation_time"])
+    _tell_slow_sampling(plant, step)
     written: list[str] = []
     with progress(f"takagi simulate {source.name}") as tell:
         steps = 0
@@ -187,3 +190,17 @@ def _laws(
 
         print_simulation(found, written)
     return UNPROVED if found.diverged else PROVED
+
+
+def _tell_slow_sampling(plant: SimulatedTurbine, step: float) -> None:
+    """Say before the long work that a mode has too few samples; the simulation shows the rest."""
+    from takagi.reports.margins.running_over_wind import plant_modes, slow_sampling
+
+    found = slow_sampling(step, plant_modes(plant))
+    if found is not None:
+        print(
+            f"note: {found}; what the law then sees of this mode is made by the sampling, and an "
+            "exported law refuses or reports such a time",
+            file=sys.stderr,
+            flush=True,
+        )

@@ -91,7 +91,7 @@ class Curve:
         if not good.all():
             raise ModelError(
                 f"{self.name}: {self.x_name} = {array[~good].flat[0]:.9g} is outside the table, "
-                f"{low:.9g} to {high:.9g}; stay inside, or ask for clip=True in a simulation"
+                f"{low:.9g} to {high:.9g}; stay inside, extend the table, or ask for clip=True"
             )
         return np.asarray(self._spline(np.clip(array, low, high), nu=dx), dtype=np.float64)
 

@@ -123,7 +123,7 @@ class Surface:
             worst = array[~good].flat[0]
             raise ModelError(
                 f"{self.name}: {what} = {worst:.9g} is outside the table, "
-                f"{low:.9g} to {high:.9g}; stay inside, or ask for clip=True in a simulation"
+                f"{low:.9g} to {high:.9g}; stay inside, extend the table, or ask for clip=True"
             )
         held = np.minimum(np.maximum(array, low), high)
         return np.asarray(held, dtype=np.float64)

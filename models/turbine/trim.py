@@ -196,6 +196,15 @@ def _rated_wind(turbine: Turbine, setpoint: float) -> float | None:
 
 def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
     """Refuse a set-point so low that the rotor is stalled where region 3 begins."""
+    ratio, (_, most) = setpoint * turbine.rotor_radius / v, turbine.torque.x_range
+    if ratio > most:
+        speed = _reference(turbine, v, setpoint)[0]
+        raise ModelError(
+            f"{turbine.name}: rated torque {turbine.rated_torque:.6g} N m is reached at {v:.4g} "
+            f"m/s, where the rotor turns at {speed:.4g} rad/s, long before the set-point of "
+            f"{setpoint:.4g} rad/s (tip-speed ratio {ratio:.4g} there, and the table ends at "
+            f"{most:.4g}); raise rated torque or lower rated speed"
+        )
     by_pitch = float(rotor_torque_gradient(turbine, setpoint, turbine.pitch_min, v)[1])
     if by_pitch >= 0:
         raise _infeasible(

@@ -6,7 +6,9 @@ turbine_dynamics    the turbine linearised at a trim
 turbine_loops       its two loops, each broken at its actuator with the other closed
 running_over_wind   the loop that runs: validation plant, observer, filters and sampling in it
 running_loop        its linearisation, at running_equilibrium, by the differences of slopes
-running_stability   whether it is stable, and what makes it unstable
+running_stability   whether it is stable, what makes it unstable, and small margins
+loops_over_wind     the loop at many winds and for some plants
+least_margins       whether a loop keeps the least margins, by eigenvalues
 running_search      over all winds, and all plants where a margin is least
 sampled_response    L(e^(j omega T)) of it
 thresholds          margins that ``takagi check --margins`` asks for

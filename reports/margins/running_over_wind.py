@@ -240,11 +240,26 @@ def require_sampling(sample_time: float, modes: Sequence[Mode]) -> None:
     ------
     ModelError : names the mode, and how often is enough.
     """
-    for mode in modes:
-        longest = 2 * np.pi / mode.frequency / SAMPLES_A_PERIOD
-        if sample_time > longest:
-            raise ModelError(
-                f"the law is sampled every {sample_time:g} s, and the {mode.name} mode "
-                f"has a period of {2 * np.pi / mode.frequency:.3g} s: less than "
-                f"{SAMPLES_A_PERIOD:g} samples a period; sample at least every {longest:.2g} s"
-            )
+    found = slow_sampling(sample_time, modes)
+    if found is not None:
+        raise ModelError(found)
+
+
+def slow_sampling(sample_time: float, modes: Sequence[Mode]) -> str | None:
+    """Return why a sampling [s] is too slow for the fastest mode, and the cure; None if it is not.
+
+    The time that is advised is rounded down, so that it is accepted.
+    """
+    fastest = max(modes, key=lambda mode: mode.frequency, default=None)
+    if fastest is None:
+        return None
+    period = 2 * np.pi / fastest.frequency
+    longest = period / SAMPLES_A_PERIOD
+    if sample_time <= longest:
+        return None
+    unit = 10.0 ** (np.floor(np.log10(longest)) - 1)
+    return (
+        f"the law is sampled every {sample_time:g} s, and the {fastest.name} mode has a period of "
+        f"{period:.3g} s: less than {SAMPLES_A_PERIOD:g} samples a period; sample at least every "
+        f"{np.floor(longest / unit) * unit:.2g} s"
+    )

@@ -2,9 +2,12 @@
 
 A certificate is about a rigid tower and shaft.  A tower so soft that its mode lies inside the
 crossover can make the loop that runs unstable with a law that is proved.  So a design looks at the
-turbine as its file says, with observer, filters and sampling, at all winds.  An unstable loop is
-refused with its wind and with the part that makes it so: the first one without which the loop is
-stable there.
+turbine as its file says, with observer, filters and sampling, at all winds, and at the plants of
+``PLANTS`` (inertia and wake, the ends of what a certificate covers) at whole winds and where pitch
+begins to act.  An unstable loop is refused with its wind and with the part that makes it so: the
+first one without which the loop is stable there.
+
+A stable loop whose margins are below those of ``least_margins`` is noted, with wind, mode and cure.
 
 A law with a fast wind filter is for a wind that is measured (docs/laws.md): a loop that the
 turbine's default filter makes stable is not refused, but noted.
@@ -14,36 +17,38 @@ All figures are floating point: measured, and not proved.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import pi
+from math import degrees, pi
 
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.sampled import SampledLaw
-from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
+from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
-from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.margins.design_levers import effort_of
-from takagi.reports.margins.running_equilibrium import NoEquilibrium
-from takagi.reports.margins.running_loop import linearised_loop
-from takagi.reports.margins.running_over_wind import plant_modes
-from takagi.reports.margins.running_search import FINE, wind_ranges, winds_between
+from takagi.reports.margins.least_margins import LEAST_GAIN, LEAST_PHASE, SmallMargin, small_margins
+from takagi.reports.margins.loops_over_wind import GROWTH, SAMPLE, LoopsOverWind, PlantChoice
+from takagi.reports.margins.running_over_wind import NOMINAL, Mode, plant_modes
+from takagi.reports.margins.running_search import wind_ranges
 
-# As ``AskedMargins``: how often the law runs where nothing else is said [s].
-SAMPLE = 0.02
-# The loop is refused where it grows faster than this [1/s]; less is the noise of differences.
-GROWTH = 1e-4
 # Factors on a number of the law that are tried as a cure, smallest change first.
 BANDWIDTHS = (0.5, 0.25)
 FILTERS = (1.7, 2.5)
 SHARES = (1.5, 2.0)
 NO_CURE = "no smaller bandwidth, slower wind filter or larger pitch effectiveness share tried"
+# A drive that is this many times as quick, to see whether the file's drive is too slow.
+QUICKER = 4.0
+# The lags of a file's two pitch drives, larger over smaller, up to which they are one drive.
+SAME_DRIVE = 2.0
+_WAKE_WORDS = {
+    "dynamic": "a dynamic wake",
+    "frozen": "a frozen wake",
+    "equilibrium": "a wake in equilibrium",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,46 +75,75 @@ def unstable_loop(turbine: Turbine, settings: DesignSettings) -> UnstableLoop | 
     ------
     ModelError : no gains at some wind, or a wind that the observer cannot estimate.
     """
+    return _unstable_loop(_running(turbine, settings), settings)
+
+
+def _running(turbine: Turbine, settings: DesignSettings) -> LoopsOverWind:
     turbine = derated(turbine, settings.torque_setpoint, speed_setpoint=settings.speed_setpoint)
     observer = wind_observer_design(turbine, settings).observer
     law = wind_by_wind_law(turbine, settings)[1]
     plant = replace(validation_plant(turbine), speed_filter=speed_filter(settings))
-    winds = winds_between(turbine.cut_in, turbine.cut_out, FINE)
-    growths = _growths(plant, law, observer, winds)
+    return LoopsOverWind(plant, law, observer)
+
+
+def _unstable_loop(loops: LoopsOverWind, settings: DesignSettings) -> UnstableLoop | None:
+    turbine = loops.plant.turbine
+    which, growths = NOMINAL, loops.growths(loops.fine_winds())
     bad = {wind: rate for wind, rate in growths.items() if rate > GROWTH}
     if not bad:
-        return None
+        uncertain = _unstable_plant(loops, settings)
+        if uncertain is None:
+            return None
+        which, growths = uncertain
+        bad = {wind: rate for wind, rate in growths.items() if rate > GROWTH}
     worst = max(bad, key=bad.__getitem__)
     usual = default_settings(turbine).wind_filter
-    slower = replace(law, wind_filter=usual)
-    by_filter = settings.wind_filter < usual and not _unstable(plant, slower, observer, [*bad])
+    slower = loops.other(law=replace(loops.law, wind_filter=usual))
+    by_filter = settings.wind_filter < usual and not slower.unstable([*bad], which)
     if by_filter:
         what = (
             f"the wind filter of {settings.wind_filter:g} s does it, {usual:g} s does not: this "
             "law needs a wind that is measured, by a lidar say"
         )
     else:
-        part, change = _culprit(plant, law, observer, worst)
-        tried = _cures(plant, observer, settings, [*bad], winds)
+        part, change = _culprit(loops, lambda one: not one.unstable([worst], which))
+        tried = _cures(loops, settings, [*bad], which)
         ways = [*([change] if change else []), *tried]
         what = f"{part}{' or '.join(ways) or NO_CURE} makes it stable"
     return UnstableLoop(
-        f"at {worst:g} m/s the loop that runs (validation plant, with observer and filters, "
-        f"sampled every {SAMPLE * 1e3:g} ms) is unstable: it grows at {bad[worst]:.3g} 1/s; "
-        f"unstable at {wind_ranges([*bad], [*growths])}; {what}",
+        f"at {worst:g} m/s the loop that runs (validation plant{_plant_words(which)}, with "
+        f"observer and filters, sampled every {SAMPLE * 1e3:g} ms) is unstable: it grows at "
+        f"{bad[worst]:.3g} 1/s; unstable at {wind_ranges([*bad], [*growths])}; {what}",
         by_filter,
     )
 
 
+def _plant_words(which: PlantChoice) -> str:
+    if which == NOMINAL:
+        return ""
+    return f" with inertia {which[0]:g} of nominal and {_WAKE_WORDS[which[1]]}"
+
+
+def _unstable_plant(
+    loops: LoopsOverWind, settings: DesignSettings
+) -> tuple[PlantChoice, dict[float, float]] | None:
+    """Return which plant that the certificate covers grows fastest, and wind -> growth [1/s]."""
+    covered = settings.uncertainty
+    wakes = [wake for wake in _WAKE_WORDS if covered.frozen_wake or wake != "frozen"]
+    factors = [float(end) for end in (covered.inertia.lower, covered.inertia.upper)]
+    winds = loops.decisive_winds()
+    found = {
+        (factor, wake): loops.growths(winds, (factor, wake)) for factor in factors for wake in wakes
+    }
+    worst = max(found, key=lambda plant: max(found[plant].values(), default=0.0))
+    return (worst, found[worst]) if max(found[worst].values(), default=0.0) > GROWTH else None
+
+
 def _cures(
-    plant: SimulatedTurbine,
-    observer: WindObserver,
-    settings: DesignSettings,
-    bad: Sequence[float],
-    winds: Sequence[float],
+    loops: LoopsOverWind, settings: DesignSettings, bad: Sequence[float], which: PlantChoice
 ) -> list[str]:
-    """Return options of the command line that make the loop stable at all winds, one a kind."""
-    effort = effort_of(settings)
+    """Return options of the command line that make the loop stable, one a kind."""
+    effort, turbine = effort_of(settings), loops.plant.turbine
 
     def narrower(factor: float) -> tuple[str, DesignSettings]:
         number = _short(factor * effort.bandwidth)
@@ -127,74 +161,139 @@ def _cures(
 
     def helps(changed: DesignSettings) -> bool:
         try:
-            law = wind_by_wind_law(plant.turbine, changed)[1]
+            found = loops.other(law=wind_by_wind_law(turbine, changed)[1])
         except ModelError:
             return False  # no gains with this number
-        return not any(_unstable(plant, law, observer, some) for some in (bad, winds))
+        if found.unstable(bad, which) or found.unstable(found.fine_winds()):
+            return False
+        return _unstable_plant(found, settings) is None
 
     kinds = (
         [narrower(factor) for factor in BANDWIDTHS],
         [slower(factor) for factor in FILTERS],
         [calmer(factor) for factor in SHARES],
     )
-    found = (next((text for text, one in kind if helps(one)), None) for kind in kinds)
-    return [text for text in found if text is not None]
+    tried = (next((text for text, one in kind if helps(one)), None) for kind in kinds)
+    return [text for text in tried if text is not None]
 
 
 def _short(number: float) -> float:
     return float(f"{number:.2g}")
 
 
-def _culprit(
-    plant: SimulatedTurbine, law: EffortSharingLaw, observer: WindObserver, wind: float
-) -> tuple[str, str]:
-    """Return the mode without which the loop is stable, and how to change it; "" for none."""
+def _culprit(loops: LoopsOverWind, good: Callable[[LoopsOverWind], bool]) -> tuple[str, str]:
+    """Return the part without which a loop is good, and how to change it; "" for none."""
+    plant, turbine = loops.plant, loops.plant.turbine
     for mode in plant_modes(plant):
         if mode.name == "tower":
             without, change = replace(plant, tower=False), "a stiffer tower"
         else:
             without, change = replace(plant, torsion=False), "a stiffer drivetrain"
-        if not _unstable(without, law, observer, [wind]):
-            hertz = mode.frequency / 2 / pi
+        if good(loops.other(plant=without)):
             return (
-                f"the {mode.name} mode, {mode.frequency:.3g} rad/s ({hertz:.3g} Hz), lies inside "
-                "the crossover, since without it the loop is stable there: ",
+                f"{_mode_words(mode)} lies inside the crossover, since without it the loop is "
+                "stable there: ",
                 change,
             )
+    drive = turbine.pitch_drive_frequency
+    quicker = replace(turbine, pitch_drive_frequency=QUICKER * drive)
+    if good(loops.other(plant=replace(plant, turbine=quicker))):
+        return (
+            f"the pitch drive, {drive:.3g} rad/s ({drive / 2 / pi:.3g} Hz), is too slow, since "
+            f"with {QUICKER:g} times that the loop is stable there: ",
+            "a quicker pitch drive",
+        )
     return "", ""
 
 
-def _unstable(
-    plant: SimulatedTurbine, law: EffortSharingLaw, observer: WindObserver, winds: Sequence[float]
-) -> bool:
-    return any(rate > GROWTH for rate in _growths(plant, law, observer, winds).values())
+def _mode_words(mode: Mode) -> str:
+    return f"the {mode.name} mode, {mode.frequency:.3g} rad/s ({mode.frequency / 2 / pi:.3g} Hz),"
 
 
-def _growths(
-    plant: SimulatedTurbine, law: EffortSharingLaw, observer: WindObserver, winds: Sequence[float]
-) -> dict[float, float]:
-    """Return wind -> largest real part of the loop's poles [1/s], where it has an equilibrium."""
-    program, found = SampledLaw(law, SAMPLE, 0.0), dict[float, float]()
-    for wind in winds:
-        side = -1 if wind >= plant.turbine.cut_out else 1
-        try:
-            loop = linearised_loop(plant, program, observer, wind, side=side)
-        except NoEquilibrium:
-            continue
-        found[wind] = float(loop.poles.real.max())
-    return found
+def small_margin_note(loops: LoopsOverWind) -> str | None:
+    """Return what is to be noted of a stable loop whose margins are small; None for none."""
+    met: dict[float, tuple[SmallMargin, ...]] = {}
+    winds = [wind for wind in loops.fine_winds() if loops.at(wind) is not None]
+    for wind, loop in loops.over(winds):
+        found = small_margins(loop)
+        if found:
+            met[wind] = found
+    if not met:
+        return None
+    worst = min(met, key=lambda wind: min(one.share for one in met[wind]))
+    least = min(met[worst], key=lambda one: one.share)
+    part, change = _culprit(loops, lambda one: _without_small(one, worst))
+    part = part.replace("the loop is stable there: ", "the margin is larger there; ")
+    ways = [*([change] if change else []), *_ways(least)]
+    return (
+        f"small margins: at {worst:g} m/s the loop that runs (sampled every {SAMPLE * 1e3:g} ms) "
+        f"becomes unstable {_by_how_much(least)}; a margin is that small at "
+        f"{wind_ranges([*met], winds)}; {part}what helps: {', '.join(ways)}"
+    )
+
+
+def _without_small(loops: LoopsOverWind, wind: float) -> bool:
+    loop = loops.at(wind)
+    return loop is not None and not small_margins(loop)
+
+
+def _by_how_much(one: SmallMargin) -> str:
+    if one.kind == "gain":
+        factor = LEAST_GAIN**one.share
+        return (
+            f"if {one.command} is {100 * (factor - 1):.0f} % larger or smaller than its command "
+            f"(gain margin at most {factor:.3g}, at least {LEAST_GAIN:g} is advised)"
+        )
+    if one.kind == "phase":
+        return (
+            f"with {degrees(one.share * LEAST_PHASE):.2g} deg more lag or lead of {one.command} "
+            f"(phase margin; at least {degrees(LEAST_PHASE):.0f} deg is advised)"
+        )
+    return f"if the commands come one sample later ({SAMPLE * 1e3:g} ms)"
+
+
+def _ways(least: SmallMargin) -> list[str]:
+    """Return options of the command line that make such a margin larger."""
+    asked = f"gain {LEAST_GAIN:g}, phase {degrees(LEAST_PHASE):.0f}deg, delay {SAMPLE * 1e3:g}ms"
+    of_torque = ["a band-stop below the torsion mode (--torsion-filter)", "a faster --speed-filter"]
+    return [
+        *(of_torque if least.command != "pitch" else []),
+        f'a smaller --bandwidth, or --margins "{asked}", which looks for numbers that keep them',
+    ]
 
 
 def require_stable(turbine: Turbine, settings: DesignSettings) -> tuple[str, ...]:
     """Refuse settings whose loop that runs is unstable; return what is to be noted.
 
+    Noted are a wind filter that needs a wind that is measured, margins below the least ones, and a
+    turbine whose file describes two different pitch drives.
+
     Raises
     ------
     ModelError : names wind, growth, the part that does it, and what helps.
     """
-    found = unstable_loop(turbine, settings)
-    if found is None:
-        return ()
-    if found.by_filter:
-        return (found.reason,)
-    raise ModelError(found.reason)
+    loops = _running(turbine, settings)
+    found = _unstable_loop(loops, settings)
+    if found is not None and not found.by_filter:
+        raise ModelError(found.reason)
+    margins = small_margin_note(loops) if found is None else found.reason
+    return tuple(note for note in (margins, two_drives_note(turbine)) if note is not None)
+
+
+def two_drives_note(turbine: Turbine) -> str | None:
+    """Return what is to be noted where the file's two descriptions of the pitch drive differ.
+
+    The second-order drive lags by 2 zeta / omega at low frequency, the first-order one by its
+    time constant.
+    """
+    first, frequency = turbine.pitch_time_constant, turbine.pitch_drive_frequency
+    second = 2 * turbine.pitch_drive_damping / frequency
+    if max(first, second) <= SAME_DRIVE * min(first, second):
+        return None
+    return (
+        f"two pitch drives: pitch.time_constant is {first:.3g} s, and pitch.drive_frequency "
+        f"{frequency:.3g} rad/s with drive_damping {turbine.pitch_drive_damping:.3g} lags by "
+        f"{second:.3g} s; the proof is about the first, stability, margins and simulations about "
+        f"the second; describe one drive: time_constant {second:.2g} s, or drive_frequency "
+        f"{2 * turbine.pitch_drive_damping / first:.2g} rad/s"
+    )

@@ -15,6 +15,7 @@ from takagi.certificates.claims.turbine import (
     effort_sharing_claim,
 )
 from takagi.certificates.design.turbine import default_settings
+from takagi.certificates.design.turbine.regions import regional_design
 from takagi.certificates.design.turbine.scale import region_requirements, scaled_box
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.certificates.document.provenance import provenance
@@ -85,6 +86,19 @@ def test_a_turbine_in_other_units_of_length_and_time(scale: float) -> None:
     assert found.overlap == pytest.approx(0.01 * scale**2, rel=0.05)
     assert found.speed_overlap == pytest.approx(0.1 * scale, rel=0.05)
     assert float(found.box.speed_error) <= 0.0484  # the table's end at cut-in
+
+
+@pytest.mark.parametrize(
+    ("time_constant", "pitch_error"), [(0.2, 0.0025), (2.5, 0.031), (3, 0.034)]
+)
+def test_pitch_errors_of_a_region_stay_where_its_model_is_exact(
+    time_constant: float, pitch_error: float
+) -> None:
+    """A drive of 3 s would ask for 0.038 rad; the model is exact up to 0.034907 rad."""
+    turbine = replace(nrel5mw(), pitch_time_constant=time_constant)
+
+    assert region_requirements(turbine)[1].pitch_error == pitch_error
+    assert regional_design(turbine)[2].full.requirement.pitch_error == pitch_error
 
 
 @pytest.mark.slow

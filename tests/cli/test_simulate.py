@@ -35,6 +35,21 @@ def test_table_stands_on_standard_output(capsys: Capture) -> None:
     assert max(map(len, shown.out.splitlines())) <= 100
 
 
+def test_a_sampling_too_slow_for_torsion_is_told_first(capsys: Capture) -> None:
+    """Six samples in a period of 0.61 s: 0.11 s is too slow, and the advised 0.1 s is not."""
+    asked = (*QUICK[:-1], "2", "--scenario", "step", "--sample-time")
+    assert main([*asked, "110ms"]) == 0
+    told = capsys.readouterr().err
+    assert told.startswith(
+        "note: the law is sampled every 0.11 s, and the torsion mode has a period"
+    )
+    assert "sample at least every 0.1 s" in told
+
+    assert main([*asked, "100ms"]) == 0
+    assert main([*asked, "110ms", "--without", "torsion"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 @pytest.mark.slow
 def test_same_seed_same_files_another_seed_others(tmp_path: Path, capsys: Capture) -> None:
     """Byte by byte, figures included."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -148,3 +150,17 @@ def test_infeasible_requests_name_wind_and_cure() -> None:
         rated_wind(turbine, speed_setpoint=0.5)
     with pytest.raises(ModelError, match="wind 11.2016 m/s .* stall side .* raise the speed"):
         trim(turbine, 12.0, speed_setpoint=0.9)
+
+
+@pytest.mark.parametrize("torque", [4000.0, 8000.0])
+def test_rated_torque_that_is_reached_at_half_speed_is_named(torque: float) -> None:
+    """Pitch would have to hold it at rated speed, whose tip-speed ratio is beyond the table."""
+    small = replace(nrel5mw(), rated_torque=torque)
+
+    with pytest.raises(ModelError) as caught:
+        trim(small, 8.0)
+
+    message = str(caught.value)
+    assert f"rated torque {torque:g} N m is reached at" in message
+    assert "long before the set-point of 1.267 rad/s" in message
+    assert "raise rated torque or lower rated speed" in message

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
 from takagi.certificates.design import design
 from takagi.certificates.design.turbine import default_settings
+from takagi.certificates.design.turbine.result import speed_filter
+from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.files import resolve_model
-from takagi.reports.margins import effort_of, require_stable, unstable_loop
+from takagi.models.intervals.interval import Interval
+from takagi.models.loops.effort_sharing import LoopUncertainty
+from takagi.models.turbine import load_turbine
+from takagi.reports.margins import effort_of, require_stable, running_margins, unstable_loop
+from takagi.reports.margins.running_stability import two_drives_note
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
 pytestmark = pytest.mark.slow
@@ -27,15 +34,19 @@ def with_tower(frequency: float) -> Turbine:
     return replace(TURBINE, tower_stiffness=frequency**2 * TURBINE.tower_mass)
 
 
-def test_the_default_law_is_stable_and_nothing_is_noted() -> None:
-    assert require_stable(TURBINE, default_settings(TURBINE)) == ()
+@pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])
+def test_the_default_law_is_stable_and_nothing_is_noted(name: str) -> None:
+    """Though the 5-MW loop crosses the torsion mode from 5 to 11.2 m/s, with a large margin."""
+    turbine = load_turbine(name)
+
+    assert require_stable(turbine, default_settings(turbine)) == ()
 
 
 def test_a_tower_mode_at_the_crossover_of_pitch_is_refused() -> None:
-    """The pitch loop crosses over at 0.57 rad/s near rated wind; 0.7 rad/s is stable."""
+    """The pitch loop crosses over at 0.57 rad/s near rated wind; 1 rad/s is stable."""
     soft = with_tower(0.48)
 
-    assert unstable_loop(with_tower(0.7), default_settings(soft)) is None
+    assert require_stable(with_tower(1.0), default_settings(soft)) == ()
     with pytest.raises(ModelError) as caught:
         require_stable(soft, default_settings(soft))
 
@@ -46,6 +57,69 @@ def test_a_tower_mode_at_the_crossover_of_pitch_is_refused() -> None:
     assert offered is not None
     effort = replace(effort_of(default_settings(soft)), bandwidth=float(offered.group(1)))
     assert unstable_loop(soft, replace(default_settings(soft), effort=effort)) is None
+
+
+def test_a_loop_that_a_covered_plant_makes_unstable_is_refused() -> None:
+    """At 0.7 rad/s the loop of the file is stable; with less inertia and a frozen wake it is not.
+
+    By ``running_margins``, which finds the poles of each plant for itself.
+    """
+    soft = with_tower(0.7)
+    settings = default_settings(soft)
+
+    found = unstable_loop(soft, settings)
+
+    assert found is not None and not found.by_filter
+    assert "at 11.6 m/s" in found.reason and "the tower mode, 0.7 rad/s" in found.reason
+    assert "with inertia 0.9 of nominal and a frozen wake" in found.reason
+    rows = running_margins(
+        soft,
+        wind_by_wind_law(soft, settings)[1],
+        wind_observer_design(soft, settings).observer,
+        [11.6],
+        speed_filter=speed_filter(settings),
+        plants=[(1.0, "dynamic"), (0.9, "frozen")],
+    )
+    assert rows[0].decay_rate > 0 > rows[1].decay_rate
+    covered = LoopUncertainty(Interval(Fraction(1), Fraction(1)), frozen_wake=False)
+    assert unstable_loop(soft, replace(settings, uncertainty=covered)) is None
+
+
+def test_a_slow_drive_is_named() -> None:
+    """With 0.3 rad/s instead of 6.28 the loop grows; four times that would do."""
+    slow = replace(TURBINE, pitch_drive_frequency=0.3)
+
+    found = unstable_loop(slow, default_settings(slow))
+
+    assert found is not None
+    assert "the pitch drive, 0.3 rad/s (0.0477 Hz), is too slow" in found.reason
+    assert "a quicker pitch drive" in found.reason
+
+
+def test_two_drives_in_a_file_are_noted() -> None:
+    """A time constant of 3 s beside a drive of 1 Hz, which lags by 0.22 s; both of 3 s are one."""
+    both = replace(TURBINE, pitch_time_constant=3.0)
+
+    (note,) = require_stable(both, default_settings(both))
+
+    assert "pitch.time_constant is 3 s" in note and "lags by 0.223 s" in note
+    assert "time_constant 0.22 s, or drive_frequency 0.47 rad/s" in note
+    assert two_drives_note(replace(both, pitch_drive_frequency=0.47)) is None
+    assert two_drives_note(replace(both, pitch_time_constant=0.45)) is not None
+    assert two_drives_note(replace(both, pitch_time_constant=0.4)) is None
+
+
+def test_a_margin_that_is_small_is_noted_with_wind_mode_and_cure() -> None:
+    """Without band-stop and with 8 rad/s one sample of delay is too much (docs/margins.md)."""
+    settings = replace(default_settings(TURBINE), torsion_filter=0.0, speed_filter=8.0)
+
+    (note,) = require_stable(TURBINE, settings)
+
+    assert "at 11 m/s" in note and "one sample later (20 ms)" in note
+    assert "the torsion mode, 10.3 rad/s (1.64 Hz), lies inside the crossover" in note
+    assert "--torsion-filter" in note and '--margins "gain 1.2, phase 10deg, delay 20ms"' in note
+    # The cure: the band-stop of the defaults, or a corner of 30 rad/s.
+    assert require_stable(TURBINE, replace(settings, speed_filter=30.0)) == ()
 
 
 def test_a_torsion_mode_far_below_the_one_of_the_defaults_is_refused() -> None:

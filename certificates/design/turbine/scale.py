@@ -11,7 +11,8 @@ and 5 % of another's.  The settings are multiplied by the ratio of these measure
     effort    n_g T_rated / J  [rad/s^2]       overlap of the effort ramp
     pitch     b times rate limit  [rad/s^3]    effort lag, the part of the effort that the drive
                                                has not delivered yet
-    drive     rate limit times tau  [rad]      pitch errors of a region's gains
+    drive     rate limit times tau  [rad]      pitch errors of a region's gains, at most those at
+                                               which its model is exact
 
 b is the frozen-wake effectiveness at the first wind of its column, tau the pitch drive's time
 constant.  The speed band must also stay inside the coefficient table at cut-in, where the trim is
@@ -63,6 +64,9 @@ EFFORT = 97 * 43093.55 / (38759228.0 + 97**2 * 534.116)
 TORQUE, RADIUS = 43093.55, 63.0
 LAG = 0.2
 DRIVE = 8 * pi / 180 * LAG
+# Pitch errors of a region's gains [rad]; its model is exact up to 0.034907, two degrees. A drive
+# with a time constant above 2.8 s comes to this limit.
+LARGEST_PITCH_ERROR = 0.034
 PITCH = 8 * pi / 180 * 28.24e6 / (SPEED * (38759228.0 + 97**2 * 534.116))
 
 
@@ -122,7 +126,7 @@ def region_requirements(turbine: Turbine) -> tuple[Requirement, Requirement]:
         replace(
             FULL_LOAD,
             speed_error=float(f"{FULL_LOAD.speed_error * speed:.3g}"),
-            pitch_error=_rounded(FULL_LOAD.pitch_error * pitch),
+            pitch_error=min(_rounded(FULL_LOAD.pitch_error * pitch), LARGEST_PITCH_ERROR),
         ),
     )
 

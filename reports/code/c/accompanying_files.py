@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterable
 from decimal import Decimal
 
-from takagi.reports.code.c.source import STATUS_BITS, CSource
+from takagi.reports.code.c.source import CSource, status_bits
 from takagi.reports.code.c.words import comment
 from takagi.reports.code.controller_program import ControllerProgram, Signal
 from takagi.reports.code.run import ProgramRun
+from takagi.reports.code.sampling import longest_sample
 from takagi.reports.code.targets import ExportSettings
 
 SAMPLES = 40
@@ -183,13 +184,13 @@ def page(program: ControllerProgram, c: CSource, settings: ExportSettings) -> st
     )
     kept = "".join(f"| `{c.kept[s.name]}` | {s.unit} | {s.meaning} |\n" for s in program.kept)
     bits = "".join(
-        f"| {bit} | `{W}_{name}` | {text} |\n" for bit, name, text in sorted(STATUS_BITS)
+        f"| {bit} | `{W}_{name}` | {text} |\n" for bit, name, text in sorted(status_bits(program))
     )
     fixed = (
         f"The law is in discrete time with {c.sample_time} s; no other sample time is accepted."
         if program.sample_time is not None
         else f"`{word}_init` takes the time between two steps in s; a state without a valid time "
-        f"starts with {c.sample_time} s."
+        f"starts with {c.sample_time} s.{_longest(program)}"
     )
     kept_table = f"\n## Kept from step to step\n\n| name | unit | meaning |\n|---|---|---|\n{kept}"
     proof = f"""
@@ -234,6 +235,11 @@ Outputs are always finite. If a result is not finite, the output keeps its last 
 There is no allocation, no recursion and no variable outside `{word}_state`. It holds no pointer, so
 it can be copied, stored and restored byte by byte.
 """
+
+
+def _longest(program: ControllerProgram) -> str:
+    longest = longest_sample(program)
+    return "" if longest is None else f" At most {longest.time} s: {longest.reason}."
 
 
 def _range(signal: Signal) -> str:

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 
-from takagi.models.errors import ModelError
 from takagi.reports.code.c.expressions import Expressions, literal
 from takagi.reports.code.c.sample import needed_names, sample_function
 from takagi.reports.code.c.words import HELPERS, RESERVED, comment, file_name_word, helpers
 from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
 from takagi.reports.code.identifiers import file_word, identifiers
+from takagi.reports.code.sampling import longest_sample, start_sample_time
 from takagi.reports.code.targets import ExportSettings
 
 # (bit, word, meaning), the most serious first: ``W_message`` reports the first that is set.
@@ -24,17 +24,26 @@ STATUS_BITS = (
     (64, "ESTIMATE_HELD", "the wind estimate is held at a limit, or at the end of a table"),
     (32, "AT_LIMIT", "a command is held at a limit"),
 )
+LONG_SAMPLE = 128
 # An input outside its range by less than this share of it is noise of a measurement or of a float:
 # it is not reported.  The law gets it as it is.
 HAIR = Decimal("1e-5")
-USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user states one
 # Names that the templates below use, with the prefix: a name of the law must not be one of them.
 TEMPLATE_WORDS = (
     "real", "kept", "state", "inputs", "outputs", "init", "step", "message", "sample", "rest",
-    "is_ready", "good_time", "set_sample_time", *(f"weights_{k}" for k in range(1, 100)),
-    *(f"premises_{k}" for k in range(1, 100)),
+    "is_ready", "good_time", "long_time", "set_sample_time",
+    *(f"weights_{k}" for k in range(1, 100)), *(f"premises_{k}" for k in range(1, 100)),
 )  # fmt: skip
-TEMPLATE_MACROS = ("H", "READY", *(name for _, name, _ in STATUS_BITS))
+TEMPLATE_MACROS = ("H", "READY", "SAMPLE_TIME_LONG", *(name for _, name, _ in STATUS_BITS))
+
+
+def status_bits(program: ControllerProgram) -> tuple[tuple[int, str, str], ...]:
+    """Return (bit, word, meaning), the most serious first; a long sample where there is one."""
+    longest = longest_sample(program)
+    if longest is None:
+        return STATUS_BITS
+    long = (LONG_SAMPLE, "SAMPLE_TIME_LONG", longest.words)
+    return (*STATUS_BITS[:4], long, *STATUS_BITS[4:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,23 +70,6 @@ class CSource:
     sample_time: Decimal
 
 
-def sample_time_of(program: ControllerProgram, settings: ExportSettings) -> Decimal:
-    """Return T [s] to start with: that of the law, else of the user, else ``USUAL_SAMPLE_TIME``.
-
-    Raises
-    ------
-    ModelError : the user's T differs from that of a law in discrete time.
-    """
-    own, asked = program.sample_time, settings.sample_time
-    if own is None:
-        return USUAL_SAMPLE_TIME if asked is None else Decimal(repr(asked))
-    if asked is not None and abs(asked - float(own)) > 1e-6 * float(own):
-        raise ModelError(
-            f"--sample-time {asked} was given; the law is one in discrete time with {own} s"
-        )
-    return own
-
-
 def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     """Return header and source of a program.
 
@@ -99,7 +91,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     constants = {one.name: one for one in program.constants if one.name in needed}
     write = Expressions(names, constants, f"{word}_", suffix)
     sample = sample_function(program, word, needed, write)
-    time = sample_time_of(program, settings)
+    time = start_sample_time(program, settings.sample_time)
     parts = (
         _opening(program, word, f"{word}.c", settings, time),
         f'#include "{word}.h"\n\n#include <math.h>\n\n{_FAST_MATH}',
@@ -117,7 +109,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
         outputs={one.name: names[one.name] for one in program.outputs},
         kept={one.name: names[one.name] for one in program.kept},
         constants={name: names[name] for name in constants},
-        status_bits={name: bit for bit, name, _ in STATUS_BITS},
+        status_bits={name: bit for bit, name, _ in status_bits(program)},
         sample_time=time,
     )
 
@@ -158,9 +150,16 @@ def _header(
     guard = f"{word.upper()}_H"
     bits = "".join(
         f"#define {word.upper()}_{name} {bit}u /* {meaning} */\n"
-        for bit, name, meaning in sorted(STATUS_BITS)
+        for bit, name, meaning in sorted(status_bits(program))
     )
     kept = f"    {word}_kept kept;\n" if program.kept else ""
+    longest = longest_sample(program)
+    long_words = (
+        ""
+        if longest is None
+        else f""" A time above {longest.time} s is used,
+ * but returns {word.upper()}_SAMPLE_TIME_LONG, as every step then does: {longest.reason}."""
+    )
     structs = [
         _struct(f"{word}_inputs", ((names[i.name], i.unit, i.meaning) for i in program.inputs)),
         _struct(f"{word}_outputs", ((names[i.name], i.unit, i.meaning) for i in program.outputs)),
@@ -193,7 +192,7 @@ typedef struct {word}_state {{
 {kept}}} {word}_state;
 
 /* Start; sample_time in s. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED. Then the default
- * sample time is used, and the state is valid. */
+ * sample time is used, and the state is valid.{long_words} */
 unsigned {word}_init({word}_state *state, {word}_real sample_time);
 
 /* Change the sample time [s]. Returns 0, or {word.upper()}_SAMPLE_TIME_REFUSED: then the one
@@ -281,6 +280,18 @@ def _calls(program: ControllerProgram, word: str, write: Expressions, sample_tim
     if program.sample_time is not None:
         near = literal(sample_time * Decimal("1e-6"), suffix)
         own = f"\n        && fabs{suffix.lower()}(sample_time - {time}) <= {near}"
+    longest = longest_sample(program)
+    long_time, started, long_step = "", "0u", ""
+    if longest is not None:
+        started = f"{word}_long_time(state)"
+        long_step = f"    status |= {started};\n"
+        long_time = f"""
+/* A status bit if the sample time is longer than the law allows, else 0. */
+static unsigned {word}_long_time(const {word}_state *state)
+{{
+    return state->sample_time > {literal(longest.time, suffix)} ? {W}_SAMPLE_TIME_LONG : 0u;
+}}
+"""
     members = [*(f"inputs.{one}" for one in inputs), *(f"outputs.{one}" for one in outputs),
                *(f"kept.{one}" for one in kept)]  # fmt: skip
     whole = "\n        && ".join(f"isfinite(state->{one})" for one in members)
@@ -310,7 +321,7 @@ def _calls(program: ControllerProgram, word: str, write: Expressions, sample_tim
     )
     messages = "".join(
         f'    if ((status & {W}_{name}) != 0u) {{\n        return "{meaning}";\n    }}\n'
-        for _, name, meaning in STATUS_BITS
+        for _, name, meaning in status_bits(program)
     )
     next_ = f"    {word}_kept next;\n" if kept else ""
     return f"""
@@ -321,7 +332,7 @@ static int {word}_good_time({word}_real sample_time)
 {{
     return isfinite(sample_time) && sample_time > {zero}{own};
 }}
-
+{long_time}
 /* Whether these functions made a state; false for a zeroed or damaged one. */
 static int {word}_is_ready(const {word}_state *state)
 {{
@@ -341,7 +352,7 @@ unsigned {word}_init({word}_state *state, {word}_real sample_time)
     state->samples = 0u;
     state->sample_time = good ? sample_time : {time};
     {word}_rest(state);
-    return good ? 0u : {W}_SAMPLE_TIME_REFUSED;
+    return good ? {started} : {W}_SAMPLE_TIME_REFUSED;
 }}
 
 unsigned {word}_set_sample_time({word}_state *state, {word}_real sample_time)
@@ -353,7 +364,7 @@ unsigned {word}_set_sample_time({word}_state *state, {word}_real sample_time)
         return {W}_SAMPLE_TIME_REFUSED;
     }}
     state->sample_time = sample_time;
-    return 0u;
+    return {started};
 }}
 
 unsigned {word}_step({word}_state *state, const {word}_inputs *inputs, {word}_outputs *outputs)
@@ -366,7 +377,7 @@ unsigned {word}_step({word}_state *state, const {word}_inputs *inputs, {word}_ou
         (void){word}_init(state, {time});
         status |= {W}_NOT_STARTED;
     }}
-{"".join(_seen(program, word, write))}
+{"".join(_seen(program, word, write))}{long_step}
     limits = {word}_sample(state, &state->inputs, {target});
     if (state->samples == 0u && !({first})) {{
         /* No finite output exists yet: start from rest. */

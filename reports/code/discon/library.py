@@ -39,6 +39,7 @@ class _Variant:
             "source": self.source,
             "meaning": self.meaning,
             "word": word,
+            "long_bit": self.law.status_bits.get("SAMPLE_TIME_LONG"),
             "inputs": list(self.law.inputs.items()),
             "torque": out["torque_sent"],
             "pitch": out["pitch_sent"],

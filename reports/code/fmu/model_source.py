@@ -13,6 +13,7 @@ from takagi.reports.code.controller_program import ControllerProgram, Signal
 from takagi.reports.code.fmu.plant_equations import PlantEquations
 from takagi.reports.code.fmu.plant_source import plant_source
 from takagi.reports.code.identifiers import identifiers
+from takagi.reports.code.sampling import longest_sample
 
 RESERVED = ("time", "sample_time", "integration_step", "status")
 # Steps of the plant's integration in a sample, if the user states none.
@@ -209,7 +210,12 @@ def _number(value: Decimal | None) -> str:
 
 def _time_needed(model: FmuModel) -> str:
     own = model.program.sample_time
-    return "a time above 0 s is needed" if own is None else f"the law is one for {own} s"
+    longest = longest_sample(model.program)
+    if own is not None:
+        return f"the law is one for {own} s"
+    if longest is not None:
+        return f"a time above 0 s and at most {longest.time} s is needed, since {longest.reason}"
+    return "a time above 0 s is needed"
 
 
 def _prepared(model: FmuModel, places: Mapping[str, str]) -> str:

@@ -14,6 +14,7 @@ from takagi.reports.code.controller_program import Assignment, Constant, Control
 from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
 from takagi.reports.code.identifiers import identifiers
 from takagi.reports.code.matlab.words import RESERVED
+from takagi.reports.code.sampling import longest_sample, with_long_sample
 
 STATUS = (
     (1, "an input was not finite; its last good value was used"),
@@ -21,6 +22,7 @@ STATUS = (
     (4, "the sample time was not usable; the last good one was used"),
     (8, "a result was not finite; outputs and kept values did not change"),
 )
+LONG_SAMPLE = 16
 
 FUNCTIONS = """
 function y = limit(x, a, b)
@@ -153,7 +155,7 @@ class _Writing:
                 told = _line(f"{one.meaning} [{one.unit}]")
                 yield f"%   {kind}.{self.names[one.name]}: {told}"
         yield "%   status is 0 or a sum of"
-        for number, text in STATUS:
+        for number, text in with_long_sample(STATUS, LONG_SAMPLE, program):
             yield f"%     {number}  {text}"
         for constant in program.constants:
             yield from self._constant(constant)
@@ -188,6 +190,9 @@ class _Writing:
         yield "status = 0;"
         yield f"if {good}, T = sample_time; else, T = state.sample_time; status = status + 4; end"
         yield "state.sample_time = T;"
+        longest = longest_sample(self.program)
+        if longest is not None:
+            yield f"if T > {longest.time}, status = status + {LONG_SAMPLE}; end"
         yield "ready = true;"
         for one in self.program.inputs:
             name = self.names[one.name]

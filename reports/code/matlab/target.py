@@ -7,11 +7,16 @@ from decimal import Decimal
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.identifiers import file_word
-from takagi.reports.code.matlab.step_function import STATUS, start_function, step_function, words_of
+from takagi.reports.code.matlab.step_function import (
+    LONG_SAMPLE,
+    STATUS,
+    start_function,
+    step_function,
+    words_of,
+)
 from takagi.reports.code.matlab.struct_file import struct_file
+from takagi.reports.code.sampling import start_sample_time, with_long_sample
 from takagi.reports.code.targets import Exported, ExportSettings
-
-DEFAULT_SAMPLE_TIME = Decimal("0.01")
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
@@ -23,12 +28,7 @@ def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
     """
     if settings.precision != "double":
         raise ModelError("--to mat computes in double; leave --precision out, or take --to c")
-    own, word = program.sample_time, file_word(program.plant)
-    time = DEFAULT_SAMPLE_TIME if own is None else own
-    if settings.sample_time is not None:
-        time = Decimal(repr(settings.sample_time))
-    if own is not None and own != time:
-        raise ModelError(f"--sample-time {time} s was given; the law runs every {own} s")
+    word, time = file_word(program.plant), start_sample_time(program, settings.sample_time)
     return Exported(
         {
             f"{word}_step.m": step_function(program, word),
@@ -87,7 +87,10 @@ def _page(program: ControllerProgram, word: str, time: Decimal) -> str:
             "",
             "| | |",
             "|---|---|",
-            *(f"| {number} | {text} |" for number, text in STATUS),
+            *(
+                f"| {number} | {text} |"
+                for number, text in with_long_sample(STATUS, LONG_SAMPLE, program)
+            ),
             "",
         ]
     )

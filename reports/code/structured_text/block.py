@@ -14,6 +14,11 @@ from decimal import Decimal
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
 from takagi.reports.code.identifiers import file_word, identifiers
+from takagi.reports.code.sampling import (
+    longest_sample,
+    start_sample_time,
+    with_long_sample,
+)
 from takagi.reports.code.structured_text.statements import Statements, real, told
 from takagi.reports.code.structured_text.words import RESERVED
 from takagi.reports.code.targets import Exported, ExportSettings
@@ -21,7 +26,6 @@ from takagi.reports.code.targets import Exported, ExportSettings
 LARGEST = "1.0E30"  # no measurement in SI units is larger
 # Largest number of entries of an array that small controllers accept (64 KiB of LREAL).
 LARGEST_ARRAY = 8192
-DEFAULT_SAMPLE_TIME = Decimal("0.01")
 
 STATUS = (
     (1, "an input is not a number or too large; its last good value is used"),
@@ -29,6 +33,9 @@ STATUS = (
     (4, "the sample time is not usable; the last good one is used"),
     (8, "a result is not a number; outputs and kept values do not change"),
 )
+
+
+LONG_SAMPLE = 16
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
@@ -61,13 +68,8 @@ def function_block(program: ControllerProgram, settings: ExportSettings) -> str:
 class _Block:
     def __init__(self, program: ControllerProgram, settings: ExportSettings) -> None:
         self.program = program
-        self.time = program.sample_time or DEFAULT_SAMPLE_TIME
-        if settings.sample_time is not None:
-            self.time = Decimal(repr(settings.sample_time))
-        if program.sample_time not in (None, self.time):
-            raise ModelError(
-                f"--sample-time {self.time} s was given; the law runs every {program.sample_time} s"
-            )
+        self.time = start_sample_time(program, settings.sample_time)
+        self.status = with_long_sample(STATUS, LONG_SAMPLE, program)
         inputs, outputs = program.inputs, program.outputs
         names = [one.name for one in (*inputs, *outputs)]
         own = [f"{one.name} seen" for one in inputs] + [f"{one.name} now" for one in outputs]
@@ -110,7 +112,7 @@ class _Block:
         for one in program.outputs:
             yield f"    {self.word[one.name]} : LREAL; (* {_told(one.unit, one.meaning)} *)"
         yield "    status : UINT; (* 0, or a sum of these:"
-        for number, text in STATUS:
+        for number, text in self.status:
             yield f"        {number}  {text}"
         yield "    *)"
         yield "END_VAR"
@@ -209,6 +211,9 @@ class _Block:
             good = f"ABS(sample_time - {real(fixed)}) <= {real(fixed / 1000)}"
         say(f"IF {good} THEN {time} := sample_time;")
         say("ELSE status := status + 4; END_IF;")
+        longest = longest_sample(self.program)
+        if longest is not None:
+            say(f"IF {time} > {real(longest.time)} THEN status := status + {LONG_SAMPLE}; END_IF;")
         say("ready := TRUE;")
         for one in self.program.inputs:
             given, seen = self.word[one.name], self.inside[one.name]
@@ -275,7 +280,9 @@ def _page(program: ControllerProgram, word: str) -> str:
         for one in signals
     ]
     first = program.inputs[0].name if program.inputs else "sample_time"
-    bits = [f"| {number} | {text} |" for number, text in STATUS]
+    bits = [
+        f"| {number} | {text} |" for number, text in with_long_sample(STATUS, LONG_SAMPLE, program)
+    ]
     return "\n".join(
         [
             f"# {block}: {program.name}",

@@ -1,17 +1,34 @@
-"""The program of a design's gain file."""
+"""The program of a design's gain file, or of a recorded certificate."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from decimal import Decimal
 
 from takagi.certificates import TurbineDesign
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.controller.content import file_content
+from takagi.certificates.checker.kernel.reader import canonical
 from takagi.reports.code import ControllerProgram
 from takagi.reports.code.controller_program import controller_program
 from takagi.reports.gains_file import dump_gains, gain_file
+from tests.certificates.recorded.answers import recorded
 
 
 def program_of(design: TurbineDesign) -> ControllerProgram:
     """Return it as `takagi export` reads it from the file."""
     text = dump_gains(gain_file(design))
     return controller_program(json.loads(text, parse_float=Decimal, parse_int=Decimal))
+
+
+def recorded_program(*, without: Collection[str] = ()) -> ControllerProgram:
+    """Return the default law of the NREL 5-MW turbine, from a recorded certificate: quickly."""
+    data = read_text(json.dumps(json.loads(next(recorded("running-rate"))[1])), "certificate")
+    law = data["gains"]
+    trim = {"wind": law["wind"], "rotor_speed": law["rotor_speed"], "pitch": [law["pitch_min"]]}
+    own = {**data["controller"], "name": "trial", "turbine": "NREL 5-MW", "trim": trim}
+    own["certificate"] = {"verdict": "none", "sha256": {}}
+    file = canonical(file_content(data["model"], law, own))
+    document = json.loads(file, parse_float=Decimal, parse_int=Decimal)
+    return controller_program(document, without=without)

@@ -5,20 +5,14 @@ The law is the default one of the NREL 5-MW turbine, from a recorded certificate
 
 from __future__ import annotations
 
-import json
 import math
-from decimal import Decimal
 from pathlib import Path
 
 import pytest
 
-from takagi.certificates.checker import read_text
-from takagi.certificates.checker.controller.content import file_content
-from takagi.certificates.checker.kernel.reader import canonical
 from takagi.reports.code import ControllerProgram
-from takagi.reports.code.controller_program import controller_program
-from tests.certificates.recorded.answers import recorded
 from tests.reports.code.compiled import STRICT, Compiled
+from tests.reports.code.design_program import recorded_program
 
 T, RATED = 0.01, 1.267109037  # s, rad/s
 HELD = "the wind estimate is held at a limit, or at the end of a table"
@@ -26,13 +20,7 @@ HELD = "the wind estimate is held at a limit, or at the end of a table"
 
 @pytest.fixture(scope="module")
 def program() -> ControllerProgram:
-    data = read_text(json.dumps(json.loads(next(recorded("running-rate"))[1])), "certificate")
-    law = data["gains"]
-    trim = {"wind": law["wind"], "rotor_speed": law["rotor_speed"], "pitch": [law["pitch_min"]]}
-    own = {**data["controller"], "name": "trial", "turbine": "NREL 5-MW", "trim": trim}
-    own["certificate"] = {"verdict": "none", "sha256": {}}
-    file = canonical(file_content(data["model"], law, own))
-    return controller_program(json.loads(file, parse_float=Decimal, parse_int=Decimal))
+    return recorded_program()
 
 
 @pytest.fixture

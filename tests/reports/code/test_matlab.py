@@ -168,5 +168,5 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
     program = read_controller(plant_file("truck_trailer", tmp_path))
     with pytest.raises(ModelError, match="computes in double"):
         export(program, ExportSettings(precision="float"))
-    with pytest.raises(ModelError, match="runs every 2"):
+    with pytest.raises(ModelError, match="discrete time with 2"):
         export(program, ExportSettings(sample_time=0.1))

@@ -113,7 +113,7 @@ def test_what_the_language_cannot_hold_is_refused() -> None:
 
 def test_a_law_with_a_time_of_its_own_refuses_another(tmp_path: Path) -> None:
     program = read_controller(plant_file("truck_trailer", tmp_path))
-    with pytest.raises(ModelError, match="runs every 2"):
+    with pytest.raises(ModelError, match="discrete time with 2"):
         function_block(program, ExportSettings(sample_time=0.1))
     block = block_of(program)
     rest = {one.name: 0.1 for one in program.inputs}

@@ -1,0 +1,130 @@
+"""A sample time that is too long for filters and observer is refused, or said at every step.
+
+The law is the default one of the NREL 5-MW turbine: its band-stop is at 9.3 rad/s.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from takagi.models import ModelError, nrel5mw
+from takagi.models.simulation import validation_plant
+from takagi.models.simulation.dynamics import dynamics
+from takagi.reports.code import ControllerProgram, ExportSettings, ProgramRun, baseline_program
+from takagi.reports.code.sampling import longest_sample, start_sample_time
+from takagi.reports.code.structured_text.block import function_block
+from takagi.reports.code.targets import TARGETS, exported
+from tests.reports.code.bladed import Simulator, built, edited
+from tests.reports.code.compiled import STRICT, Compiled
+from tests.reports.code.design_program import recorded_program
+from tests.reports.code.structured_text import FunctionBlock
+
+LONG = "SAMPLE_TIME_LONG"
+
+
+@pytest.fixture(scope="module")
+def program() -> ControllerProgram:
+    return recorded_program()
+
+
+def test_the_longest_is_by_what_the_program_has(program: ControllerProgram) -> None:
+    """2 pi / (6 x 9.3) = 0.1126 s; without the filter half of the observer's 1 / l_1."""
+    found = longest_sample(program)
+    assert found is not None and found.time == Decimal("0.11")
+    assert found.reason == "the band-stop at 9.3 rad/s needs 6 samples a period"
+
+    unfiltered = longest_sample(recorded_program(without=["speed filter"]))
+    gain = float(program.document["observer"]["l1"])
+    assert unfiltered is not None and "observer" in unfiltered.reason
+    assert 0.9 * 0.5 / gain < float(unfiltered.time) <= 0.5 / gain
+
+    assert longest_sample(recorded_program(without=["speed filter", "observer"])) is None
+    assert longest_sample(baseline_program(nrel5mw())) is None
+
+
+def test_a_time_to_start_with(program: ControllerProgram) -> None:
+    assert start_sample_time(program, None) == Decimal("0.01")
+    assert start_sample_time(program, 0.11) == Decimal("0.11")
+    with pytest.raises(
+        ModelError, match=r"0\.112 s was given; at most 0\.11 s is needed, since the"
+    ):
+        start_sample_time(program, 0.112)
+
+
+@pytest.mark.parametrize("target", [one.word for one in TARGETS if one.word != "csv"])
+def test_every_target_refuses_it(target: str, program: ControllerProgram) -> None:
+    settings = ExportSettings(sample_time=0.5)
+    with pytest.raises(ModelError, match=r"0\.5 s was given; at most 0\.11 s is needed"):
+        exported(target, program, settings)
+
+
+def test_c_says_it_at_every_step(program: ControllerProgram, tmp_path: Path) -> None:
+    """The time is used all the same: another one would be wrong."""
+    law = Compiled(program, tmp_path, flags=("-O1", *STRICT))
+    bit = law.c.status_bits[LONG]
+    reading = {"measured_speed": 1.2, "pitch": 0.0, "wind_guess": 9.0}
+
+    assert law.init(0.11) == 0 and law.step(reading) and not law.bit(LONG)
+    assert law.init(0.5) == bit and law.step(reading) and law.bit(LONG)
+    assert law.state.sample_time == 0.5
+    assert law.message(bit).startswith("the sample time is longer than 0.11 s: the band-stop")
+    assert law.set_sample_time(0.02) == 0 and law.step(reading) and not law.bit(LONG)
+    assert law.set_sample_time(0.2) == bit
+    assert law.set_sample_time(-1.0) == law.c.status_bits["SAMPLE_TIME_REFUSED"]
+
+
+def test_a_bladed_simulation_does_not_begin(program: ControllerProgram, tmp_path: Path) -> None:
+    """With the reason and the cure; a step that grows later is said."""
+    library = built(program, tmp_path / "library")
+    file = library.parent / "DISCON.IN"
+
+    refused = Simulator(library, file, "slow", step=0.5).call(0, 0.0)
+    assert refused.fail == -1
+    assert "a sample every 0.5 s: the sample time is longer than 0.11 s" in refused.message
+    assert "set a shorter sample_time or step of the simulator" in refused.message
+    other = edited(file, tmp_path / "OTHER.IN", sample_time=0.2)
+    assert Simulator(library, other, "asked", step=0.02).call(0, 0.0).fail == -1
+
+    run = Simulator(library, file, "grows", step=0.02)
+    run.pitch(0.1)
+    assert run.call(0, 0.0).fail == 0 and run.call(1, 0.02).fail == 0
+    run.records({3: 0.2})
+    told = run.call(1, 0.22)
+    assert told.fail == 1 and "the sample time is longer than 0.11 s" in told.message
+
+
+def test_the_function_block_says_it(program: ControllerProgram) -> None:
+    text = function_block(program, ExportSettings())
+    assert "16  the sample time is longer than 0.11 s: the band-stop" in text
+    block = FunctionBlock(text)
+    reading = {"measured_speed": 1.2, "pitch": 0.0, "wind_guess": 9.0}
+    for time, status in ((0.11, 0), (0.12, 16), (0.5, 16)):
+        found = block.call(sample_time=time, **reading)
+        assert int(found["STATUS"]) & 16 == status
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("time", "swings"), [(0.1, False), (0.3, True), (0.5, True)])
+def test_why_it_is_refused(program: ControllerProgram, time: float, swings: bool) -> None:
+    """Torque at a steady 8 m/s on the validation plant, which does not filter the speed itself."""
+    plant, wind, step = validation_plant(nrel5mw()), 8.0, 0.01
+    state, at = plant.initial_state(wind)
+    run, law, inner = dynamics(plant), ProgramRun(program), round(time / 0.01)
+    place, before, sent = plant.index("generator speed"), np.array([at.torque, at.pitch]), []
+    assert place is not None
+    for _ in range(round(100 / time)):
+        reading = {"measured_speed": state[place], "pitch": state[1], "wind_guess": wind}
+        given = law.sample(time, {name: float(value) for name, value in reading.items()})
+        now = np.array([given["torque_sent"], given["pitch_sent"]])
+        winds = np.full(2 * inner + 1, wind)
+        state = run.advance(state, np.concatenate([before, now]), 0, winds, step)
+        before = now
+        sent.append(given["torque_sent"])
+    deviation = float(np.std(sent[len(sent) // 2 :]))
+    assert math.isfinite(deviation)
+    assert deviation > 1000 if swings else deviation < 10
