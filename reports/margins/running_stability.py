@@ -2,9 +2,11 @@
 
 A certificate is about a rigid tower and shaft.  A tower so soft that its mode lies inside the
 crossover can make the loop that runs unstable with a law that is proved.  So a design looks at the
-turbine as its file says, with observer, filters and sampling, at all winds.  An unstable loop is
-refused with its wind and with the part that makes it so: the first one without which the loop is
-stable there.
+turbine as its file says, with observer, filters and sampling, at winds 0.2 m/s apart.  Between
+them it may grow faster: where the law passes from torque to pitch the growth rises within 0.05 m/s,
+and it jumps at the nodes of the law's tables.  So where the loop is close to growing it looks at
+these nodes, too, on both sides.  An unstable loop is refused with its wind and with the part that
+makes it so: the first one without which the loop is stable there.
 
 A law with a fast wind filter is for a wind that is measured (docs/laws.md): a loop that the
 turbine's default filter makes stable is not refused, but noted.
@@ -39,6 +41,8 @@ from takagi.reports.margins.running_search import FINE, wind_ranges, winds_betwe
 SAMPLE = 0.02
 # The loop is refused where it grows faster than this [1/s]; less is the noise of differences.
 GROWTH = 1e-4
+# Where it decays slower than this [1/s], the nodes of the law's tables around are looked at, too.
+CLOSE = 0.03
 # Factors on a number of the law that are tried as a cure, smallest change first.
 BANDWIDTHS = (0.5, 0.25)
 FILTERS = (1.7, 2.5)
@@ -68,14 +72,20 @@ def unstable_loop(turbine: Turbine, settings: DesignSettings) -> UnstableLoop | 
 
     Raises
     ------
-    ModelError : no gains at some wind, or a wind that the observer cannot estimate.
+    ModelError : no gains at some wind, a wind that the observer cannot estimate, or no wind at
+        which the loop has an equilibrium.
     """
     turbine = derated(turbine, settings.torque_setpoint, speed_setpoint=settings.speed_setpoint)
     observer = wind_observer_design(turbine, settings).observer
     law = wind_by_wind_law(turbine, settings)[1]
     plant = replace(validation_plant(turbine), speed_filter=speed_filter(settings))
-    winds = winds_between(turbine.cut_in, turbine.cut_out, FINE)
-    growths = _growths(plant, law, observer, winds)
+    growths = _over_wind(plant, law, observer)
+    if not growths:
+        raise ModelError(
+            f"from {turbine.cut_in:g} to {turbine.cut_out:g} m/s the loop that runs (validation "
+            "plant, with observer and filters) has an equilibrium near the turbine's trim at no "
+            "wind, so its stability is not known; another set-point or wind filter may help"
+        )
     bad = {wind: rate for wind, rate in growths.items() if rate > GROWTH}
     if not bad:
         return None
@@ -90,7 +100,7 @@ def unstable_loop(turbine: Turbine, settings: DesignSettings) -> UnstableLoop | 
         )
     else:
         part, change = _culprit(plant, law, observer, worst)
-        tried = _cures(plant, observer, settings, [*bad], winds)
+        tried = _cures(plant, observer, settings, [*bad])
         ways = [*([change] if change else []), *tried]
         what = f"{part}{' or '.join(ways) or NO_CURE} makes it stable"
     return UnstableLoop(
@@ -106,7 +116,6 @@ def _cures(
     observer: WindObserver,
     settings: DesignSettings,
     bad: Sequence[float],
-    winds: Sequence[float],
 ) -> list[str]:
     """Return options of the command line that make the loop stable at all winds, one a kind."""
     effort = effort_of(settings)
@@ -130,7 +139,9 @@ def _cures(
             law = wind_by_wind_law(plant.turbine, changed)[1]
         except ModelError:
             return False  # no gains with this number
-        return not any(_unstable(plant, law, observer, some) for some in (bad, winds))
+        if _unstable(plant, law, observer, bad):
+            return False
+        return max(_over_wind(plant, law, observer).values(), default=GROWTH) <= GROWTH
 
     kinds = (
         [narrower(factor) for factor in BANDWIDTHS],
@@ -170,18 +181,35 @@ def _unstable(
     return any(rate > GROWTH for rate in _growths(plant, law, observer, winds).values())
 
 
+def _over_wind(
+    plant: SimulatedTurbine, law: EffortSharingLaw, observer: WindObserver
+) -> dict[float, float]:
+    """Return wind -> growth from cut-in to cut-out, with the law's nodes where it is close to 0."""
+    low, high = plant.turbine.cut_in, plant.turbine.cut_out
+    found = _growths(plant, law, observer, winds_between(low, high, FINE))
+    close = [wind for wind, rate in found.items() if rate > -CLOSE]
+    nodes = [float(node) for node in law.schedule.wind if low <= node <= high]
+    near = [node for node in nodes if any(abs(node - wind) < FINE for wind in close)]
+    return found | _growths(plant, law, observer, near)
+
+
 def _growths(
     plant: SimulatedTurbine, law: EffortSharingLaw, observer: WindObserver, winds: Sequence[float]
 ) -> dict[float, float]:
-    """Return wind -> largest real part of the loop's poles [1/s], where it has an equilibrium."""
+    """Return wind -> largest real part of the loop's poles [1/s], where it has an equilibrium.
+
+    At a node of the law's tables it is the larger one of both sides.
+    """
     program, found = SampledLaw(law, SAMPLE, 0.0), dict[float, float]()
+    low, high = plant.turbine.cut_in, plant.turbine.cut_out
+    nodes = {float(node) for node in law.schedule.wind if low < node < high}
     for wind in winds:
-        side = -1 if wind >= plant.turbine.cut_out else 1
+        sides = (1, -1) if wind in nodes else (-1,) if wind >= high else (1,)
         try:
-            loop = linearised_loop(plant, program, observer, wind, side=side)
+            loops = [linearised_loop(plant, program, observer, wind, side=side) for side in sides]
         except NoEquilibrium:
             continue
-        found[wind] = float(loop.poles.real.max())
+        found[wind] = max(float(loop.poles.real.max()) for loop in loops)
     return found
 
 

@@ -14,7 +14,8 @@ from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.files import resolve_model
-from takagi.reports.margins import effort_of, require_stable, unstable_loop
+from takagi.reports.margins import effort_of, require_stable, running_stability, unstable_loop
+from takagi.reports.margins.running_equilibrium import NoEquilibrium
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
 pytestmark = pytest.mark.slow
@@ -40,12 +41,39 @@ def test_a_tower_mode_at_the_crossover_of_pitch_is_refused() -> None:
         require_stable(soft, default_settings(soft))
 
     message = str(caught.value)
-    assert "at 11.6 m/s" in message and "unstable at 11.6 to 11.8 m/s" in message
+    assert "at 11.5509 m/s" in message
+    assert re.search(r"unstable at 11\.\d+ to 11\.\d+ m/s", message)
     assert "the tower mode, 0.48 rad/s" in message and "a stiffer tower" in message
     offered = re.search(r"--bandwidth ([0-9.]+)", message)
     assert offered is not None
     effort = replace(effort_of(default_settings(soft)), bandwidth=float(offered.group(1)))
     assert unstable_loop(soft, replace(default_settings(soft), effort=effort)) is None
+
+
+def test_a_loop_that_grows_between_the_winds_looked_at_is_refused() -> None:
+    """With 0.63 rad/s it grows at 11.53 to 11.57 m/s alone, at most at a node of the law."""
+    soft = with_tower(0.63)
+    found = unstable_loop(soft, default_settings(soft))
+
+    assert found is not None
+    growth = re.search(r"at 11\.5509 m/s .* it grows at ([0-9.]+) 1/s", found.reason)
+    assert growth is not None and 0.0005 < float(growth[1]) < 0.003
+    assert "unstable at 11.5509 m/s" in found.reason
+
+
+def test_a_loop_without_an_equilibrium_is_not_called_stable(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """There is nothing to linearise at, at any wind."""
+
+    def no_rest(*_: object, **__: object) -> None:
+        raise NoEquilibrium("no rest")
+
+    monkeypatch.setattr(running_stability, "linearised_loop", no_rest)
+    with pytest.raises(
+        ModelError, match="3 to 25 m/s .* at no wind, so its stability is not known"
+    ):
+        require_stable(TURBINE, default_settings(TURBINE))
 
 
 def test_a_torsion_mode_far_below_the_one_of_the_defaults_is_refused() -> None:
