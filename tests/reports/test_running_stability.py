@@ -14,8 +14,7 @@ from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.files import resolve_model
-from takagi.reports.margins import effort_of, require_stable, running_stability, unstable_loop
-from takagi.reports.margins.running_equilibrium import NoEquilibrium
+from takagi.reports.margins import NoEquilibrium, effort_of, require_stable, unstable_loop
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
 pytestmark = pytest.mark.slow
@@ -69,7 +68,7 @@ def test_a_loop_without_an_equilibrium_is_not_called_stable(
     def no_rest(*_: object, **__: object) -> None:
         raise NoEquilibrium("no rest")
 
-    monkeypatch.setattr(running_stability, "linearised_loop", no_rest)
+    monkeypatch.setattr("takagi.reports.margins.running_stability.linearised_loop", no_rest)
     with pytest.raises(
         ModelError, match="3 to 25 m/s .* at no wind, so its stability is not known"
     ):
