@@ -23,6 +23,8 @@ from takagi.reports.margins.running_search import FINE, winds_between
 SAMPLE = 0.02
 # A loop counts as unstable where it grows faster than this [1/s]; less is the noise of differences.
 GROWTH = 1e-4
+# Where it decays slower than this [1/s], the nodes of the law's tables around are looked at, too.
+CLOSE = 0.03
 
 # Factor on the nominal inertia, and one of ``WAKES``.
 PlantChoice: TypeAlias = tuple[float, str]
@@ -52,8 +54,14 @@ class LoopsOverWind:
         """Return the loop with another plant or law, of which no equilibrium is known yet."""
         return replace(self, plant=plant or self.plant, law=law or self.law, rests={})
 
-    def at(self, wind: float, plant: PlantChoice = NOMINAL) -> RunningLoop | None:
-        """Return the loop at a wind [m/s]; None where it has no equilibrium."""
+    def at(
+        self, wind: float, plant: PlantChoice = NOMINAL, side: int | None = None
+    ) -> RunningLoop | None:
+        """Return the loop at a wind [m/s]; None where it has no equilibrium.
+
+        ``side`` : 1 for the slopes above the wind, -1 for those below; None for above, at cut-out
+        below.
+        """
         if wind not in self.rests:
             try:
                 self.rests[wind] = loop_equilibrium(self.plant, self.law, self.observer, wind)
@@ -70,7 +78,7 @@ class LoopsOverWind:
             wind,
             rest=rest,
             wake=wake,
-            side=-1 if wind >= self.plant.turbine.cut_out else 1,
+            side=self._sides(wind)[0] if side is None else side,
         )
 
     def over(
@@ -83,12 +91,35 @@ class LoopsOverWind:
                 yield wind, loop
 
     def growths(self, winds: Sequence[float], plant: PlantChoice = NOMINAL) -> dict[float, float]:
-        """Return wind -> largest real part of the loop's poles [1/s], where it has a rest."""
-        return {wind: growth_of(loop) for wind, loop in self.over(winds, plant)}
+        """Return wind -> largest real part of the loop's poles [1/s], where it has a rest.
+
+        At a node of the law's tables it is the larger one of both sides.
+        """
+        sides = {
+            wind: [self.at(wind, plant, side) for side in self._sides(wind)] for wind in winds
+        }
+        return {
+            wind: max(growth_of(loop) for loop in loops if loop is not None)
+            for wind, loops in sides.items()
+            if loops[0] is not None
+        }
+
+    def growths_over_wind(self) -> dict[float, float]:
+        """Return wind -> growth [1/s] from cut-in to cut-out, for the plant of the file.
+
+        Every ``FINE`` m/s, and where the loop is close to growing at the nodes of the law's tables,
+        too: between the winds it may grow faster.
+        """
+        turbine = self.plant.turbine
+        found = self.growths(self.fine_winds())
+        close = [wind for wind, rate in found.items() if rate > -CLOSE]
+        nodes = [w for w in self._nodes() if turbine.cut_in <= w <= turbine.cut_out]
+        near = [node for node in nodes if any(abs(node - wind) < FINE for wind in close)]
+        return found | self.growths(near)
 
     def unstable(self, winds: Sequence[float], plant: PlantChoice = NOMINAL) -> bool:
         """Return whether the loop grows at one of the winds."""
-        return any(growth_of(loop) > GROWTH for _, loop in self.over(winds, plant))
+        return any(rate > GROWTH for rate in self.growths(winds, plant).values())
 
     def fine_winds(self) -> tuple[float, ...]:
         """Return the winds from cut-in to cut-out, every ``FINE`` m/s."""
@@ -101,6 +132,15 @@ class LoopsOverWind:
         fine, whole = self.fine_winds(), winds_between(turbine.cut_in, turbine.cut_out, 1.0)
         acting = [wind for wind in fine if self._pitch_acts(wind)]
         return tuple(sorted({*whole, *acting[:3]}))
+
+    def _nodes(self) -> list[float]:
+        return [float(node) for node in self.law.schedule.wind]
+
+    def _sides(self, wind: float) -> tuple[int, ...]:
+        """Return the sides of a wind whose slopes may differ; the one that counts alone first."""
+        if wind >= self.plant.turbine.cut_out:
+            return (-1,)
+        return (1, -1) if wind > self.plant.turbine.cut_in and wind in self._nodes() else (1,)
 
     def _pitch_acts(self, wind: float) -> bool:
         self.at(wind)

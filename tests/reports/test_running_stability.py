@@ -20,7 +20,13 @@ from takagi.models.files import resolve_model
 from takagi.models.intervals.interval import Interval
 from takagi.models.loops.effort_sharing import LoopUncertainty
 from takagi.models.turbine import load_turbine
-from takagi.reports.margins import effort_of, require_stable, running_margins, unstable_loop
+from takagi.reports.margins import (
+    NoEquilibrium,
+    effort_of,
+    require_stable,
+    running_margins,
+    unstable_loop,
+)
 from takagi.reports.margins.running_stability import two_drives_note
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
@@ -51,7 +57,8 @@ def test_a_tower_mode_at_the_crossover_of_pitch_is_refused() -> None:
         require_stable(soft, default_settings(soft))
 
     message = str(caught.value)
-    assert "at 11.6 m/s" in message and "unstable at 11.6 to 11.8 m/s" in message
+    assert "at 11.5509 m/s" in message
+    assert re.search(r"unstable at 11\.\d+ to 11\.\d+ m/s", message)
     assert "the tower mode, 0.48 rad/s" in message and "a stiffer tower" in message
     offered = re.search(r"--bandwidth ([0-9.]+)", message)
     assert offered is not None
@@ -120,6 +127,32 @@ def test_a_margin_that_is_small_is_noted_with_wind_mode_and_cure() -> None:
     assert "--torsion-filter" in note and '--margins "gain 1.2, phase 10deg, delay 20ms"' in note
     # The cure: the band-stop of the defaults, or a corner of 30 rad/s.
     assert require_stable(TURBINE, replace(settings, speed_filter=30.0)) == ()
+
+
+def test_a_loop_that_grows_between_the_winds_looked_at_is_refused() -> None:
+    """With 0.63 rad/s it grows at 11.53 to 11.57 m/s alone, at most at a node of the law."""
+    soft = with_tower(0.63)
+    found = unstable_loop(soft, default_settings(soft))
+
+    assert found is not None
+    growth = re.search(r"at 11\.5509 m/s .* it grows at ([0-9.]+) 1/s", found.reason)
+    assert growth is not None and 0.0005 < float(growth[1]) < 0.003
+    assert "unstable at 11.5509 m/s" in found.reason
+
+
+def test_a_loop_without_an_equilibrium_is_not_called_stable(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """There is nothing to linearise at, at any wind."""
+
+    def no_rest(*_: object, **__: object) -> None:
+        raise NoEquilibrium("no rest")
+
+    monkeypatch.setattr("takagi.reports.margins.loops_over_wind.loop_equilibrium", no_rest)
+    with pytest.raises(
+        ModelError, match="3 to 25 m/s .* at no wind, so its stability is not known"
+    ):
+        require_stable(TURBINE, default_settings(TURBINE))
 
 
 def test_a_torsion_mode_far_below_the_one_of_the_defaults_is_refused() -> None:

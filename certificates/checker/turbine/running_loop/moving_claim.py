@@ -2,8 +2,9 @@ r"""``running-rate``: in moving wind the turbine's loop as it runs keeps a set a
 
 The loop is that of ``running-loop``; its distances are measured from the trim at the present wind
 (``moving``).  V(xi, v) = xi'P(v) xi; P is stated at winds, and linear between them, so it is
-continuous.  A cell lies between two such winds a < b, and has a rate r of the wind, a box, alpha
-above 0 and a share k of the residual, 0 < k < 1.  Its range of v_s - v may be divided into pieces.
+continuous.  A cell lies between two neighbours a < b of these winds, and has a rate r of the wind,
+a box, alpha above 0 and a share k of the residual, 0 < k < 1.  Its range of v_s - v may be divided
+into pieces.
 Exactly, for P and tau at a and at b, for sigma = -r and r, and for every pair of a piece of v_s - v
 and a piece of the share of pitch, with the factors over these pieces
 
@@ -109,12 +110,19 @@ class MovingCell:
 
     @classmethod
     def read(cls, stated: Any, functions: dict[Fraction, Rows], where: str) -> MovingCell:
-        """Return it; refuses numbers out of their ranges, and an end without a function."""
+        """Return it.
+
+        Refused are numbers out of their ranges, an end without a function, and a function between
+        the ends.
+        """
         low, high = numbers(stated, "wind", where, 2)
         if not low < high:
             raise CertificateError(f"{where}.wind: the two winds must increase")
         if low not in functions or high not in functions:
             raise CertificateError(f"{where}.wind: no function is stated at an end of the cell")
+        # What is proved is about P between the ends; a file with one more has another P(v).
+        if any(low < wind < high for wind in functions):
+            raise CertificateError(f"{where}.wind: a function is stated at a wind inside the cell")
         part = number(stated, "residual_share", where)
         if not 0 < part < 1:
             raise CertificateError(f"{where}.residual_share: a number between 0 and 1 is needed")

@@ -54,7 +54,10 @@ def moving_loop(claim: Any, document: Any) -> Obligations:
     cells, functions = entry(claim, "cells"), _functions(claim, machine.states)
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
-    same_winds(claim, [rationals(cell, "wind", 2) for cell in cells])
+    winds = [rationals(cell, "wind", 2) for cell in cells]
+    same_winds(claim, winds)
+    if any(low < rational(one, "wind") < high for one in claim["functions"] for low, high in winds):
+        raise Refusal("functions: one at a wind inside a cell, so that P is not linear over it")
     entered: list[Entered] = []
     for number, cell in enumerate(cells, start=1):
         yield from _cell(rotor, machine, cell, functions, f"cell {number}", entered)
