@@ -95,9 +95,7 @@ class LoopsOverWind:
 
         At a node of the law's tables it is the larger one of both sides.
         """
-        sides = {
-            wind: [self.at(wind, plant, side) for side in self._sides(wind)] for wind in winds
-        }
+        sides = {wind: [self.at(wind, plant, side) for side in self._sides(wind)] for wind in winds}
         return {
             wind: max(growth_of(loop) for loop in loops if loop is not None)
             for wind, loops in sides.items()

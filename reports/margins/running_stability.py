@@ -4,10 +4,10 @@ A certificate is about a rigid tower and shaft.  A tower so soft that its mode l
 crossover can make the loop that runs unstable with a law that is proved.  So a design looks at the
 turbine as its file says, with observer, filters and sampling, every 0.2 m/s, and where the loop is
 close to growing also at the nodes of the law's tables, on both sides: where the law passes from
-torque to pitch the growth rises within 0.05 m/s, and it jumps at the nodes.  It looks at the plants of
-``PLANTS`` (inertia and wake, the ends of what a certificate covers) at whole winds and where pitch
-begins to act.  An unstable loop is refused with its wind and with the part that makes it so: the
-first one without which the loop is stable there.
+torque to pitch the growth rises within 0.05 m/s, and it jumps at the nodes.  It looks at the plants
+of ``PLANTS`` (inertia and wake, the ends of what a certificate covers) at whole winds and where
+pitch begins to act.  An unstable loop is refused with its wind and with the part that makes it so:
+the first one without which the loop is stable there.
 
 A stable loop whose margins are below those of ``least_margins`` is noted, with wind, mode and cure.
 
