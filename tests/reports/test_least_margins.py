@@ -8,10 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from takagi.reports.margins.least_margins import LEAST_GAIN, LEAST_PHASE, small_margins
-from takagi.reports.margins.margins import loop_margins
-from takagi.reports.margins.running_loop import RunningLoop
-from takagi.reports.margins.sampled_response import broken_loops
+from takagi.reports.margins import RunningLoop, broken_loops, least_margins, loop_margins
 
 
 def two_loops(torque: float, pitch: float, pole: float = 1.0) -> RunningLoop:
@@ -30,13 +27,13 @@ def two_loops(torque: float, pitch: float, pole: float = 1.0) -> RunningLoop:
 
 
 def kinds(loop: RunningLoop) -> set[tuple[str, str]]:
-    return {(one.kind, one.command) for one in small_margins(loop)}
+    return {(one.kind, one.command) for one in least_margins.small_margins(loop)}
 
 
 @pytest.mark.parametrize(("k", "small"), [(2 / 1.19, True), (2 / 1.21, False)])
 def test_the_gain_margin_of_an_integrator(k: float, small: bool) -> None:
     """x+ = x - k x is stable up to k = 2: the gain margin is 2/k, on both sides of 1.2."""
-    assert LEAST_GAIN == 1.2
+    assert least_margins.LEAST_GAIN == 1.2
     assert (("gain", "pitch") in kinds(two_loops(0.5, k))) is small
     assert (("gain", "torque") in kinds(two_loops(k, 0.5))) is small
     assert ("gain", "torque") not in kinds(two_loops(0.5, k))
@@ -57,7 +54,7 @@ def test_the_phase_margin_of_an_integrator(degrees: float, small: bool) -> None:
 
     assert math.degrees(margins.phase) == pytest.approx(degrees)
     assert (("phase", "pitch") in kinds(loop)) is small
-    assert math.isclose(LEAST_PHASE, math.radians(10))
+    assert math.isclose(least_margins.LEAST_PHASE, math.radians(10))
 
 
 @pytest.mark.parametrize(("k", "small"), [(0.99, False), (1.01, True)])
@@ -67,7 +64,7 @@ def test_one_sample_later(k: float, small: bool) -> None:
 
 
 def test_what_is_worse_has_a_smaller_share() -> None:
-    found = {one.kind: one.share for one in small_margins(two_loops(0.1, 2 / 1.02))}
-    later = {one.kind: one.share for one in small_margins(two_loops(0.1, 2 / 1.19))}
+    found = {one.kind: one.share for one in least_margins.small_margins(two_loops(0.1, 2 / 1.02))}
+    later = {one.kind: one.share for one in least_margins.small_margins(two_loops(0.1, 2 / 1.19))}
 
     assert found["gain"] == 0.25 and later["gain"] == 1.0

@@ -10,14 +10,16 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates.design import design
-from takagi.certificates.design.turbine import default_settings
-from takagi.certificates.design.turbine.result import speed_filter
-from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
+from takagi.certificates.design.turbine import (
+    default_settings,
+    speed_filter,
+    wind_by_wind_law,
+    wind_observer_design,
+)
 from takagi.cli.options import given
 from takagi.cli.runs import makers
-from takagi.models import ModelError, Turbine, nrel5mw
+from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.files import resolve_model
-from takagi.models.intervals.interval import Interval
 from takagi.models.loops.effort_sharing import LoopUncertainty
 from takagi.models.turbine import load_turbine
 from takagi.reports.margins import (
@@ -25,9 +27,9 @@ from takagi.reports.margins import (
     effort_of,
     require_stable,
     running_margins,
+    running_stability,
     unstable_loop,
 )
-from takagi.reports.margins.running_stability import two_drives_note
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
 pytestmark = pytest.mark.slow
@@ -111,9 +113,9 @@ def test_two_drives_in_a_file_are_noted() -> None:
 
     assert "pitch.time_constant is 3 s" in note and "lags by 0.223 s" in note
     assert "time_constant 0.22 s, or drive_frequency 0.47 rad/s" in note
-    assert two_drives_note(replace(both, pitch_drive_frequency=0.47)) is None
-    assert two_drives_note(replace(both, pitch_time_constant=0.45)) is not None
-    assert two_drives_note(replace(both, pitch_time_constant=0.4)) is None
+    assert running_stability.two_drives_note(replace(both, pitch_drive_frequency=0.47)) is None
+    assert running_stability.two_drives_note(replace(both, pitch_time_constant=0.45)) is not None
+    assert running_stability.two_drives_note(replace(both, pitch_time_constant=0.4)) is None
 
 
 def test_a_margin_that_is_small_is_noted_with_wind_mode_and_cure() -> None:

@@ -18,8 +18,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine.running_loop import candidate
-from takagi.certificates.claims.turbine.running_loop.running_loop_claim import loop_subject
+from takagi.certificates.claims.turbine.running_loop import candidate, running_loop_claim
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import sealed, verdicts
 from tests.certificates.turbine.test_running_loop import first_cell
@@ -130,7 +129,9 @@ def test_the_function_falls_on_both_sides_of_the_corner(stored: Any, wind: float
 
 @pytest.mark.numeric
 def test_the_search_shortens_the_schedule_side_at_a_corner_only(document: Any) -> None:
-    subject = loop_subject(document["model"], document["gains"], document["claims"][0])
+    subject = running_loop_claim.loop_subject(
+        document["model"], document["gains"], document["claims"][0]
+    )
     for winds, usual in ((("3.4844", "3.4919"), False), (("3.65", "3.66"), True)):
         low, high = map(Fraction, winds)
         found, _ = candidate.running_candidate(subject, (low, high), sizes=[Fraction(1, 20)])
@@ -146,7 +147,7 @@ def test_the_search_says_where_no_box_has_room(document: Any) -> None:
     law = document["gains"]
     node = law["wind"].index(CORNER)
     law["rotor_speed"][node - 1] = 0.05
-    subject = loop_subject(document["model"], law, document["claims"][0])
+    subject = running_loop_claim.loop_subject(document["model"], law, document["claims"][0])
     winds = Fraction("3.4919"), Fraction("3.493")
     found, why = candidate.running_candidate(subject, winds, sizes=[Fraction(1, 100)])
     assert found is None and why == "the ranges are wider than the box"

@@ -13,12 +13,16 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, nrel5mw
-from takagi.models.simulation import validation_plant
-from takagi.models.simulation.dynamics import dynamics
-from takagi.reports.code import ControllerProgram, ExportSettings, ProgramRun, baseline_program
-from takagi.reports.code.sampling import longest_sample, start_sample_time
-from takagi.reports.code.structured_text.block import function_block
-from takagi.reports.code.targets import TARGETS, exported
+from takagi.models.simulation import dynamics, validation_plant
+from takagi.reports.code import (
+    ControllerProgram,
+    ExportSettings,
+    ProgramRun,
+    baseline_program,
+    sampling,
+    targets,
+)
+from takagi.reports.code.structured_text import block as block_file
 from tests.reports.code.bladed import Simulator, built, edited
 from tests.reports.code.compiled import STRICT, Compiled
 from tests.reports.code.design_program import recorded_program
@@ -34,33 +38,33 @@ def program() -> ControllerProgram:
 
 def test_the_longest_is_by_what_the_program_has(program: ControllerProgram) -> None:
     """2 pi / (6 x 9.3) = 0.1126 s; without the filter half of the observer's 1 / l_1."""
-    found = longest_sample(program)
+    found = sampling.longest_sample(program)
     assert found is not None and found.time == Decimal("0.11")
     assert found.reason == "the band-stop at 9.3 rad/s needs 6 samples a period"
 
-    unfiltered = longest_sample(recorded_program(without=["speed filter"]))
+    unfiltered = sampling.longest_sample(recorded_program(without=["speed filter"]))
     gain = float(program.document["observer"]["l1"])
     assert unfiltered is not None and "observer" in unfiltered.reason
     assert 0.9 * 0.5 / gain < float(unfiltered.time) <= 0.5 / gain
 
-    assert longest_sample(recorded_program(without=["speed filter", "observer"])) is None
-    assert longest_sample(baseline_program(nrel5mw())) is None
+    assert sampling.longest_sample(recorded_program(without=["speed filter", "observer"])) is None
+    assert sampling.longest_sample(baseline_program(nrel5mw())) is None
 
 
 def test_a_time_to_start_with(program: ControllerProgram) -> None:
-    assert start_sample_time(program, None) == Decimal("0.01")
-    assert start_sample_time(program, 0.11) == Decimal("0.11")
+    assert sampling.start_sample_time(program, None) == Decimal("0.01")
+    assert sampling.start_sample_time(program, 0.11) == Decimal("0.11")
     with pytest.raises(
         ModelError, match=r"0\.112 s was given; at most 0\.11 s is needed, since the"
     ):
-        start_sample_time(program, 0.112)
+        sampling.start_sample_time(program, 0.112)
 
 
-@pytest.mark.parametrize("target", [one.word for one in TARGETS if one.word != "csv"])
+@pytest.mark.parametrize("target", [one.word for one in targets.TARGETS if one.word != "csv"])
 def test_every_target_refuses_it(target: str, program: ControllerProgram) -> None:
     settings = ExportSettings(sample_time=0.5)
     with pytest.raises(ModelError, match=r"0\.5 s was given; at most 0\.11 s is needed"):
-        exported(target, program, settings)
+        targets.exported(target, program, settings)
 
 
 def test_c_says_it_at_every_step(program: ControllerProgram, tmp_path: Path) -> None:
@@ -99,7 +103,7 @@ def test_a_bladed_simulation_does_not_begin(program: ControllerProgram, tmp_path
 
 
 def test_the_function_block_says_it(program: ControllerProgram) -> None:
-    text = function_block(program, ExportSettings())
+    text = block_file.function_block(program, ExportSettings())
     assert "16  the sample time is longer than 0.11 s: the band-stop" in text
     block = FunctionBlock(text)
     reading = {"measured_speed": 1.2, "pitch": 0.0, "wind_guess": 9.0}
@@ -114,7 +118,7 @@ def test_why_it_is_refused(program: ControllerProgram, time: float, swings: bool
     """Torque at a steady 8 m/s on the validation plant, which does not filter the speed itself."""
     plant, wind, step = validation_plant(nrel5mw()), 8.0, 0.01
     state, at = plant.initial_state(wind)
-    run, law, inner = dynamics(plant), ProgramRun(program), round(time / 0.01)
+    run, law, inner = dynamics.dynamics(plant), ProgramRun(program), round(time / 0.01)
     place, before, sent = plant.index("generator speed"), np.array([at.torque, at.pitch]), []
     assert place is not None
     for _ in range(round(100 / time)):
