@@ -60,9 +60,9 @@ from takagi.models.arrays import Floats
 
 # alpha of the claim [1/s], and its share with which functions are sought: the rest is left for
 # rounding.
-DECAY, FASTER = 0.03, 1.02
+DECAY, FASTER = 0.022, 1.02
 # The most width of a cell, and the distance of the knots of P [m/s].
-WIDEST, KNOTS = 0.5, 1.0
+WIDEST, KNOTS = 0.3, 1.0
 # First sides of a box per rate of the wind [s].
 FIRST_BOX = {
     "speed": 1.2, "measured": 1.2, "pitch": 0.8, "signal": 1.6, "wind": 17.0, "estimate": 20.0,
@@ -71,7 +71,7 @@ FIRST_BOX = {
 # to what the limits allow.
 LIMITED = ("measured_rate", "innovation", "drive", "integral")
 # Repetitions until the boxes hold their sets; how much wider a box is made, and the most growth.
-REPETITIONS, WIDER, GROWTH = 8, 1.02, 2.0
+REPETITIONS, WIDER, GROWTH = 10, 1.02, 2.0
 DIGITS = 1000
 
 
