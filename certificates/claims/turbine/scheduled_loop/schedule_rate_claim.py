@@ -9,7 +9,7 @@ rounded functions.  Nothing is proved here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 from math import isqrt
@@ -67,12 +67,13 @@ WIDEST, KNOTS = 0.3, 1.0
 FIRST_BOX = {
     "speed": 1.2, "measured": 1.2, "pitch": 0.8, "signal": 1.6, "wind": 17.0, "estimate": 20.0,
 }  # fmt: skip
-# Sides that no factor depends on, as shares of the drive's rate limit times its lag: they are held
-# to what the limits allow.
-LIMITED = ("measured_rate", "innovation", "drive", "integral")
+# Sides that no factor depends on, in the order of the rows: they are what the limits allow.
+LIMITED = ("integral", "measured_rate", "innovation", "drive")
 # Repetitions until the boxes hold their sets; how much wider a box is made, and the most growth.
 REPETITIONS, WIDER, GROWTH = 10, 1.02, 2.0
 DIGITS = 1000
+# The share of the pitch rate's limit that the rate of the filtered speed may take.
+SENT = Fraction(23, 25)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,7 +165,9 @@ def _searched(
     subject: Subject, winds: Sequence[Span], knots: Sequence[Fraction], rate: float
 ) -> tuple[list[Floats], list[ScheduleSides]]:
     """Return P at the knots, and boxes that hold the sets."""
-    boxes = [_sides(subject, {name: x * rate for name, x in FIRST_BOX.items()}) for _ in winds]
+    first = {name: x * rate for name, x in FIRST_BOX.items()}
+    gain = _steepest(subject, (winds[0][0], winds[-1][1]))
+    boxes = [_sides(subject, gain, first) for _ in winds]
     for _ in range(REPETITIONS):
         posed = _pose(subject, winds, boxes, rate)
         places = [_ends(cell, knots) for cell in winds]
@@ -178,10 +181,15 @@ def _searched(
         ]
         back = np.linalg.inv(posed.unit)
         if t >= 1:
-            return [back.T @ one @ back for one in tables], boxes
+            fitting = [
+                _tightened(box, loop, [_between(place, tables) for place in ends])
+                for box, loop, ends in zip(boxes, posed.loops, places, strict=True)
+            ]
+            return [back.T @ one @ back for one in tables], fitting
         boxes = [
             _sides(
                 subject,
+                gain,
                 {
                     name: float(getattr(box, name)) * min(x * WIDER, GROWTH)
                     for name, x in one.items()
@@ -192,12 +200,25 @@ def _searched(
     raise Refused("no quadratic function was found about the schedule wind")
 
 
+def _tightened(box: ScheduleSides, loop: ScheduleLoop, ends: Sequence[Floats]) -> ScheduleSides:
+    """Return the box with the sides that bound the rate of what is sent close to the sets."""
+    filled = dict(zip(LIMITED, _shares(loop.limits, ends).tolist(), strict=True))
+    close = {
+        name: Fraction(f"{float(getattr(box, name)) * min(filled[name] * WIDER, 1.0):.4g}")
+        for name in ("measured_rate", "innovation")
+    }
+    return replace(box, **close)
+
+
 def _filled(loop: ScheduleLoop, names: Sequence[str], ends: Sequence[Floats]) -> dict[str, float]:
     """Return by side the share of it that the sets at both ends reach."""
-    sizes = [
-        np.sqrt(np.einsum("ri,ij,rj->r", loop.rows, np.linalg.inv(one), loop.rows)) for one in ends
-    ]
-    return dict(zip(names, np.maximum(*sizes).tolist(), strict=True))
+    return dict(zip(names, _shares(loop.rows, ends).tolist(), strict=True))
+
+
+def _shares(rows: Floats, ends: Sequence[Floats]) -> Floats:
+    """Return the largest of each row on the sets at both ends."""
+    found = [np.sqrt(np.einsum("ri,ij,rj->r", rows, np.linalg.inv(one), rows)) for one in ends]
+    return np.asarray(np.max(found, axis=0))
 
 
 def _between(place: Place, tables: Sequence[Floats]) -> Floats:
@@ -211,13 +232,29 @@ def _ends(winds: Span, knots: Sequence[Fraction]) -> tuple[Place, Place]:
     return Place(j, low, float(width)), Place(j, high, float(width))
 
 
-def _sides(subject: Subject, sides: Mapping[str, float]) -> ScheduleSides:
-    """Return a box with four digits; the sides that no factor depends on are what limits allow."""
+def _steepest(subject: Subject, winds: Span) -> Fraction:
+    """Return the largest pitch per signal; between nodes of the tables it is monotone."""
+    law = subject.law
+    return max(
+        gamma / b
+        for v, gamma, b in zip(law.wind, law.gamma, law.effectiveness, strict=True)
+        if winds[0] <= v <= winds[1]
+    )
+
+
+def _sides(subject: Subject, gain: Fraction, sides: Mapping[str, float]) -> ScheduleSides:
+    """Return a box with four digits; the sides that no factor depends on are what limits allow.
+
+    Parameters
+    ----------
+    gain : the largest pitch per signal: most of the rate of the pitch that is sent is this times
+        the rate of the filtered speed.
+    """
     plant = subject.plant
     limited = {
         "drive": plant.rate_limit * plant.lag,
         "innovation": plant.rate_limit / 2,
-        "measured_rate": plant.rate_limit * 2,
+        "measured_rate": plant.rate_limit * SENT / gain,
     }
     rounded = {name: Fraction(f"{value:.4g}") for name, value in sides.items()}
     short = {name: down(value) for name, value in limited.items()}
@@ -287,7 +324,7 @@ def _in_units(
         outer=Z @ whole / scale[:, None],
         scale=scale,
         rows=np.array([row for name, row in rows.items() if name not in LIMITED]),
-        limits=np.array([row for name, row in rows.items() if name in LIMITED]),
+        limits=np.array([rows[name] for name in LIMITED]),
         moved=moved,
     )
 
