@@ -19,6 +19,8 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 
 # The versions of gain files before this form: law and names, but no program.
 EARLIER = ("1", "2")
+# Claims about the loop with the file's observer and filters.
+OBSERVED = ("running-loop", "running-rate", "schedule-rate")
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 
@@ -77,7 +79,7 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
     With that member the claim has been compared with it, and so is the file.
     """
     for claim in member(data, "claims", "certificate"):
-        if isinstance(claim, dict) and claim.get("kind") in ("running-loop", "running-rate"):
+        if isinstance(claim, dict) and claim.get("kind") in OBSERVED:
             # Imported here: most certificates have no such claim.
             from takagi.certificates.checker.turbine.running_loop.inputs import (
                 other_than_the_controller,

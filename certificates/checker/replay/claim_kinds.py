@@ -54,6 +54,7 @@ OWN_READING = {
 WHOLE_FILE = {
     "running-loop": "turbine.running_loop.running_claim.check_running_loop",
     "running-rate": "turbine.running_loop.moving_claim.check_running_rate",
+    "schedule-rate": "turbine.scheduled_loop.schedule_claim.check_schedule_rate",
 }
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {

@@ -33,6 +33,14 @@ MOVING = (
     *RUNNING[2:],
 )
 
+# The same about the trim at the schedule wind.
+AT_SCHEDULE = (
+    MOVING[0],
+    "start with V <= 1 and a schedule wind in the stated range, and what is sent equal to what the "
+    "law asks for",
+    *RUNNING[2:],
+)
+
 LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
 ASSUMED = {
     "coherent-loop": (*LOOP, OUTSIDE),
@@ -47,6 +55,7 @@ ASSUMED = {
     ),
     "running-loop": RUNNING,
     "running-rate": MOVING,
+    "schedule-rate": AT_SCHEDULE,
     "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         EffortSharingCandidate as EffortSharingCandidate,
     )
     from takagi.certificates.claims.turbine.loop_claims import moving_claim as moving_claim
+    from takagi.certificates.claims.turbine.loop_claims import schedule_claim as schedule_claim
     from takagi.certificates.claims.turbine.published import (
         PublishedCandidate as PublishedCandidate,
     )

@@ -164,6 +164,29 @@ def moving_claim(
     return _alone("running-rate", made, model, gains)
 
 
+def schedule_claim(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+    within: tuple[Fraction, Fraction],
+    rate: float,
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the claim about the trim at the schedule wind, or by its kind why there is none.
+
+    Parameters
+    ----------
+    controller, inertia, within, rate : as ``schedule_rate_claim`` takes them.
+    """
+    # Imported here: it loads a solver.
+    from takagi.certificates.claims.turbine.scheduled_loop.schedule_rate_claim import (
+        schedule_rate_claim,
+    )
+
+    made = partial(schedule_rate_claim, model, gains, controller, inertia, within, rate)
+    return _alone("schedule-rate", made, model, gains)
+
+
 def _alone(
     kind: str,
     made: Callable[[], dict[str, Any]],

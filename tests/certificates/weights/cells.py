@@ -87,6 +87,7 @@ EVIDENCE: dict[str, Data] = {
     "actuator-rates": {"loop": 0},
     "running-loop": {},
     "running-rate": {},
+    "schedule-rate": {},
 }
 # Asked of the plant by itself: with gains it would be refused for another reason.
 LAWLESS = {("fuzzy-decay", "secants"), ("fuzzy-l2-gain", "secants"), ("observer", "secants")}

@@ -83,7 +83,7 @@ def _rates(winds: list[Span], kept: Sequence[Any]) -> str:
 
 def _overspeed(kept: Sequence[Any], rated_speed: Fraction) -> str:
     """Return the largest rotor speed in percent of the rated one, rounded up."""
-    fastest = max(cell.fastest + _root(cell.speed) for cell in kept)
+    fastest = max(cell.fastest + root(cell.speed) for cell in kept)
     return at_most(100 * fastest / rated_speed, 5)
 
 
@@ -92,9 +92,9 @@ def _most(kept: Sequence[Any], name: str) -> str:
 
 
 def _width(kept: Sequence[Any], name: str) -> Fraction:
-    return _root(max(getattr(cell, name) for cell in kept))
+    return root(max(getattr(cell, name) for cell in kept))
 
 
-def _root(square: Fraction) -> Fraction:
+def root(square: Fraction) -> Fraction:
     """Return a number that is just above the square root."""
     return Fraction(isqrt(square.numerator * FINE**2 // square.denominator) + 1, FINE)

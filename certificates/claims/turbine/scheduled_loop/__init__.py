@@ -1,0 +1,5 @@
+"""The candidate of a claim about the loop around the trim at the schedule wind, in moving wind.
+
+schedule_program     the semidefinite programs
+schedule_rate_claim  the search over a range of schedule winds
+"""
