@@ -91,6 +91,9 @@ class ScheduleCell:
         if not 0 < low - sides.wind:
             raise Refused("the wind may reach zero")
         self.speed = law.speed[k]
+        # The ranges of lambda have the least speed over the greatest wind at their lower end.
+        if not max(sides.speed, sides.measured) < self.speed:
+            raise Refused("the rotor's speed may reach zero")
         self.b, self.gamma, self.q = (
             [self._at(column, v) for v in winds]
             for column in (law.effectiveness, law.gamma, law.effort)

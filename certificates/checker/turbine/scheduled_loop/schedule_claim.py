@@ -2,9 +2,9 @@ r"""``schedule-rate``: in moving wind the turbine's loop keeps a set around the 
 
 v_s is the schedule wind, at which the law reads its tables.  The claim is about schedule winds
 above rated wind (``schedule_cell``).  V(xi, v_s) = xi'P(v_s) xi; P is stated at schedule winds and
-linear between them.  A cell lies between two such winds a < b, and has a rate r of the wind, a box,
-alpha above 0 and a share 0 < k < 1.  Exactly, for P and tau at a and at b and for sigma = -s and s,
-s = estimate / tau_f >= |v_s'|,
+linear between them.  A cell lies between two neighbours a < b of these winds, and has a rate r of
+the wind, a box, alpha above 0 and a share 0 < k < 1.  Exactly, for P and tau at a and at b and for
+sigma = -s and s, s = estimate / tau_f >= |v_s'|,
 
     -(2 xi'P xi' + 2 alpha xi'P xi + sigma xi'(P(b) - P(a)) xi / (b - a)
       - 2 alpha ((1 - k) (v'/r)^2 + k (rho/rho_max)^2) + sum tau_i (z_i^2 - w_i^2)) > 0
@@ -86,12 +86,19 @@ class StatedScheduleCell:
     def read(
         cls, stated: Any, functions: Mapping[Fraction, Rows], where: str
     ) -> StatedScheduleCell:
-        """Return it; refuses numbers out of their ranges, and an end without a function."""
+        """Return it.
+
+        Refused are numbers out of their ranges, an end without a function, and a function between
+        the ends.
+        """
         low, high = numbers(stated, "wind", where, 2)
         if not low < high:
             raise CertificateError(f"{where}.wind: the two winds must increase")
         if low not in functions or high not in functions:
             raise CertificateError(f"{where}.wind: no function is stated at an end of the cell")
+        # What is proved is about P between the ends; a file with one more has another P(v_s).
+        if any(low < wind < high for wind in functions):
+            raise CertificateError(f"{where}.wind: a function is stated at a wind inside the cell")
         part = number(stated, "residual_share", where)
         if not 0 < part < 1:
             raise CertificateError(f"{where}.residual_share: a number between 0 and 1 is needed")

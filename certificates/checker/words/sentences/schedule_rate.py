@@ -8,7 +8,7 @@ from typing import Any
 
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
-from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 from takagi.certificates.checker.words.sentences.running_loop import (
     MOST_REASONS,
     family,
@@ -51,6 +51,7 @@ def said(
 
 
 def _statement(winds: Span, cells: Sequence[Any], rated_speed: Fraction) -> str:
+    # The schedule wind starts in this range, and stays in it: it may be rounded to neither side.
     low, high = cells[0].winds[0], cells[-1].winds[1]
     fastest = max(cell.fastest + root(cell.speed) for cell in cells)
     pitch = root(max(cell.pitch for cell in cells)) * 180 / PI
@@ -58,8 +59,9 @@ def _statement(winds: Span, cells: Sequence[Any], rated_speed: Fraction) -> str:
     return (
         f"while the wind stays within {range_words(*winds)} m/s and moves by at most "
         f"{at_least(min(cell.wind_rate for cell in cells), 3)} m/s^2, a motion that starts with "
-        f"V <= 1 and a schedule wind within {range_words(low, high)} m/s keeps both. Then the "
-        f"rotor's speed stays at or below {at_most(100 * fastest / rated_speed, 5)} % of its rated "
+        f"V <= 1 and a schedule wind within {exactly(low)} to {exactly(high)} m/s keeps both. "
+        f"Then the rotor's speed stays at or below {at_most(100 * fastest / rated_speed, 5)} % of "
+        "its rated "
         "speed, and from the trim at the schedule wind deviate at most: the speed by "
         f"{_most(cells, 'speed')} rad/s, pitch by {at_most(pitch, 3)} deg, the wind estimate by "
         f"{_most(cells, 'estimate')} m/s and the wind itself by {at_most(wind, 3)} m/s; torque "

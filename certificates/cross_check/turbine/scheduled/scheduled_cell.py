@@ -43,6 +43,9 @@ class ScheduledCell:
         if rotor.speed[self.k] != rotor.speed[self.k + 1] or rotor.ahead[self.k] != 0:
             raise Outside("winds at which torque does not rest at its rated value")
         self.omega = rotor.speed[self.k]
+        # Below, R (omega* - e) over the greatest wind is the least lambda.
+        if max(box["speed"], box["measured"]) >= self.omega:
+            raise Outside("a speed that may reach zero")
         self.b, self.gamma, self.q = (
             [self.value(name, v) for v in self.ends]
             for name in ("effectiveness", "proportional", "effort")

@@ -55,6 +55,8 @@ def scheduled_loop(claim: Any, document: Any) -> Obligations:
         low, high = rationals(cell, "wind", 2)
         if low >= high or (last is not None and low < last):
             raise Refusal("cells: winds that increase, and cells in order, are needed")
+        if any(low < rational(one, "wind") < high for one in claim["functions"]):
+            raise Refusal("functions: one inside a cell, so that P is not linear over it")
         if last is not None and low == last:
             runs[-1].append(cell)
         else:
