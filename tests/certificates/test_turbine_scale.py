@@ -14,9 +14,8 @@ from takagi.certificates.claims.turbine import (
     effort_sharing_candidate,
     effort_sharing_claim,
 )
-from takagi.certificates.design.turbine import default_settings
+from takagi.certificates.design.turbine import default_settings, scale
 from takagi.certificates.design.turbine.regions import regional_design
-from takagi.certificates.design.turbine.scale import region_requirements, scaled_box
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine import FULL_LOAD, PARTIAL_LOAD, EffortSettings, effort_gains
@@ -31,8 +30,8 @@ def test_the_reference_keeps_its_settings() -> None:
     turbine = nrel5mw()
 
     assert default_settings(turbine) == replace(DesignSettings(), effort=EffortSettings())
-    assert scaled_box(turbine) == DEFAULT_BOX
-    assert region_requirements(turbine) == (PARTIAL_LOAD, FULL_LOAD)
+    assert scale.scaled_box(turbine) == DEFAULT_BOX
+    assert scale.region_requirements(turbine) == (PARTIAL_LOAD, FULL_LOAD)
 
 
 def test_a_larger_rotor_gets_smaller_bands() -> None:
@@ -62,7 +61,7 @@ def test_a_larger_rotor_gets_smaller_bands() -> None:
 def test_the_band_stays_inside_the_table_at_cut_in(name: str) -> None:
     """(omega* + e) R / ((1 - share) v) is within the tip-speed ratios; a quarter more is not."""
     turbine = load_turbine(name)
-    box, v = scaled_box(turbine), turbine.cut_in
+    box, v = scale.scaled_box(turbine), turbine.cut_in
     speed, largest = reference_speed(turbine, v), turbine.torque.x_range[1]
     assert speed * turbine.rotor_radius / v == pytest.approx(TABLE_SHARE * largest)
 
@@ -97,7 +96,7 @@ def test_pitch_errors_of_a_region_stay_where_its_model_is_exact(
     """A drive of 3 s would ask for 0.038 rad; the model is exact up to 0.034907 rad."""
     turbine = replace(nrel5mw(), pitch_time_constant=time_constant)
 
-    assert region_requirements(turbine)[1].pitch_error == pitch_error
+    assert scale.region_requirements(turbine)[1].pitch_error == pitch_error
     assert regional_design(turbine)[2].full.requirement.pitch_error == pitch_error
 
 

@@ -43,7 +43,7 @@ class Record(NamedTuple):
 def swaying(turbine: Turbine, wind: float) -> Record:
     """Around the trim at a wind, or at the end of the table: speed sways by 3 %, pitch by 1 deg."""
     time = T * np.arange(SAMPLES)
-    at = trim.trim(turbine, min(max(wind, turbine.cut_in), turbine.cut_out))
+    at = trim(turbine, min(max(wind, turbine.cut_in), turbine.cut_out))
     speed = at.rotor_speed * (1 + 0.03 * np.sin(0.4 * time))
     pitch = np.maximum(at.pitch + 0.0175 * np.sin(0.7 * time), turbine.pitch_min)
     return Record(speed, pitch, wind)
