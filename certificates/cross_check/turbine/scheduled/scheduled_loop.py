@@ -49,13 +49,14 @@ def scheduled_loop(claim: Any, document: Any) -> Obligations:
     cells, functions = entry(claim, "cells"), _functions(claim, machine.states)
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
+    stated = [rational(one, "wind") for one in claim["functions"]]
     runs: list[list[Any]] = []
     last = None
     for cell in cells:
         low, high = rationals(cell, "wind", 2)
         if low >= high or (last is not None and low < last):
             raise Refusal("cells: winds that increase, and cells in order, are needed")
-        if any(low < rational(one, "wind") < high for one in claim["functions"]):
+        if any(low < wind < high for wind in stated):
             raise Refusal("functions: one inside a cell, so that P is not linear over it")
         if last is not None and low == last:
             runs[-1].append(cell)
