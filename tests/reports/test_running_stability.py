@@ -37,6 +37,16 @@ pytestmark = pytest.mark.slow
 TURBINE = nrel5mw()
 
 
+@pytest.fixture(autouse=True)
+def fewer_cures(
+    request: pytest.FixtureRequest, reduced: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Reduced: cures are tried in the one test that looks at them."""
+    of_cures = test_a_tower_mode_at_the_crossover_of_pitch_is_refused.__name__
+    if reduced and request.node.name != of_cures:
+        monkeypatch.setattr(running_stability, "_cures", lambda *_: [])
+
+
 def with_tower(frequency: float) -> Turbine:
     """The 5-MW turbine with another tower mode [rad/s]; its own has 2.04."""
     return replace(TURBINE, tower_stiffness=frequency**2 * TURBINE.tower_mass)
