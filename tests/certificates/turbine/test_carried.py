@@ -15,7 +15,7 @@ import pytest
 
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop import carried, limits, moving_claim
+from takagi.certificates.checker.turbine.running_loop import carried, limits, moving_claim, stated
 from takagi.certificates.checker.turbine.running_loop.carried import Passed, carried_failures
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine
 from tests.certificates.recorded.answers import recorded
@@ -44,7 +44,7 @@ def run() -> list[Passed]:
     claim = data["claims"][0]
     plant, law = Plant.read(data["model"]), Law.read(data["gains"])
     machine = Machine.read(claim, data["model"], data["gains"], "claim")
-    functions = moving_claim._functions(claim, 10, "claim")
+    functions = stated.stated_functions(claim, 10, "claim")
     found = []
     for cell in claim["cells"][2:]:
         kept = moving_claim.examined(

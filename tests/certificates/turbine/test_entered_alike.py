@@ -25,6 +25,7 @@ from takagi.certificates.checker.turbine.running_loop import (
     moving,
     moving_claim,
 )
+from takagi.certificates.checker.turbine.running_loop import stated as stated_parts
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine
 from takagi.certificates.cross_check import loads
@@ -81,7 +82,7 @@ def first(document: Any) -> list[carried.Passed]:
     claim, model, gains = data["claims"][0], data["model"], data["gains"]
     plant, law = turbine.Plant.read(model), turbine.Law.read(gains)
     own = Machine.read(claim, model, gains, "claim")
-    functions = moving_claim._functions(claim, 10, "claim")
+    functions = stated_parts.stated_functions(claim, 10, "claim")
     found = []
     for one in claim["cells"]:
         stated = moving_claim.MovingCell.read(one, functions, "cell")

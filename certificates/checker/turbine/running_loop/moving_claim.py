@@ -39,8 +39,6 @@ from takagi.certificates.checker.arithmetic.effort_ramp import share
 from takagi.certificates.checker.kernel.reader import (
     increasing,
     listed,
-    matrix,
-    member,
     number,
     numbers,
     positive,
@@ -60,7 +58,6 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
     Span,
-    other_than_the_controller,
 )
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
 from takagi.certificates.checker.turbine.running_loop.moving import (
@@ -73,11 +70,15 @@ from takagi.certificates.checker.turbine.running_loop.moving import (
 from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
 from takagi.certificates.checker.turbine.running_loop.running_claim import (
-    MOST_CELLS,
     MOST_PIECES,
     stated_winds,
 )
 from takagi.certificates.checker.turbine.running_loop.signals import Rows, decay_form
+from takagi.certificates.checker.turbine.running_loop.stated import (
+    MOST_CELLS,
+    stated_functions,
+    stated_loop,
+)
 
 # The most places at which the range of v_s - v is divided.
 MOST_CUTS = 15
@@ -189,14 +190,8 @@ def check_running_rate(claim: Any, data: Any, where: str) -> Found:
     CertificateError : a part is missing or is not what it has to be; also an observer or filters
         that are not those of the certificate's ``controller``.
     """
-    model, gains = member(data, "model", "certificate"), member(data, "gains", "certificate")
-    plant, law = Plant.read(model), Law.read(gains)
-    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
-        raise CertificateError("gains: pitch limits differ from the model's")
-    machine = Machine.read(claim, model, gains, where)
-    if other := other_than_the_controller(claim, data, where):
-        raise CertificateError(f"{where}.{other}")
-    functions = _functions(claim, states(machine), where)
+    plant, law, machine = stated_loop(claim, data, where)
+    functions = stated_functions(claim, states(machine), where)
     cells = [
         MovingCell.read(cell, functions, f"{where}.cells[{i}]")
         for i, cell in enumerate(listed(claim, "cells", where, 1, MOST_CELLS))
@@ -226,20 +221,6 @@ def _cuts(stated: Any, sides: Sides, where: str) -> list[Fraction]:
     cuts = numbers(stated, "schedule_cuts", where, count)
     increasing([-sides.schedule, *cuts, sides.schedule], f"{where}.schedule_cuts")
     return cuts
-
-
-def _functions(claim: Any, order: int, where: str) -> dict[Fraction, Rows]:
-    """Return P by its wind; refuses a wind that stands twice and a P of another size."""
-    found: dict[Fraction, Rows] = {}
-    for i, stated in enumerate(listed(claim, "functions", where, 2, 2 * MOST_CELLS)):
-        place = f"{where}.functions[{i}]"
-        wind, P = number(stated, "wind", place), matrix(stated, "P", place)
-        if len(P) != order or len(P[0]) != order:
-            raise CertificateError(f"{place}.P: {order} rows of {order} numbers are needed")
-        if wind in found:
-            raise CertificateError(f"{place}.wind: two functions at one wind")
-        found[wind] = P
-    return found
 
 
 def examined(plant: Plant, law: Law, machine: Machine, stated: MovingCell) -> Kept | str:

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
 
-from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
+from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
@@ -44,14 +44,14 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
     Span,
-    other_than_the_controller,
 )
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
 from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
 from takagi.certificates.checker.turbine.running_loop.signals import Rows, decay_form
+from takagi.certificates.checker.turbine.running_loop.stated import MOST_CELLS, stated_loop
 
-MOST_CELLS, MOST_PIECES = 500, 8
+MOST_PIECES = 8
 
 
 class _OfWinds(Protocol):
@@ -99,13 +99,7 @@ def check_running_loop(claim: Any, data: Any, where: str) -> Found:
     CertificateError : a part is missing or is not what it has to be; also an observer or filters
         that are not those of the certificate's ``controller``.
     """
-    model, gains = member(data, "model", "certificate"), member(data, "gains", "certificate")
-    plant, law = Plant.read(model), Law.read(gains)
-    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
-        raise CertificateError("gains: pitch limits differ from the model's")
-    machine = Machine.read(claim, model, gains, where)
-    if other := other_than_the_controller(claim, data, where):
-        raise CertificateError(f"{where}.{other}")
+    plant, law, machine = stated_loop(claim, data, where)
     decay = number(claim, "decay_rate", where)
     cells = [
         StatedCell.read(cell, states(machine), f"{where}.cells[{i}]")

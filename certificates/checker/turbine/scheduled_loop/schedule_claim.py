@@ -33,7 +33,6 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.reader import (
     listed,
-    matrix,
     member,
     number,
     numbers,
@@ -46,13 +45,16 @@ from takagi.certificates.checker.turbine.running_loop.equations import states
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Span,
-    other_than_the_controller,
 )
 from takagi.certificates.checker.turbine.running_loop.moving import drift
 from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
-from takagi.certificates.checker.turbine.running_loop.running_claim import MOST_CELLS
 from takagi.certificates.checker.turbine.running_loop.signals import Rows, decay_form
+from takagi.certificates.checker.turbine.running_loop.stated import (
+    MOST_CELLS,
+    stated_functions,
+    stated_loop,
+)
 from takagi.certificates.checker.turbine.scheduled_loop.schedule_cell import ScheduleCell
 from takagi.certificates.checker.turbine.scheduled_loop.schedule_inputs import ScheduleSides
 from takagi.certificates.checker.turbine.scheduled_loop.schedule_limits import (
@@ -150,14 +152,8 @@ def check_schedule_rate(claim: Any, data: Any, where: str) -> Found:
     CertificateError : a part is missing or is not what it has to be; also an observer or filters
         that are not those of the certificate's ``controller``.
     """
-    model, gains = member(data, "model", "certificate"), member(data, "gains", "certificate")
-    plant, law = Plant.read(model), Law.read(gains)
-    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
-        raise CertificateError("gains: pitch limits differ from the model's")
-    machine = Machine.read(claim, model, gains, where)
-    if other := other_than_the_controller(claim, data, where):
-        raise CertificateError(f"{where}.{other}")
-    functions = _functions(claim, states(machine), where)
+    plant, law, machine = stated_loop(claim, data, where)
+    functions = stated_functions(claim, states(machine), where)
     cells = [
         StatedScheduleCell.read(cell, functions, f"{where}.cells[{i}]")
         for i, cell in enumerate(listed(claim, "cells", where, 1, MOST_CELLS))
@@ -177,20 +173,6 @@ def check_schedule_rate(claim: Any, data: Any, where: str) -> Found:
         return Found(Verdict.UNDECIDED, "schedule_rate", said | {"failures": failures})
     proved = {"machine": machine, "kept": kept, "rated_speed": plant.rated_speed}
     return Found(Verdict.PROVED, "schedule_rate", said | proved)
-
-
-def _functions(claim: Any, order: int, where: str) -> dict[Fraction, Rows]:
-    """Return P by its schedule wind; refuses a wind that stands twice and a P of another size."""
-    found: dict[Fraction, Rows] = {}
-    for i, stated in enumerate(listed(claim, "functions", where, 2, 2 * MOST_CELLS)):
-        place = f"{where}.functions[{i}]"
-        wind, P = number(stated, "wind", place), matrix(stated, "P", place)
-        if len(P) != order or len(P[0]) != order:
-            raise CertificateError(f"{place}.P: {order} rows of {order} numbers are needed")
-        if wind in found:
-            raise CertificateError(f"{place}.wind: two functions at one wind")
-        found[wind] = P
-    return found
 
 
 def _runs(cells: Sequence[StatedScheduleCell], where: str) -> list[list[StatedScheduleCell]]:
