@@ -40,6 +40,7 @@ from takagi.certificates.checker.kernel.reader import canonical, read_text
 from takagi.reports import ci_formats
 
 CERTIFICATE, GAINS = "certificate.json", "gains.json"
+READ = (".json", ".toml", ".csv")
 LONGEST, MEMORY = 60.0, 2_000_000_000
 MOST_WORDS = 20_000
 # Of each function, so many calls of one run are followed line by line, and this share of the rest.
@@ -109,7 +110,24 @@ class Case:
 
     @classmethod
     def read(cls, folder: Path) -> Case:
-        files = {f.name: f.read_text(encoding="utf-8") for f in sorted(folder.iterdir())}
+        """Return the files of a folder, as ``takagi design`` writes one.
+
+        Raises
+        ------
+        FileNotFoundError : it has no gain file, with which half of the cases are checked.
+        CertificateError : its certificate cannot be read.
+        """
+        if not (folder / GAINS).is_file():
+            raise FileNotFoundError(
+                f"{folder} has a {CERTIFICATE} and no {GAINS}; a seed needs both, as "
+                "`takagi design MODEL --out DIR` writes them"
+            )
+        files = {
+            f.name: f.read_text(encoding="utf-8")
+            for f in sorted(folder.iterdir())
+            # A design's folder has a report and figures too, which no checker reads.
+            if f.suffix in READ and f.is_file()
+        }
         model = next((name for name in files if name.endswith(".toml")), "")
         return cls(folder.name, files, read_text(files[CERTIFICATE], "seed"), False, model)
 
@@ -127,8 +145,12 @@ def main() -> int:
         folders = _folders(asked.seeds, asked.small, Path(scratch) / "seeds")
         if not folders:
             reader.error(f"{asked.seeds}: holds no folder with a {CERTIFICATE}")
+        try:
+            seeds = [Case.read(folder) for folder in folders]
+        except (FileNotFoundError, CertificateError) as error:
+            reader.error(str(error))
         campaign = Campaign(asked.seed, Path(scratch) / "case", asked.keep)
-        campaign.run([Case.read(folder) for folder in folders], asked.seconds)
+        campaign.run(seeds, asked.seconds)
     print(campaign.summary(asked.seed))
     return 1 if campaign.crashes else 0
 

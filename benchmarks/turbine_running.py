@@ -118,7 +118,7 @@ class Motion:
         return self.plant.late * max(self.at("effectiveness_limit", self.v) - own, 0.0)
 
     def rate(self, xi: Floats) -> Floats:
-        """Return xi'."""
+        """Return xi'; the last two states are the band-stop's, where the law has one."""
         law, model, seen = self.law, self.model, self.claim["observer"]
         e, p, x, s, m, o, z, eta = xi[:8]
         load, asked = self.commands(xi)
@@ -131,20 +131,26 @@ class Motion:
         torque = self.torque(self.speed + e, pitch, self.v) - self.late() * (p - eta) / self.b0
         observed = self.torque(self.speed + m, pitch, self.v + z)
         filters = self.claim["measurement"]
-        stop = filters["torsion_filter"]
-        w, left = stop["frequency"], 2 * (1 - stop["passed"])
+        stopped, moved = self.band_stop(e, xi)
         return np.array([
             (torque - load) / self.plant.inertia,
             self.b0 * moving,
             -law["integral_rate"][self.interval(v_s)] * error,
             (held - v_s) / law["wind_filter"],
-            filters["speed_filter"] * (e - left * (xi[8] - xi[9]) - m),
+            filters["speed_filter"] * (stopped - m),
             observed - load + seen["l1"] * (m - o),
             seen["l2"] * (m - o),
             (p - eta) * self.v / self.plant.length,
-            w * (e - xi[8]),
-            w * (xi[8] - xi[9]),
+            *moved,
         ])  # fmt: skip
+
+    def band_stop(self, e: float, xi: Floats) -> tuple[float, list[float]]:
+        """Return what the band-stop passes on of the speed, and the rates of its states."""
+        stop = self.claim["measurement"].get("torsion_filter")
+        if stop is None:
+            return e, []
+        w, left = stop["frequency"], 2 * (1 - stop["passed"])
+        return e - left * (xi[8] - xi[9]), [w * (e - xi[8]), w * (xi[8] - xi[9])]
 
     # Secants.
 

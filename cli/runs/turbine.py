@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from takagi.reports.margins.thresholds import AskedMargins
 
 Value = TypeVar("Value")
+STABILITY = "stability of the loop that runs"
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +131,12 @@ def _stability(turbine: Turbine, settings: DesignSettings, tell: Tell) -> tuple[
         return ()
     from takagi.reports.margins.running_stability import require_stable
 
-    tell("stability of the loop that runs")
-    notes = require_stable(turbine, settings)
+    tell(STABILITY)
+    try:
+        notes = require_stable(turbine, settings, lambda step: tell(f"{STABILITY}: {step}"))
+    except ModelError:
+        tell(STABILITY)  # The step that a refusal is told with is the whole of them.
+        raise
     for note in notes:
         # At once, before the long work; the summary has it again.
         print(f"note: {note}", file=sys.stderr, flush=True)

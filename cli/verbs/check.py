@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.errors import MISUSE, PROVED, UNPROVED
+from takagi.cli.progress import progress
 from takagi.cli.terminal.claim_lines import claim_lines
 
 if TYPE_CHECKING:
@@ -81,8 +82,10 @@ def _check(options: argparse.Namespace) -> int:
 
     # What is asked wrongly is refused before the long work.
     asked = _asked_margins(options.margins) if options.margins else None
+    _require_places(options)
     try:
-        checked, trusted = _verdict(options)
+        with progress(f"takagi check {options.certificate}"):
+            checked, trusted = _verdict(options)
     except CertificateError as error:
         # Continuous integration shows the refusal where it shows results.
         needed, is_another = _needed(error, options)
@@ -100,7 +103,8 @@ def _check(options: argparse.Namespace) -> int:
             return UNPROVED
         checked.messages.append(line)
     if asked is not None:
-        below, lines = _margins(asked, options)
+        with progress(f"takagi check {options.certificate}: margins"):
+            below, lines = _margins(asked, options)
         if below:
             reason = f"{options.gains}: " + "\n".join([*below, *lines])
             _write_reports(options, _refused(reason, "the loop that runs has the margins asked"))
@@ -120,6 +124,20 @@ def _check(options: argparse.Namespace) -> int:
     if compared is not None and not compared.agrees:
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _require_places(options: argparse.Namespace) -> None:
+    """Refuse reports that cannot be written, and a C file that cannot be read."""
+    if reports := [place for place in (options.junit, options.sarif, options.summary) if place]:
+        # Imported here: most checks write no report.
+        from takagi.cli.output_place import require_file_place
+
+        for place in reports:
+            require_file_place(place)
+    if options.c_source:
+        from takagi.reports.code.c.comparison import require_readable
+
+        require_readable(options.c_source)
 
 
 def _c_source(options: argparse.Namespace) -> tuple[str, str]:
@@ -196,7 +214,8 @@ def _compared(options: argparse.Namespace) -> VerdictComparison:
     # Imported here: the second checker needs FLINT, the first one nothing.
     from takagi.certificates.audit.two_checkers import cross_checked
 
-    return cross_checked(options.certificate)
+    with progress(f"takagi check {options.certificate}: second checker"):
+        return cross_checked(options.certificate)
 
 
 def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:

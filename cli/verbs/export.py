@@ -154,11 +154,15 @@ def _code(
 def _coq(certificate: Path, coq: Path) -> int:
     from takagi.certificates.coq import coq_file
     from takagi.certificates.cross_check.kernel.reading import Refusal, load
+    from takagi.cli.output_place import require_file_place
+    from takagi.cli.progress import progress
     from takagi.reports.output import write_file
 
     document = load(certificate)
+    require_file_place(coq)
     try:
-        found = coq_file(document)
+        with progress(f"takagi export {certificate}"):
+            found = coq_file(document)
     except Refusal as refusal:
         raise Refusal(f"{certificate}: {refusal}") from refusal
     write_file(coq, found.text)

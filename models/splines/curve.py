@@ -112,7 +112,8 @@ class Curve:
         if x.lower < spline.x.lower or x.upper > spline.x.upper:
             raise ModelError(
                 f"{self.name}: {self.x_name} in {x} leaves the table, "
-                f"{float(spline.x.lower):.9g} to {float(spline.x.upper):.9g}; shrink the box"
+                f"{float(spline.x.lower):.9g} to {float(spline.x.upper):.9g}; extend the table "
+                "or shrink the box"
             )
         wanted = None if tolerance is None else exact(tolerance)
         return exact_bounds(spline, x, ORIGIN, dx, 0, tolerance=wanted)

@@ -150,7 +150,8 @@ class Surface:
             if box.lower < axis.lower or box.upper > axis.upper:
                 raise ModelError(
                     f"{self.name}: {what} in {box} leaves the table, "
-                    f"{float(axis.lower):.9g} to {float(axis.upper):.9g}; shrink the box"
+                    f"{float(axis.lower):.9g} to {float(axis.upper):.9g}; extend the table "
+                    "or shrink the box"
                 )
         wanted = None if tolerance is None else exact(tolerance)
         return exact_bounds(spline, x, y, dx, dy, tolerance=wanted)

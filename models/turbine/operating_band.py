@@ -271,6 +271,7 @@ def _check_inside_table(band: OperatingBand) -> None:
         if least < low or most > high:
             raise ModelError(
                 f"{band.turbine.name}: at wind estimate {v:.4g} m/s the band reaches tip-speed "
-                f"ratios {least:.4g} to {most:.4g}, but the table covers {low:.4g} to {high:.4g}; "
-                "narrow the speed band or the wind band, or leave this wind out"
+                f"ratios {least:.4g} to {most:.4g}, but the c_P and c_T tables cover {low:.4g} to "
+                f"{high:.4g}; extend the tables to these ratios, narrow the speed band or the wind "
+                "band, or leave this wind out by cut_in and cut_out of the turbine's file"
             )

@@ -18,6 +18,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Literal, TypeAlias
 
+from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, exact
 from takagi.models.turbine.data import Turbine
 
@@ -86,16 +87,45 @@ def hold(angle: Interval, limits: tuple[float, float]) -> Interval:
 def _arguments(
     turbine: Turbine, rotor_speed: Interval, pitch: Interval, wind: Interval
 ) -> tuple[Interval, Interval, Interval]:
-    """Return lambda, beta (rounding kept inside the table) and S."""
+    """Return lambda, beta (rounding kept inside the table) and S.
+
+    Raises
+    ------
+    ModelError : they are not in the table; says which entries it lacks, and at which wind.
+    """
     radius = exact(turbine.rotor_radius)
     ratio = (rotor_speed * radius / wind).outward(ARGUMENT_DECIMALS)
     low, high = (exact(end) for end in turbine.torque.y_range)
     rounded = pitch.outward(ARGUMENT_DECIMALS)
+    _require_entries(turbine, "tip-speed ratio", "", ratio, turbine.torque.x_range, wind)
+    _require_entries(turbine, "pitch", " rad", pitch, turbine.torque.y_range, wind)
     angle = Interval(
         rounded.lower if pitch.lower < low else max(rounded.lower, low),
         rounded.upper if pitch.upper > high else min(rounded.upper, high),
     )
     return ratio, angle, _scale(turbine)
+
+
+def _require_entries(
+    turbine: Turbine,
+    name: str,
+    unit: str,
+    needed: Interval,
+    covered: tuple[float, float],
+    wind: Interval,
+) -> None:
+    low, high = covered
+    if needed.lower >= exact(low) and needed.upper <= exact(high):
+        return
+    winds, reached = (
+        f"{float(span.lower):.4g} to {float(span.upper):.4g}" for span in (wind, needed)
+    )
+    raise ModelError(
+        f"{turbine.name}: at winds of {winds} m/s the loop leaves the table: it may reach {name} "
+        f"{reached}{unit}, and the c_P and c_T tables cover {low:.4g} to {high:.4g}{unit}; extend "
+        f"the tables to that {name}, or leave these winds out by cut_in and cut_out of the "
+        "turbine's file"
+    )
 
 
 @lru_cache(maxsize=8)

@@ -14,6 +14,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from takagi.certificates.checker.controller.content import VERSION
 from takagi.models.errors import ModelError
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
 
@@ -188,15 +189,26 @@ def controller_program(
             "this is no gain file of takagi; give gains.json of a design (a certificate goes to "
             "`takagi export CERT --coq FILE`)"
         )
+    version = document.get("version")
+    if isinstance(version, Decimal | int) and version > VERSION:
+        raise ModelError(
+            f"a gain file of version {version}; this takagi reads versions up to {VERSION}: use "
+            "the takagi that wrote it"
+        )
     if not document.get("programs"):
         raise ModelError(
-            f"a gain file of version {document.get('version')} has no programs; write a new one "
+            f"a gain file of version {version} has no programs; write a new one "
             "with `takagi certify MODEL --gains OLD --out CERT`"
         )
     try:
         return _Reading(document, without).whole()
     except (KeyError, IndexError, TypeError, ArithmeticError, AttributeError) as error:
-        raise ModelError(f"the gain file is damaged: {error!r} in its programs") from error
+        absent = isinstance(error, KeyError)
+        what = f"{error.args[0]!r} is missing" if absent else "a part cannot be read"
+        raise ModelError(
+            f"the gain file is damaged: {what} in its programs or in what they name; give the "
+            "gains.json that `takagi design` has written"
+        ) from error
 
 
 class _Reading:

@@ -2,11 +2,13 @@ r"""The longest time from sample to sample with which a turbine's program is run
 
     band-stop   six samples in a period of its frequency w:   T <= 2 pi / (6 w)
     observer    an Euler step of half its time constant:      T <= 1 / (2 l_1)
+    baseline    the same of its low-pass with corner c:       T <= 1 / (2 c)
 
 A band-stop that is sampled more rarely neither stops the drivetrain's mode nor leads: sampling
 turns the mode into a slow one that the law then moves.  On the validation plant the program of the
 NREL 5-MW turbine (w = 9.3 rad/s) is quiet up to 0.2 s, and oscillates from 0.3 s on.  The observer
-takes Euler steps, and becomes unstable near 2 / l_1.  A plant's law in continuous time has no such
+takes Euler steps, and becomes unstable near 2 / l_1; the low-pass of the published baseline
+controller likewise at 2 / c.  A plant's law in continuous time has no such
 limit: ``takagi design --sample-time`` proves one.
 """
 
@@ -20,8 +22,8 @@ from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import ControllerProgram
 
 SAMPLES_A_PERIOD = 6
-# Of the observer's time constant 1 / l_1.
-OBSERVER_SHARE = 0.5
+# Of the time constant of what takes Euler steps: the observer's is 1 / l_1.
+EULER_SHARE = 0.5
 USUAL_SAMPLE_TIME = Decimal("0.01")  # s, where neither law nor user states one
 
 
@@ -57,9 +59,18 @@ def longest_sample(program: ControllerProgram) -> LongestSample | None:
         gain = float(document["observer"]["l1"])
         found.append(
             (
-                OBSERVER_SHARE / gain,
+                EULER_SHARE / gain,
                 f"the observer, with l1 = {gain:g} 1/s, takes steps of at most half its time "
                 "constant",
+            )
+        )
+    law = document["law"]
+    if law["name"] == "baseline" and "law" in stages:
+        corner = float(law["speed_filter"])
+        found.append(
+            (
+                EULER_SHARE / corner,
+                f"its low-pass at {corner:g} rad/s takes steps of at most half its time constant",
             )
         )
     if not found:

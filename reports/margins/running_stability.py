@@ -22,12 +22,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, pi
+from typing import TypeAlias
 
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.errors import ModelError
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
@@ -36,6 +38,9 @@ from takagi.reports.margins.least_margins import LEAST_GAIN, LEAST_PHASE, SmallM
 from takagi.reports.margins.loops_over_wind import GROWTH, SAMPLE, LoopsOverWind, PlantChoice
 from takagi.reports.margins.running_over_wind import NOMINAL, Mode, plant_modes
 from takagi.reports.margins.running_search import wind_ranges
+
+# Gets a step in words.
+Tell: TypeAlias = Callable[[str], None]
 
 # Factors on a number of the law that are tried as a cure, smallest change first.
 BANDWIDTHS = (0.5, 0.25)
@@ -67,21 +72,28 @@ class UnstableLoop:
     by_filter: bool
 
 
-def unstable_loop(turbine: Turbine, settings: DesignSettings) -> UnstableLoop | None:
+def unstable_loop(
+    turbine: Turbine, settings: DesignSettings, tell: Tell = lambda step: None
+) -> UnstableLoop | None:
     """Return where the loop of settings that runs is unstable; None where it is stable.
 
     The gains are those found wind by wind.  A wind at which the loop has no equilibrium is left
     out: there is nothing to linearise at.
+
+    Parameters
+    ----------
+    tell : gets each step in words; the search for what helps takes up to half a minute.
 
     Raises
     ------
     ModelError : no gains at some wind, a wind that the observer cannot estimate, or no wind at
         which the loop has an equilibrium.
     """
-    return _unstable_loop(_running(turbine, settings), settings)
+    return _unstable_loop(_running(turbine, settings, tell), settings, tell)
 
 
-def _running(turbine: Turbine, settings: DesignSettings) -> LoopsOverWind:
+def _running(turbine: Turbine, settings: DesignSettings, tell: Tell) -> LoopsOverWind:
+    tell("gains wind by wind")
     turbine = derated(turbine, settings.torque_setpoint, speed_setpoint=settings.speed_setpoint)
     observer = wind_observer_design(turbine, settings).observer
     law = wind_by_wind_law(turbine, settings)[1]
@@ -89,8 +101,11 @@ def _running(turbine: Turbine, settings: DesignSettings) -> LoopsOverWind:
     return LoopsOverWind(plant, law, observer)
 
 
-def _unstable_loop(loops: LoopsOverWind, settings: DesignSettings) -> UnstableLoop | None:
+def _unstable_loop(
+    loops: LoopsOverWind, settings: DesignSettings, tell: Tell
+) -> UnstableLoop | None:
     turbine = loops.plant.turbine
+    tell(f"{turbine.cut_in:g} to {turbine.cut_out:g} m/s")
     which, growths = NOMINAL, loops.growths_over_wind()
     if not growths:
         raise ModelError(
@@ -100,6 +115,7 @@ def _unstable_loop(loops: LoopsOverWind, settings: DesignSettings) -> UnstableLo
         )
     bad = {wind: rate for wind, rate in growths.items() if rate > GROWTH}
     if not bad:
+        tell("inertia and wake at the ends of what is covered")
         uncertain = _unstable_plant(loops, settings)
         if uncertain is None:
             return None
@@ -115,8 +131,13 @@ def _unstable_loop(loops: LoopsOverWind, settings: DesignSettings) -> UnstableLo
             "law needs a wind that is measured, by a lidar say"
         )
     else:
+        tell(f"unstable at {worst:g} m/s; looking for the part that does it")
         part, change = _culprit(loops, lambda one: not one.unstable([worst], which))
-        tried = _cures(loops, settings, [*bad], which)
+
+        def tried_now(option: str) -> None:
+            tell(f"unstable at {worst:g} m/s; trying {option}")
+
+        tried = _cures(loops, settings, [*bad], which, tried_now)
         ways = [*([change] if change else []), *tried]
         what = f"{part}{' or '.join(ways) or NO_CURE} makes it stable"
     return UnstableLoop(
@@ -149,28 +170,35 @@ def _unstable_plant(
 
 
 def _cures(
-    loops: LoopsOverWind, settings: DesignSettings, bad: Sequence[float], which: PlantChoice
+    loops: LoopsOverWind,
+    settings: DesignSettings,
+    bad: Sequence[float],
+    which: PlantChoice,
+    tell: Tell,
 ) -> list[str]:
     """Return options of the command line that make the loop stable, one a kind."""
     effort, turbine = effort_of(settings), loops.plant.turbine
 
-    def narrower(factor: float) -> tuple[str, DesignSettings]:
+    def narrower(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
         number = _short(factor * effort.bandwidth)
         changed = replace(settings, effort=replace(effort, bandwidth=number))
-        return f"--bandwidth {number:g}", changed
+        return f"--bandwidth {number:g}", lambda: wind_by_wind_law(turbine, changed)[1]
 
-    def slower(factor: float) -> tuple[str, DesignSettings]:
+    def slower(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
         number = _short(factor * settings.wind_filter)
-        return f"--wind-filter {number:g}", replace(settings, wind_filter=number)
+        # The gains do not depend on the filter.
+        return f"--wind-filter {number:g}", lambda: replace(loops.law, wind_filter=number)
 
-    def calmer(factor: float) -> tuple[str, DesignSettings]:
+    def calmer(factor: float) -> tuple[str, Callable[[], EffortSharingLaw]]:
         number = _short(factor * settings.effectiveness_share)
         changed = replace(settings, effectiveness_share=number)
-        return f"--pitch-effectiveness-share {number:g}", changed
+        option = f"--pitch-effectiveness-share {number:g}"
+        return option, lambda: wind_by_wind_law(turbine, changed)[1]
 
-    def helps(changed: DesignSettings) -> bool:
+    def helps(option: str, law: Callable[[], EffortSharingLaw]) -> bool:
+        tell(option)
         try:
-            found = loops.other(law=wind_by_wind_law(turbine, changed)[1])
+            found = loops.other(law=law())
         except ModelError:
             return False  # no gains with this number
         if found.unstable(bad, which):
@@ -184,7 +212,7 @@ def _cures(
         [slower(factor) for factor in FILTERS],
         [calmer(factor) for factor in SHARES],
     )
-    tried = (next((text for text, one in kind if helps(one)), None) for kind in kinds)
+    tried = (next((text for text, law in kind if helps(text, law)), None) for kind in kinds)
     return [text for text in tried if text is not None]
 
 
@@ -273,20 +301,27 @@ def _ways(least: SmallMargin) -> list[str]:
     ]
 
 
-def require_stable(turbine: Turbine, settings: DesignSettings) -> tuple[str, ...]:
+def require_stable(
+    turbine: Turbine, settings: DesignSettings, tell: Tell = lambda step: None
+) -> tuple[str, ...]:
     """Refuse settings whose loop that runs is unstable; return what is to be noted.
 
     Noted are a wind filter that needs a wind that is measured, margins below the least ones, and a
     turbine whose file describes two different pitch drives.
 
+    Parameters
+    ----------
+    tell : gets each step in words.
+
     Raises
     ------
     ModelError : names wind, growth, the part that does it, and what helps.
     """
-    loops = _running(turbine, settings)
-    found = _unstable_loop(loops, settings)
+    loops = _running(turbine, settings, tell)
+    found = _unstable_loop(loops, settings, tell)
     if found is not None and not found.by_filter:
         raise ModelError(found.reason)
+    tell("margins")
     margins = small_margin_note(loops) if found is None else found.reason
     return tuple(note for note in (margins, two_drives_note(turbine)) if note is not None)
 

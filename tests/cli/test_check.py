@@ -206,4 +206,20 @@ def test_a_report_that_cannot_be_written_is_misuse(
     assert "this is a folder, and a file was expected" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "options", [["--junit", "DIR"], ["--gains", "g.json", "--c-source", "DIR/none.c"]]
+)
+def test_what_cannot_be_used_is_refused_before_the_check(
+    checker: Any, capsys: Capture, tmp_path: Path, options: list[str]
+) -> None:
+    """A check may take a minute: a place or a file that is wrong is told first."""
+    checker.answer, checker.asked = answer(Verdict.PROVED), None
+    given = [text.replace("DIR", str(tmp_path)) for text in options]
+
+    assert main(["check", "c.json", *given]) == 2
+
+    assert checker.asked is None
+    assert str(tmp_path) in capsys.readouterr().err
+
+
 _REPORTS = ("--junit", "--sarif", "--summary")

@@ -99,6 +99,29 @@ def test_outside_the_table_is_refused_or_held() -> None:
     assert float(band().at(14, clip=True)[1]) == band().pitch[-1]
 
 
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        (
+            (1.2, 0.1, 40.0),
+            r"tip-speed ratio 1\.89 to 1\.89, and the c_P and c_T tables cover 2 to",
+        ),
+        ((1.2, 0.9, 12.0), r"pitch 0\.9 to 0\.9 rad, and the c_P and c_T tables cover"),
+    ],
+)
+def test_entries_that_a_table_lacks_are_named(
+    place: tuple[float, float, float], words: str
+) -> None:
+    """The wind, the entries, and what a user can do: there is no option that shrinks a box."""
+    points = [Interval.of(value) for value in place]
+    for call in (slope_enclosure, slope_gradient):
+        with pytest.raises(ModelError, match=words) as refused:
+            call(nrel5mw(), "speed", points[0], points[1], points[2])
+        assert f"winds of {place[2]:g} to {place[2]:g} m/s" in str(refused.value)
+        assert "leave these winds out by cut_in and cut_out" in str(refused.value)
+        assert "shrink the box" not in str(refused.value)
+
+
 def test_a_wind_band_down_to_zero_is_refused() -> None:
     """The tip-speed ratio has no bound when v may vanish."""
     with pytest.raises(ModelError, match="reaches 0"):

@@ -16,6 +16,7 @@ from takagi.certificates.design.turbine import (
     wind_by_wind_law,
     wind_observer_design,
 )
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
@@ -76,6 +77,16 @@ def test_a_tower_mode_at_the_crossover_of_pitch_is_refused() -> None:
     assert offered is not None
     effort = replace(effort_of(default_settings(soft)), bandwidth=float(offered.group(1)))
     assert unstable_loop(soft, replace(default_settings(soft), effort=effort)) is None
+
+
+def test_gains_do_not_depend_on_the_wind_filter() -> None:
+    """So a slower filter is tried with the gains that are there."""
+    settings = default_settings(TURBINE)
+    slower = replace(settings, wind_filter=30.0)
+
+    one, other = (wind_by_wind_law(TURBINE, chosen)[1] for chosen in (settings, slower))
+
+    assert effort_sharing_law_data(replace(one, wind_filter=30.0)) == effort_sharing_law_data(other)
 
 
 def test_a_loop_that_a_covered_plant_makes_unstable_is_refused() -> None:
@@ -195,7 +206,7 @@ def test_the_filter_is_no_excuse_for_a_soft_tower() -> None:
         require_stable(soft, replace(default_settings(soft), wind_filter=0.05))
 
 
-def test_takagi_design_ends_before_the_proof(tmp_path: Path) -> None:
+def test_takagi_design_ends_before_the_proof(tmp_path: Path, reduced: bool) -> None:
     data = Path(resolve_model("nrel5mw")).parent
     for table in data.glob("nrel5mw_*.csv"):
         (tmp_path / table.name).write_bytes(table.read_bytes())
@@ -211,4 +222,12 @@ def test_takagi_design_ends_before_the_proof(tmp_path: Path) -> None:
     ).design(tell)
 
     assert isinstance(found, design.NoDesign) and "the tower mode, 0.479 rad/s" in found.reason
-    assert told == ["stability of the loop that runs"]
+    step = "stability of the loop that runs"
+    assert found.reason.startswith(f"{step}: at 11.5")
+    assert told[:3] == [step, f"{step}: gains wind by wind", f"{step}: 3 to 25 m/s"]
+    assert told[3].startswith(f"{step}: unstable at 11.5")
+    assert told[3].endswith("looking for the part that does it") and told[-1] == step
+    # Each cure that is tried is told before its gains are sought.
+    if not reduced:
+        assert told[4].endswith("m/s; trying --bandwidth 0.3")
+        assert sum("trying --wind-filter" in text for text in told) in (1, 2)

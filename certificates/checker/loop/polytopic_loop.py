@@ -289,17 +289,19 @@ def closed_by(plain: PolytopicLoop, gains: Any, where: str) -> PolytopicLoop:
     inputs = _names(gains, "input_names", needed[0], where) or plain.inputs
     if states != plain.states or (plain.inputs and inputs != plain.inputs):
         raise CertificateError(f"{where}: states or inputs are not the model's, in its order")
-    # A single gain applies to all rules of the law; the loop does not depend on their number.
-    stated = gains.get("rules")
-    same = len(stated) if isinstance(stated, list) else plain.rules
-    corners = _corners(gains, where, len(K) if len(K) > 1 else same) or plain.corners
+    # A gain that is written once applies to all rules of the law, however many these are.
+    rows = gains.get("rules")
+    count = len(rows if isinstance(rows, list) and len(gains["K"]) == 1 else gains["K"])
+    own = _corners(gains, where, count)
+    corners = own or plain.corners
     shared = weights_of(gains.get("premises"), corners) == plain.weights
     # A law cannot evaluate weights that depend on its own command.
     circular = len(K) > 1 and not set(plain.inputs).isdisjoint(plain.scheduled_by or ())
     known = shared and not circular and len(K) in (1, plain.rules)
-    # Without stated premises nothing is known about the law's weights except their sum.
-    if not shared and corners is not None and len(K) > 1 and gains.get("premises"):
-        _require_every_corner(gains["premises"], corners, where)
+    # Equal gains too are one gain only where the law's weights have the sum 1. Without stated
+    # premises nothing else is known about them.
+    if corners and (own or (gains.get("premises") and len(K) > 1 and not shared)):
+        _require_every_corner(gains.get("premises"), corners, where)
     return replace(plain, K=K, shared_weights=known)
 
 

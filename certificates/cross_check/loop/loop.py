@@ -244,6 +244,14 @@ def _corners(owner: Any, rules: int) -> tuple[tuple[int, ...], ...] | None:
     return found
 
 
+def _own_corners(gains: Any) -> tuple[tuple[int, ...], ...] | None:
+    """Return the law's own corners; a list of one gain is of as many rules as there are rows."""
+    rows, listed = gains.get("rules"), entry(gains, "K")
+    return _corners(
+        gains, len(rows) if len(listed) == 1 and isinstance(rows, list) else len(listed)
+    )
+
+
 def same_weights(premises: Any, corners: tuple[tuple[int, ...], ...] | None) -> Any:
     """Return a value that is equal for equal weights: premises as written, and corners.
 
@@ -298,11 +306,12 @@ def close(loop: VertexLoop, gains: Any) -> VertexLoop:
     inputs = _known(gains, "input_names", m)
     if inputs and loop.inputs and inputs != loop.inputs:
         raise Refusal("gains: their inputs are not the model's")
-    corners = _corners(gains, len(K) if len(K) > 1 else loop.rules) or loop.corners
-    own = gains.get("premises")
+    stated = _own_corners(gains)
+    corners, own = stated or loop.corners, gains.get("premises")
     same = same_weights(own, corners) == loop.premises
-    if own and corners and len(K) > 1 and not same:
-        _sum_to_one(own, corners)
+    if stated or (own and corners and len(K) > 1 and not same):
+        # The sum of weights is that of their products; equal gains are one gain if it is 1.
+        _sum_to_one(own, corners or ())
     same = same and not loop.averages and len(K) in (1, loop.rules)
     if len(K) > 1 and any(name in loop.inputs for name in loop.seen_by):
         same = False  # A premise is the command itself: the law cannot know it before it acts.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.controller.plant_members import statement
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.certificates.design.turbine.result import speed_filter
+from takagi.models.laws.law_words import law_words
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import ObserverDesign, TurbineDesign
@@ -17,7 +18,7 @@ def turbine_members(design: TurbineDesign) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a turbine's design."""
     turbine = design.turbine
     found: dict[str, Any] = {
-        "name": f"{turbine.name}, {design.law.name} law",
+        "name": f"{turbine.name}, {law_words(design.law.name)}",
         "turbine": turbine.name,
         "states": list(design.law.state_names),
         "trim": _trim(design),

@@ -64,9 +64,11 @@ class LoopTorque:
             return self._ranges(ratio, pitch, dx, dy).outward(DIGITS)
         except ModelError as error:
             raise ModelError(
-                f"wind cell {self.law.wind} m/s: {error}; reduce the speed error "
-                f"{float(self.box.speed_error):.4g} rad/s or the wind share "
-                f"{float(self.box.wind_share):.4g} of the box"
+                f"wind cell {self.law.wind} m/s: {error}. The box is the speed error of "
+                f"{float(self.box.speed_error):.4g} rad/s and the wind share of "
+                f"{float(self.box.wind_share):.4g} about the trim: extend the c_P and c_T tables, "
+                "leave these winds out by cut_in and cut_out of the turbine's file, or, from "
+                "Python, reduce the speed error or the wind share"
             ) from error
 
     def speed_slope(self, pitch: Interval) -> Interval:

@@ -68,11 +68,19 @@ def compared_source(path: Path, gains: Path) -> SourceComparison:
     return SourceComparison(tuple(differences), numbers)
 
 
+def require_readable(path: Path) -> None:
+    """Return if the C file can be read; ModelError says why not."""
+    _read(path)
+
+
 def _read(path: Path) -> str:
     try:
         return path.read_bytes().decode("latin-1").replace("\r\n", "\n")
     except OSError as error:
-        raise ModelError(f"{path}: cannot be read ({error.strerror})") from error
+        raise ModelError(
+            f"{path}: cannot be read ({error.strerror}); give a C file of `takagi export --to c`, "
+            "with its header beside it"
+        ) from error
 
 
 def _written_again(path: Path, text: str, gains: Path) -> tuple[ControllerProgram, CSource]:

@@ -231,4 +231,7 @@ class Expressions:
         row = self._constant(formula)
         if isinstance(row, tuple) and row and all(isinstance(one, Decimal) for one in row):
             return row
-        raise ModelError(f"{self._table(formula)!r} is no row of numbers")
+        raise ModelError(
+            f"the gain file is damaged: {self._table(formula)!r} is no row of numbers; give the "
+            "gains.json that `takagi design` has written"
+        )

@@ -40,7 +40,7 @@ def turbine() -> tuple[dict[str, Any], dict[str, Any]]:
         model=turbine_data(found, ()), gains=effort_sharing_law_data(law), claims=[], provenance={}
     )
     own = {
-        "name": "NREL 5-MW, coherent law",
+        "name": "NREL 5-MW, effort-sharing law",
         "turbine": "NREL 5-MW",
         "states": list(law.state_names),
         "trim": {"wind": [3.0, 25.0], "rotor_speed": [0.7, 1.2], "pitch": [0.0, 0.4]},
@@ -93,6 +93,7 @@ def test_a_design_s_own_gains_are_certified_as_they_are(
     document = {k: v for k, v in turbine_design.document.items() if k != "controller"}
     path.write_text(dump_gains(content), encoding="utf-8")
 
+    assert json.loads(path.read_text("utf-8"))["name"] == "NREL 5-MW, effort-sharing law"
     found = given_file.bound_to_file(document, path)
     stop: dict[str, Any] = {"frequency": 9.3, "passed": 0.2}
     own: dict[str, Any] = {"speed_filter": 30.0, "torsion_filter": stop}

@@ -173,6 +173,19 @@ def test_state_must_stay_in_the_box_between_samples() -> None:
     assert "between samples" in said_of(model, gains, claim | {"level": 1.001 * between}).text
 
 
+def test_sentence_of_a_range_of_one_state_has_its_set() -> None:
+    """x1 has a range and x2 has none: the claim is about an ellipsoid, and not about any start."""
+    model = model_data([[[0, 1], [0, 0]]], B=[[[0], [1]]], box={"x1 [-]": [-1, 1]})
+    loop = loop_of(TSModel([[[0.0, 1.0], [0.0, 0.0]]], [[[0.0], [1.0]]]), [[[4.0, 3.0]]])
+    claim = dict(SampledLoop(0.2).attempt(loop).claim) | {"level": 1e-3}
+
+    told = said_of(model, law_data([[[4, 3]]]), claim)
+
+    assert told.verdict is Verdict.PROVED
+    assert "from {x'Px <= 0.001}, V = x'Px" in told.text and "anywhere" not in told.text
+    assert "between samples too the plant stays in the model's box" in told.text
+
+
 @pytest.mark.parametrize("side", [[-1, 2], [-2, 1]])
 def test_the_nearer_end_of_a_range_counts(side: list[float]) -> None:
     """|x1| <= 1 is what is known of both."""
@@ -197,6 +210,19 @@ def test_no_disturbance_must_lie_in_its_range() -> None:
     ):
         pushed = {"E": [[[E]]], "disturbance_names": ["w"], "box": {"w": side}}
         assert both(model_data([[[0]]], B=[[[1]]], **pushed), gains, claim)[0] is verdict
+
+
+def test_sentence_assumes_the_range_of_a_signal_that_schedules_alone() -> None:
+    """A disturbance is taken as zero, so its range is not assumed besides."""
+    _, gains, claim = integrator(0.5)
+    texts = []
+    for E in (1, 0):
+        signal = {"E": [[[E]]], "disturbance_names": ["w"], "box": {"w": [-0.5, 2]}}
+        told = said_of(model_data([[[0]]], B=[[[1]]], **signal), gains, claim)
+        assert told.verdict is Verdict.PROVED and "without disturbance" in told.text
+        texts.append(told.text)
+
+    assert "while" not in texts[0] and "while w stays in the model's box" in texts[1]
 
 
 def test_functions_have_a_highest_degree() -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check_document
 from takagi.certificates.cross_check import Refusal, judge_document
+from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 
 Document = dict[str, Any]
@@ -173,3 +174,62 @@ def test_gains_that_go_by_an_actuator_s_error_are_not_called_known() -> None:
     assert found.verdict is Verdict.UNDECIDED
     assert "other weights than the model's" in found.text
     assert judge_document(resealed(made))[-1].verdict == "UNDECIDED"
+
+
+def equal_gains(vertices: int, count: int, own: Document) -> Document:
+    """x' = x + u with ``count`` equal gains 2, and ``own`` members of the law."""
+    model: Document = {
+        "kind": "takagi-sugeno", "name": "", "sample_time": None, "state_names": ["x"],
+        "input_names": ["u"], "A": [[[1]]] * vertices, "B": [[[1]]] * vertices, "box": {},
+    }  # fmt: skip
+    law = {"name": "pdc", "sample_time": None, "state_names": ["x"], "input_names": ["u"]}
+    claim = {"name": "decay", "kind": "decay", "P": [[1]], "decay_rate": 0.5}
+    return document(model, [claim], law | {"K": [[[2]]] * count} | own)
+
+
+def own_weights(count: int) -> list[Document]:
+    return [{"name": f"z{k}", "lower": -1, "upper": 1, "unit": "-"} for k in range(count)]
+
+
+@pytest.mark.parametrize("vertices", [1, 4])
+@pytest.mark.parametrize("count", [1, 4])
+def test_equal_gains_may_have_all_rules_of_weights_of_their_own(vertices: int, count: int) -> None:
+    """Whatever the weights are, they sum to one, and u = -2 x."""
+    made = equal_gains(vertices, count, {"premises": own_weights(2), "rules": EVERY})
+
+    assert verdicts(made) == second(made) == ["PROVED"]
+
+
+@pytest.mark.parametrize("vertices", [1, 2, 3])
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize(
+    ("count", "rules"),
+    [
+        # At z0 = z1 = 1 these weights are 0, and so is u: x' = x.
+        (1, EVERY[:3]),
+        (3, EVERY[:3]),
+        (2, [EVERY[0], EVERY[3]]),
+        # Rows that are not those of the gains, or no rows.
+        (3, EVERY),
+        (2, EVERY),
+        (1, [EVERY[0], *EVERY]),
+        (1, [[]]),
+        (1, []),
+        (1, [[0, 0], [0, 1], [1, 0], [1, 2]]),
+    ],
+)
+def test_equal_gains_need_weights_that_sum_to_one(
+    vertices: int, stated: bool, count: int, rules: list[list[int]]
+) -> None:
+    """u = -sum_j g_j K x is -K x only where the products g_j sum to one."""
+    own = {"premises": own_weights(2)} if stated else {}
+    made = equal_gains(vertices, count, own | {"rules": rules})
+
+    assert verdicts(made) == second(made) == ["REFUSED"]
+
+
+@pytest.mark.parametrize("premises", [True, {"name": "z"}, "z", 3, [None], ["z"]])
+def test_premises_of_equal_gains_that_are_none_are_refused(premises: Any) -> None:
+    made = equal_gains(1, 1, {"premises": premises, "rules": EVERY})
+
+    assert verdicts(made) == second(made) == ["REFUSED"]

@@ -386,7 +386,12 @@ def test_the_claim_of_a_short_law_is_proved_twice(document: dict[str, Any], stop
     claim = running_loop_claim(document["model"], law, controller, [0.9, 1.1])
     assert claim["winds"] == [[law["wind"][0], law["wind"][-1]]]
     assert len(claim["cells"][0]["P"]) == (10 if stopped else 8)
-    assert verdicts(document | {"claims": [claim]}) == ("PROVED", "PROVED")
+    short = document | {"claims": [claim]}
+    assert verdicts(short) == ("PROVED", "PROVED")
+    # The loop that is written anew finds nothing against it, and something against a faster one.
+    assert motion.why_running_false(short, claim, np.random.default_rng(1)) == ""
+    fast = claim | {"decay_rate": 20 * claim["decay_rate"]}
+    assert "V moves at" in motion.why_running_false(short, fast, np.random.default_rng(1))
 
 
 def test_no_claim_without_observer_filters_or_function(document: dict[str, Any]) -> None:

@@ -28,6 +28,8 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
 from takagi.certificates.checker.words.sentences.running_loop import measured
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.document import certificate_document
+from tests.certificates.both_checkers import second, verdicts
+from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.recorded.answers import recorded
 
 Data = dict[str, Any]
@@ -211,6 +213,22 @@ def factor_without_multiplier(document: Data) -> None:
 )
 def test_what_a_cell_lacks_is_named(change: Change, words: str) -> None:
     assert said(changed(change)).find(words) >= 0
+
+
+@pytest.mark.parametrize("stated", [{"claim"}, {"controller"}, {"claim", "controller"}])
+@pytest.mark.parametrize("path", [("torsion_filter", "damping"), ("notch",)])
+def test_filters_of_another_form_are_refused(path: tuple[str, ...], stated: set[str]) -> None:
+    """A further number makes another filter, and a further filter another loop: both refuse."""
+    places = {"claim": FILTERS, "controller": ("controller", "measurement")}
+
+    def change(document: Data) -> None:
+        for part in stated:
+            put(*places[part], *path, value=0.1)(document)
+
+    whole = resealed(changed(change))
+
+    assert verdicts(whole) == second(whole) == ["REFUSED"]
+    assert verdicts(resealed(changed(lambda document: None))) == ["PROVED"]
 
 
 def test_numbers_are_compared_as_numbers_with_the_controller() -> None:

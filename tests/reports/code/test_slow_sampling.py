@@ -48,7 +48,18 @@ def test_the_longest_is_by_what_the_program_has(program: ControllerProgram) -> N
     assert 0.9 * 0.5 / gain < float(unfiltered.time) <= 0.5 / gain
 
     assert sampling.longest_sample(recorded_program(without=["speed filter", "observer"])) is None
-    assert sampling.longest_sample(baseline_program(nrel5mw())) is None
+
+
+def test_the_longest_of_the_baseline_is_by_its_low_pass() -> None:
+    """1 / (2 x 1.570796) = 0.318 s: its Euler step is unstable from 2 / c on."""
+    found = sampling.longest_sample(baseline_program(nrel5mw()))
+
+    assert found is not None and found.time == Decimal("0.31")
+    assert (
+        found.reason == "its low-pass at 1.5708 rad/s takes steps of at most half its time constant"
+    )
+    with pytest.raises(ModelError, match=r"0\.4 s was given; at most 0\.31 s is needed"):
+        sampling.start_sample_time(baseline_program(nrel5mw()), 0.4)
 
 
 def test_a_time_to_start_with(program: ControllerProgram) -> None:

@@ -40,9 +40,9 @@ class Machine:
         self.corner, self.lag = rational(filters, "speed_filter"), rational(gains, "wind_filter")
         self.stop: tuple[fmpq, fmpq] | None = None
         positive = [self.l1, self.l2, self.least_wind, self.corner, self.lag]
+        _no_other_filters(filters)
         if "torsion_filter" in filters:
-            stop = filters["torsion_filter"]
-            self.stop = rational(stop, "frequency"), rational(stop, "passed")
+            self.stop = _band_stop(filters["torsion_filter"])
             positive.append(self.stop[0])
             if self.stop[1] < 0 or self.stop[1] > 1:
                 raise Refusal("torsion_filter: a share from 0 to 1 must pass")
@@ -84,11 +84,24 @@ def _numbers(owner: Any, part: str) -> list[fmpq] | None:
     found = owner[part]
     if part == "observer":
         return [rational(found, "l1"), rational(found, "l2"), *rationals(found, "wind_limits", 2)]
+    _no_other_filters(found)
     numbers = [rational(found, "speed_filter")]
     if "torsion_filter" in found:
-        stop = found["torsion_filter"]
-        numbers += [rational(stop, "frequency"), rational(stop, "passed")]
+        numbers += _band_stop(found["torsion_filter"])
     return numbers
+
+
+def _no_other_filters(stated: Any) -> None:
+    if not isinstance(stated, dict) or not set(stated) <= {"speed_filter", "torsion_filter"}:
+        raise Refusal("measurement: a low-pass and a band-stop, and nothing else")
+
+
+def _band_stop(stated: Any) -> tuple[fmpq, fmpq]:
+    """Return frequency and share passed; refuses what else a filter of another form has."""
+    found = rational(stated, "frequency"), rational(stated, "passed")
+    if len(stated) > len(found):
+        raise Refusal("torsion_filter: frequency and passed, and nothing else")
+    return found
 
 
 def _inertia_ratio(model: Any) -> fmpq:
