@@ -31,18 +31,12 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.lmi.analysis.disturbance.exit_exponent import NoisyVertices
 from takagi.models import nrel5mw
-from takagi.models.turbine import rotor_torque_gradient
+from takagi.models.turbine import CLASS_B, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 STATES = ("e", "p", "x", "s", "m", "o", "z", "eta", "q", "y", "r")
 E, R = STATES.index("e"), STATES.index("r")
 WAKE_LENGTH, WIND_EXCESS = 63.0, 0.25  # m; share of d that the frozen wake adds at first
-# Class B of TurbSim: mean, standard deviation of the rotor-effective wind [m/s], rms of its rate
-# [m/s^2]; docs/turbulence-exit.md says how they were measured.
-CLASS_B = np.array([
-    (5, 0.70, 0.05), (7, 1.14, 0.08), (9, 1.04, 0.10), (11, 1.22, 0.135), (13, 1.29, 0.165),
-    (15, 1.64, 0.20), (17, 1.61, 0.24), (19, 1.74, 0.31), (21, 2.09, 0.35), (23, 2.15, 0.39),
-])  # fmt: skip
 TURBINE = nrel5mw()
 
 
@@ -59,8 +53,8 @@ class Wind:
 
     @classmethod
     def of_class_b(cls, mean: float) -> Wind:
-        columns = (np.interp(mean, CLASS_B[:, 0], CLASS_B[:, k]) for k in (1, 2))
-        return cls(*map(float, columns))
+        winds, *columns = np.array(CLASS_B, dtype=np.float64).T
+        return cls(*(float(np.interp(mean, winds, column)) for column in columns))
 
     @property
     def stiffness(self) -> float:

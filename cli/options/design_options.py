@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.options.claim_options import OF_CLAIMS, MovingWind
+from takagi.cli.options.claim_options import OF_CLAIMS, MovingWind, Turbulence, turbulence_class
 from takagi.cli.options.filter_options import (
     OF_FILTERS,
     SpeedFilter,
@@ -170,6 +170,7 @@ def turbine_claims(
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
     moving_wind: MovingWind = False,
+    turbulence: Turbulence = None,
 ) -> None:
     """Declare the plants and winds that claims are about: only the signature is read."""
 
@@ -242,7 +243,8 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
         span = covered.inertia
         effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
     moving = bool(given["moving_wind"])
-    asked = replace(asked, effort=effort, uncertainty=covered, moving_wind=moving)
+    rough = turbulence_class(given["turbulence"])
+    asked = replace(asked, effort=effort, uncertainty=covered, moving_wind=moving, turbulence=rough)
     check_limits(turbine, asked)
     return asked
 

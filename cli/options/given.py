@@ -16,6 +16,7 @@ _OF_GIVEN_GAINS = (
     "power_coefficient",
     "equilibrium_wake",
     "moving_wind",
+    "turbulence",
     "choice",
     "solve_rest",
     "sample_time",

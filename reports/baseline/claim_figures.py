@@ -254,6 +254,11 @@ def _schedule_rate(claim: Data, document: Data) -> Iterator[Found]:
     )
 
 
+def _turbine_crossing(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(claim, "probability", "-", larger=False, name="probability of overspeed")
+    yield from _of(claim, "horizon", "s", larger=True, name="time it is for")
+
+
 def _boxes(claim: Data) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
     cells: list[Data] = [{"wind": cell["wind"], **cell["sides"]} for cell in claim["cells"]]
     return _spans(cells, "estimate")
@@ -302,6 +307,7 @@ _READINGS: dict[str, Reading] = {
     "running-loop": _running_loop,
     "running-rate": _running_rate,
     "schedule-rate": _schedule_rate,
+    "turbine-crossing": _turbine_crossing,
 }
 # Members that bound a disturbance; which of them are present is a part of the question.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")
@@ -313,6 +319,7 @@ _QUESTIONS = {
     "peak": ("disturbance", "output"),
     "exit-probability": ("disturbance", "noise", "start"),
     "crossing-probability": ("disturbance", "noise", "row", "limit"),
+    "turbine-crossing": ("wind", "turbulence", "overspeed", "uncertainty"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

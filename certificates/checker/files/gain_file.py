@@ -20,7 +20,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 # The versions of gain files before this form: law and names, but no program.
 EARLIER = ("1", "2")
 # Claims about the loop with the file's observer and filters.
-OBSERVED = ("running-loop", "running-rate", "schedule-rate")
+OBSERVED = ("running-loop", "running-rate", "schedule-rate", "turbine-crossing")
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 

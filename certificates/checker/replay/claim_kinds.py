@@ -55,6 +55,7 @@ WHOLE_FILE = {
     "running-loop": "turbine.running_loop.running_claim.check_running_loop",
     "running-rate": "turbine.running_loop.moving_claim.check_running_rate",
     "schedule-rate": "turbine.scheduled_loop.schedule_claim.check_schedule_rate",
+    "turbine-crossing": "turbine.linear_loop.crossing_claim.check_turbine_crossing",
 }
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {

@@ -41,6 +41,17 @@ AT_SCHEDULE = (
     *RUNNING[2:],
 )
 
+# Of the loop linearised at one wind.
+LINEAR = (
+    "loop linearised at the trim of one mean wind, without its limits",
+    "start at rest in the mean wind",
+    "constant parameters in the stated ranges",
+    "rotor-effective wind Gaussian, with the stated deviation and rate",
+    "c_P of the table at the trims, its slopes within the stated factors",
+    "wake with one state for pitch and one for wind",
+    *RUNNING[4:],
+)
+
 LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
 ASSUMED = {
     "coherent-loop": (*LOOP, OUTSIDE),
@@ -56,6 +67,7 @@ ASSUMED = {
     "running-loop": RUNNING,
     "running-rate": MOVING,
     "schedule-rate": AT_SCHEDULE,
+    "turbine-crossing": LINEAR,
     "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
@@ -31,7 +31,11 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.certificates.document.provenance import provenance
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.turbine import RotorWind
 from takagi.models.turbine.data import Turbine
+
+if TYPE_CHECKING:
+    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import CrossingAsked
 
 Made = Callable[[], "dict[str, Any] | None"]
 
@@ -45,6 +49,7 @@ def loop_document(
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
     moving_wind: bool = False,
+    turbulence: str | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Return the certificate of an effort-sharing loop, with every claim that holds.
@@ -54,6 +59,8 @@ def loop_document(
     asked : the configuration, as recorded in the provenance.
     controller : the gain file's observer and filters; None makes no claim about the loop with them.
     moving_wind : whether the claim about that loop in moving wind is sought, too.
+    turbulence : the class of turbulence of claims about that loop, linearised at some mean winds;
+        None makes none.
     tell : called with a word before the search for each of these claims.
     files : the turbine's data files; the certificate records what they say.
 
@@ -75,6 +82,10 @@ def loop_document(
                 tell("loop with its observer, in moving wind")
             moving, why = moving_claim(model, gains, controller, inertia)
             claims += moving
+            left_out |= why
+        if turbulence is not None:
+            rare, why = crossing_claims(model, gains, controller, inertia, turbulence, tell)
+            claims += rare
             left_out |= why
     return certificate_document(
         model=model,
@@ -185,6 +196,60 @@ def schedule_claim(
 
     made = partial(schedule_rate_claim, model, gains, controller, inertia, within, rate)
     return _alone("schedule-rate", made, model, gains)
+
+
+def crossing_claim(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+    asked: CrossingAsked,
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the claim about the linear loop in turbulence at one wind, or why there is none.
+
+    Parameters
+    ----------
+    controller, inertia, asked : as ``turbine_crossing_claim`` takes them.
+    """
+    # Imported here: it loads a solver.
+    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import (
+        turbine_crossing_claim,
+    )
+
+    made = partial(turbine_crossing_claim, model, gains, controller, inertia, asked)
+    return _alone("turbine-crossing", made, model, gains)
+
+
+def crossing_claims(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+    turbulence: str,
+    tell: Callable[[str], None] | None = None,
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return such claims at the mean winds ``MEAN_WINDS``, and by wind why there is none.
+
+    Parameters
+    ----------
+    turbulence : the class of turbulence, a letter.
+    tell : called with a word before each wind.
+    """
+    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import (
+        MEAN_WINDS,
+        CrossingAsked,
+    )
+
+    claims: list[dict[str, Any]] = []
+    left_out: dict[str, str] = {}
+    for wind in MEAN_WINDS:
+        if tell is not None:
+            tell(f"linear loop in turbulence, at {wind:g} m/s")
+        asked = CrossingAsked(wind, RotorWind.of_class(turbulence, wind))
+        found, why = crossing_claim(model, gains, controller, inertia, asked)
+        claims += found
+        left_out |= {f"{kind}, {wind:g} m/s": reason for kind, reason in why.items()}
+    return claims, left_out
 
 
 def _alone(

@@ -66,7 +66,7 @@ def crossing_probability(claim: Any, loop: VertexLoop) -> Obligations:
             yield Definite(f"covariance of piece {k} at {mixture.label}", negative(growth))
             rate = h * A
             w = max(w, (rate * X * transposed(rate))[0, 0])
-        yield Fact(f"probability in piece {k}", _at_most(b, v, w, T, p))
+        yield Fact(f"probability in piece {k}", at_most(b, v, w, T, p))
 
 
 def _is_linear(loop: VertexLoop) -> bool:
@@ -85,7 +85,7 @@ def _is_linear(loop: VertexLoop) -> bool:
     )
 
 
-def _at_most(b: fmpq, v: fmpq, w: fmpq, T: fmpq, p: fmpq) -> bool:
+def at_most(b: fmpq, v: fmpq, w: fmpq, T: fmpq, p: fmpq) -> bool:
     """Return whether the bound is certainly at most p; by balls that enclose it."""
     before, ctx.prec = ctx.prec, BITS
     try:

@@ -148,6 +148,7 @@ def certify_law(
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
     moving_wind: bool = False,
+    turbulence: str | None = None,
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:
     """Return the certificate of a given law on a turbine, and the checker's verdict.
@@ -159,6 +160,7 @@ def certify_law(
     controller : the gain file's observer and filters, for the claim about the loop with them; None
         makes no such claim.
     moving_wind : whether that loop is claimed in moving wind, too.
+    turbulence : the class of turbulence of claims about that loop, linearised; None makes none.
     tell : called with a word on progress.
 
     Raises
@@ -189,6 +191,7 @@ def certify_law(
         files=files,
         controller=controller,
         moving_wind=moving_wind,
+        turbulence=turbulence,
         tell=tell,
     )
     return document, check_document(document)

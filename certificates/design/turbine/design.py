@@ -74,6 +74,7 @@ def design_turbine(
             files=files,
             controller=observer_members(observer, asked),
             moving_wind=asked.moving_wind,
+            turbulence=asked.turbulence,
             tell=clock.told,
         )
     else:

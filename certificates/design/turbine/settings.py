@@ -13,6 +13,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
 from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHARE
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.turbine.turbulence import CLASSES
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
@@ -60,6 +61,8 @@ class DesignSettings:
     box, uncertainty : what the effort-sharing certificate covers.
     moving_wind : whether the effort-sharing certificate also has the claim ``running-rate``, whose
         search takes minutes.
+    turbulence : class of turbulence, A, B or C, of the effort-sharing certificate's claims
+        ``turbine-crossing``; None makes none.
     """
 
     law: str = "coherent"
@@ -81,6 +84,7 @@ class DesignSettings:
     box: LoopBox = DEFAULT_BOX
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY
     moving_wind: bool = False
+    turbulence: str | None = None
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
@@ -93,6 +97,11 @@ class DesignSettings:
         for name in (*overlaps, "wind_filter", "effectiveness_share", "tracking_time"):
             if not getattr(self, name) > 0:
                 raise ModelError(f"{name} = {getattr(self, name)!r} was given; it must be positive")
+        if self.turbulence is not None and self.turbulence not in CLASSES:
+            raise ModelError(
+                f"turbulence class {self.turbulence!r} was given; choose one of "
+                f"{', '.join(CLASSES)}"
+            )
         if not 0 <= self.speed_filter < math.inf:
             raise ModelError(
                 f"speed_filter = {self.speed_filter!r} rad/s was given; a corner above 0 is "
