@@ -18,6 +18,7 @@ SHARED = {
         r"import regional_models|from tests\.certificates\.test_paper_certificate import"
     ),
     "the arm with a reference": re.compile(r"kinds\.tracking_documents import"),
+    "syntax of the sources": re.compile(r"from tests\.(syntax|certificates\.imported) import"),
     "designs of plants": re.compile(r"from tests\.reports\.plant_designs import"),
 }
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import ast
 from collections import defaultdict
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+
+from tests.syntax import syntax
 
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("models", "lmi", "certificates", "reports", "cli")  # whose modules are in no circle
@@ -16,25 +17,17 @@ ROOMS = ("models", "lmi", "reports", "cli")  # whose folders are in no circle ei
 Graph = dict[str, set[str]]
 
 
-def parsed(root: Path, floor: str) -> dict[str, ast.Module]:
-    """Return import name -> syntax tree, of every module and package of a floor."""
+def imports(root: Path, floor: str) -> dict[str, list[tuple[str, str]]]:
+    """Return import name -> (module, name) of its imports, of all modules and packages.
+
+    The name of ``import x`` is empty.
+    """
     return {
         ".".join(["takagi", *path.relative_to(root).with_suffix("").parts]).removesuffix(
             ".__init__"
-        ): ast.parse(path.read_text(encoding="utf-8"))
+        ): [(module, name) for module, name in syntax(path).imports if module]
         for path in sorted((root / floor).rglob("*.py"))
     }
-
-
-def names(tree: ast.Module) -> list[tuple[str, str]]:
-    """Return (module, name) of every import in a file; the name of ``import x`` is empty."""
-    found = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found += [(alias.name, "") for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found += [(node.module, alias.name) for alias in node.names]
-    return found
 
 
 def home(module: str, name: str, packages: dict[str, dict[str, str]], known: set[str]) -> str:
@@ -45,24 +38,30 @@ def home(module: str, name: str, packages: dict[str, dict[str, str]], known: set
     return module if further in (None, module) else home(str(further), name, packages, known)
 
 
+def _dots(module: str) -> list[int]:
+    return [place for place, letter in enumerate(module) if letter == "."]
+
+
 def graph_of(root: Path, floor: str) -> Graph:
     """Return module -> modules of the same floor that it imports.
 
     What the ``__init__`` of a package hands out is not an import of the package: an import of it
     is an import of the module that has the name.
     """
-    trees = parsed(root, floor)
+    named = imports(root, floor)
+    holders = {module[:place] for module in named for place in _dots(module)}
     packages = {
-        module: {name: source for source, name in names(tree)}
-        for module, tree in trees.items()
-        if any(other.startswith(f"{module}.") for other in trees)
+        module: {name: source for source, name in found}
+        for module, found in named.items()
+        if module in holders
     }
-    modules = trees.keys() - packages.keys()
+    known = set(named)
+    modules = known - packages.keys()
     return {
         module: {
             target
-            for source, name in names(trees[module])
-            for target in [home(source, name, packages, set(trees))]
+            for source, name in named[module]
+            for target in [home(source, name, packages, known)]
             if target in modules and target != module
         }
         for module in sorted(modules)

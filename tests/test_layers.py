@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -10,6 +9,8 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+
+from tests.syntax import syntax
 
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ["models", "lmi", "certificates", "reports", "cli"]  # each may import those before it
@@ -32,13 +33,10 @@ HEAVY = {
 
 def imports(path: Path) -> Iterator[str]:
     """Yield the full name of every module that a file imports anywhere, also inside functions."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            # `from takagi.lmi import pdc` may name a module or a member of the package.
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+    source = syntax(path)
+    assert not source.relative, f"{path}: relative import"
+    # `from takagi.lmi import pdc` may name a module or a member of the package.
+    yield from (f"{module}.{name}" if name else module for module, name in source.imports)
 
 
 def within(name: str, package: str) -> bool:

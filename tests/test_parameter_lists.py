@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.syntax import Syntax, syntax
+
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("models", "lmi", "certificates", "reports", "cli")
 MOST_PARAMETERS = 10
@@ -27,16 +29,10 @@ DOORS = {
 }
 
 
-def parameters(function: ast.FunctionDef) -> int:
-    """Return how many parameters a caller may give."""
-    named = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
-    return sum(1 for one in named if one.arg not in ("self", "cls"))
-
-
-def parsed(floor: str) -> list[tuple[str, ast.Module]]:
-    """Return (path, syntax tree) of every module of a floor."""
+def sources(floor: str) -> list[tuple[str, Syntax]]:
+    """Return (path, syntax) of every module of a floor."""
     return [
-        (path.relative_to(ROOT).as_posix(), ast.parse(path.read_text(encoding="utf-8")))
+        (path.relative_to(ROOT).as_posix(), syntax(path))
         for path in sorted((ROOT / floor).rglob("*.py"))
     ]
 
@@ -44,12 +40,10 @@ def parsed(floor: str) -> list[tuple[str, ast.Module]]:
 @pytest.mark.parametrize("floor", FLOORS)
 def test_a_function_has_few_parameters(floor: str) -> None:
     long = [
-        f"{path}: {node.name} has {parameters(node)} parameters"
-        for path, tree in parsed(floor)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef)
-        and parameters(node) > MOST_PARAMETERS
-        and node.name not in DOORS.get(path, set())
+        f"{path}: {name} has {count} parameters"
+        for path, source in sources(floor)
+        for name, count in source.functions
+        if count > MOST_PARAMETERS and name not in DOORS.get(path, set())
     ]
 
     assert long == []
@@ -58,37 +52,23 @@ def test_a_function_has_few_parameters(floor: str) -> None:
 @pytest.mark.parametrize("floor", FLOORS)
 def test_a_call_passes_few_arguments_by_position(floor: str) -> None:
     long = [
-        f"{path}:{node.lineno}: {ast.unparse(node.func)} is given {len(node.args)} by position"
-        for path, tree in parsed(floor)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Call) and len(node.args) > MOST_POSITIONS
+        f"{path}:{line}: {ast.unparse(called)} is given {count} by position"
+        for path, source in sources(floor)
+        for line, called, count in source.calls
+        if count > MOST_POSITIONS
     ]
 
     assert long == []
-
-
-def fields_by_position(item: ast.ClassDef) -> int:
-    """Return how many fields of a data class or named tuple a caller may give by position."""
-    decorators = " ".join(ast.unparse(one) for one in item.decorator_list)
-    own_order = any(
-        isinstance(one, ast.FunctionDef) and one.name == "__init__" for one in item.body
-    )
-    if "dataclass" not in decorators or "kw_only=True" in decorators or own_order:
-        return 0
-    fields = [one for one in item.body if isinstance(one, ast.AnnAssign)]
-    kinds = [ast.unparse(one.annotation) for one in fields]
-    last = kinds.index("KW_ONLY") if "KW_ONLY" in kinds else len(kinds)
-    return sum(1 for kind in kinds[:last] if not kind.startswith("ClassVar"))
 
 
 @pytest.mark.parametrize("floor", FLOORS)
 def test_a_value_of_many_fields_takes_them_by_keyword(floor: str) -> None:
     """A named tuple of numbers for compiled code cannot, and is left out."""
     long = [
-        f"{path}: {node.name} takes {fields_by_position(node)} fields by position"
-        for path, tree in parsed(floor)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ClassDef) and fields_by_position(node) > MOST_FIELDS
+        f"{path}: {name} takes {count} fields by position"
+        for path, source in sources(floor)
+        for name, count in source.classes
+        if count > MOST_FIELDS
     ]
 
     assert long == []
@@ -97,10 +77,5 @@ def test_a_value_of_many_fields_takes_them_by_keyword(floor: str) -> None:
 def test_every_door_is_there_and_needs_to_be_named() -> None:
     """A door that has become short is no exception any more."""
     for path, names in DOORS.items():
-        tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
-        counts = {
-            node.name: parameters(node)
-            for node in ast.walk(tree)
-            if isinstance(node, ast.FunctionDef)
-        }
+        counts = dict(syntax(ROOT / path).functions)
         assert all(counts.get(name, 0) > MOST_PARAMETERS for name in names), path

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+
+from tests.syntax import syntax
 
 TESTS = Path(__file__).parent
 CHECKER = "takagi.certificates.checker."
@@ -21,15 +22,10 @@ COMMAND = ("takagi.cli.main", "main")
 def _inner_names() -> Iterator[tuple[Path, str, str]]:
     """Yield (file, module, name) of each name that a test imports from a module, not a package."""
     for path in sorted(TESTS.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("takagi."):
-                module = str(node.module)
+        for module, name in syntax(path).imports:
+            if name and module.startswith("takagi.") and (module, name) != COMMAND:
                 if not hasattr(import_module(module), "__path__"):
-                    yield from (
-                        (path, module, alias.name)
-                        for alias in node.names
-                        if (module, alias.name) != COMMAND
-                    )
+                    yield path, module, name
 
 
 def _offered_by(module: str, name: str) -> str | None:

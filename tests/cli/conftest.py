@@ -48,8 +48,17 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def stable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the loop that runs be stable, without five seconds of looking.
+
+    What is looked at is tested in ``tests/reports/test_running_stability``.
+    """
+    monkeypatch.setattr("takagi.reports.margins.running_stability.require_stable", lambda *_: ())
+
+
+@pytest.fixture
 def asked(
-    finished: TurbineDesign, undrawn: None, monkeypatch: pytest.MonkeyPatch
+    finished: TurbineDesign, undrawn: None, stable: None, monkeypatch: pytest.MonkeyPatch
 ) -> Mapping[str, Any]:
     """Let the verbs meet the finished design; the mapping holds what they asked for."""
     from takagi.certificates.design.turbine import design as turbine_design

@@ -182,7 +182,7 @@ def test_a_requirement_that_cannot_be_met_is_an_answer(tmp_path: Path, capsys: C
 
 
 def test_an_answer_for_machines_stays_json(
-    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    stable: None, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """`--json` prints the reason where it prints the summary."""
     import json
@@ -194,8 +194,6 @@ def test_an_answer_for_machines_stays_json(
         raise ModelError("no gain at wind 11.4 m/s")
 
     monkeypatch.setattr("takagi.certificates.design.turbine.design.design_turbine", design_turbine)
-    # The loop with this bandwidth is unstable, which is told before.
-    monkeypatch.setattr("takagi.cli.runs.turbine._stability", lambda *_: ())
     options = ["--out", str(tmp_path / "out"), "--json", "--bandwidth", "4"]
 
     assert main(["design", "nrel5mw", *options]) == 1
@@ -287,7 +285,7 @@ def test_a_disk_that_fills_up_in_the_end_keeps_the_old_files(
 
 
 def test_an_interrupt_leaves_nothing(
-    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+    stable: None, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Status 130, one word, no folder."""
 

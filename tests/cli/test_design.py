@@ -15,6 +15,7 @@ import pytest
 from takagi.certificates.checker import Claim, Verdict, check
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.cli.main import main
+from takagi.models import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -110,6 +111,33 @@ def test_options_reach_the_design(asked: Any, tmp_path: Path) -> None:
     assert settings.effort.inertia == (0.8, 1.3)
     assert not settings.uncertainty.frozen_wake and settings.moving_wind
     assert settings.turbulence == "B"
+
+
+def test_the_loop_that_runs_is_looked_at_before_the_design(
+    asked: Any, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the settings of the design: a note is told and kept, an unstable loop is an answer."""
+    looked = []
+
+    def noted(turbine: Any, settings: Any) -> tuple[str, ...]:
+        looked.append((turbine, settings))
+        return ("small margins: at 11 m/s",)
+
+    place = "takagi.reports.margins.running_stability.require_stable"
+    monkeypatch.setattr(place, noted)
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "a"), "--bandwidth", "0.5"]) == 0
+    told = capsys.readouterr()
+    assert looked == [(asked["turbine"], asked["settings"])]
+    assert "note: small margins: at 11 m/s\n" in told.err
+    assert "small margins: at 11 m/s" in told.out
+
+    def unstable(*_: Any) -> None:
+        raise ModelError("at 11 m/s it grows")
+
+    monkeypatch.setattr(place, unstable)
+    assert main(["design", "nrel5mw", "--out", str(tmp_path / "b")]) == 1
+    assert "stability of the loop that runs: at 11 m/s it grows" in capsys.readouterr().err
+    assert not (tmp_path / "b").exists()
 
 
 def test_options_of_the_paper_s_laws_reach_the_design(asked: Any, tmp_path: Path) -> None:
