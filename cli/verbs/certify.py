@@ -80,6 +80,7 @@ def certify(
     maker = maker_of(model, options)
     if gains is not None:
         refuse_designing(maker.asked)
+        _require_readable(gains)
     with progress(f"takagi certify {model}") as tell:
         found = maker.design(tell) if gains is None else maker.certify(gains, tell)
         if isinstance(found, NoDesign):
@@ -102,6 +103,14 @@ def certify(
     _print(out, checked, gains_out or gains, old, difference, warned, alone=alone, as_json=as_json)
     kept = difference is None or difference.passes
     return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED
+
+
+def _require_readable(gains: Path) -> None:
+    """Refuse a file that cannot be read, or is no JSON, before the work."""
+    # Imported here: many certificates are made without a file.
+    from takagi.certificates.checker.kernel.reader import read_json
+
+    read_json(gains)
 
 
 def _require_gains_out(gains: Path | None, gains_out: Path, out: Path) -> None:

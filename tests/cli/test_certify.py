@@ -163,6 +163,19 @@ def test_a_gain_file_that_is_none_is_misuse(tmp_path: Path, capsys: Capture) -> 
     assert "cannot be read" in capsys.readouterr().err
 
 
+def test_a_gain_file_is_read_before_the_plant_s_model_is_made(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object) -> None:
+        pytest.fail("the work has begun")
+
+    monkeypatch.setattr("takagi.cli.runs.plant.PlantMaker.certify", never)
+    asked_for = ["--gains", str(tmp_path / "no"), "--out", str(tmp_path / "c.json")]
+
+    assert main(["certify", "dc_servo", *asked_for]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+
+
 def test_a_folder_in_the_place_of_the_certificate_is_misuse(
     tmp_path: Path, capsys: Capture
 ) -> None:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import member, number
-from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.turbine.running_loop.inputs import positive_sides
 
 
 @dataclass(frozen=True)
@@ -38,8 +37,4 @@ class ScheduleSides:
     @classmethod
     def read(cls, cell: Any, where: str) -> ScheduleSides:
         """Return the box; refuses a side that is not positive."""
-        stated, place = member(cell, "sides", where), f"{where}.sides"
-        values = [number(stated, name, place) for name in cls.__dataclass_fields__]
-        if min(values) <= 0:
-            raise CertificateError(f"{place}: every side must be positive")
-        return cls(*values)
+        return cls(*positive_sides(cell, cls.__dataclass_fields__, where))

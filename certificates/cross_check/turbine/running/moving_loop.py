@@ -22,12 +22,12 @@ from takagi.certificates.cross_check.kernel.reading import (
     entry,
     rational,
     rationals,
-    table,
 )
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.entering import Entered, entering
 from takagi.certificates.cross_check.turbine.running.machine import Machine, box, same_controller
+from takagi.certificates.cross_check.turbine.running.moving_form import functions_by_wind
 from takagi.certificates.cross_check.turbine.running.moving_rates import (
     MOVING,
     MOVING_NAMES,
@@ -51,7 +51,7 @@ def moving_loop(claim: Any, document: Any) -> Obligations:
     rotor, machine = Rotor(model, gains), Machine(claim, model, gains)
     if not same_controller(claim, document):
         raise Refusal("observer or filters are not the controller's")
-    cells, functions = entry(claim, "cells"), _functions(claim, machine.states)
+    cells, functions = entry(claim, "cells"), functions_by_wind(claim, machine.states)
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
     winds = [rationals(cell, "wind", 2) for cell in cells]
@@ -63,19 +63,6 @@ def moving_loop(claim: Any, document: Any) -> Obligations:
         yield from _cell(rotor, machine, cell, functions, f"cell {number}", entered)
     if len(entered) == len(cells):
         yield from entering(entered)
-
-
-def _functions(claim: Any, n: int) -> dict[str, fmpq_mat]:
-    """Return P by its wind; one wind has one function, so that V is continuous over wind."""
-    stated, found = entry(claim, "functions"), {}
-    if not isinstance(stated, list) or len(stated) > 2 * MOST_CELLS:
-        raise Refusal("functions: a list is needed")
-    for one in stated:
-        wind = str(rational(one, "wind"))
-        if wind in found:
-            raise Refusal("functions: two at one wind")
-        found[wind] = table(one, "P", (n, n))
-    return found
 
 
 def _cell(

@@ -8,17 +8,14 @@ at the end, the product of the factor "pitch slope", v', and rho = r / r_max:
     p', eta'                   - [b_0 beta*'] v'
     s', z'                     - v'
 
-With F over (xi, v', rho, w), Z and T as there, B = diag(b_1, b_2) and D the rate of P, the form of
-the claim is
-
-    diag(-2 alpha P - D, B, T)  -  [ P F; 0 ]  -  [ P F; 0 ]'  -  Z' T Z .
+The form of the claim is that of ``moving_form``, over (xi, v', rho, w).
 """
 
 from __future__ import annotations
 
 from flint import fmpq, fmpq_mat
 
-from takagi.certificates.cross_check.kernel.exact import entries
+from takagi.certificates.cross_check.turbine.running.moving_form import moving_form
 from takagi.certificates.cross_check.turbine.running.rates import NAMES, Row, RunningRates
 
 MOVING = "pitch slope"
@@ -62,25 +59,6 @@ class MovingRates(RunningRates):
         weights: tuple[fmpq, fmpq],
     ) -> fmpq_mat:
         """Return the matrix of the module; ``shift`` is 2 alpha P + D."""
-        used = [name for name in MOVING_NAMES if any(self.outer[name])]
-        place = {name: self.n + i for i, name in enumerate(MOVING_NAMES)}
-        inputs = [self.width - 2, self.width - 1]
-        kept = [*range(self.n), *inputs, *(place[name] for name in used)]
-        size, first = len(kept), self.n + 2
-        PF = entries(P * fmpq_mat([[row[j] for j in kept] for row in self.rates]))
-        M = [[fmpq(0)] * size for _ in range(size)]
-        for i in range(self.n):
-            for j in range(self.n):
-                M[i][j] -= shift[i, j]
-            for j in range(size):
-                M[i][j] -= PF[i][j]
-                M[j][i] -= PF[i][j]
-        for i, weight in enumerate(weights):
-            M[self.n + i][self.n + i] += weight
-        for i, name in enumerate(used):
-            M[first + i][first + i] += tau[name]
-            z = [(a, self.outer[name][j]) for a, j in enumerate(kept) if self.outer[name][j] != 0]
-            for a, x in z:
-                for b, y in z:
-                    M[a][b] -= tau[name] * x * y
-        return fmpq_mat(M)
+        factors = {name: (self.n + i, self.outer[name]) for i, name in enumerate(MOVING_NAMES)}
+        inputs = self.width - 2, self.width - 1
+        return moving_form(self.rates, inputs, factors, P, tau, shift, weights)

@@ -21,10 +21,10 @@ from takagi.certificates.cross_check.kernel.reading import (
     entry,
     rational,
     rationals,
-    table,
 )
 from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.running.machine import Machine, same_controller
+from takagi.certificates.cross_check.turbine.running.machine import Machine, box, same_controller
+from takagi.certificates.cross_check.turbine.running.moving_form import functions_by_wind
 from takagi.certificates.cross_check.turbine.running.running_loop import MOST_CELLS
 from takagi.certificates.cross_check.turbine.running.shortened import shortened
 from takagi.certificates.cross_check.turbine.scheduled.scheduled_cell import ScheduledCell
@@ -46,7 +46,7 @@ def scheduled_loop(claim: Any, document: Any) -> Obligations:
     rotor, machine = Rotor(model, gains), Machine(claim, model, gains)
     if not same_controller(claim, document):
         raise Refusal("observer or filters are not the controller's")
-    cells, functions = entry(claim, "cells"), _functions(claim, machine.states)
+    cells, functions = entry(claim, "cells"), functions_by_wind(claim, machine.states)
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
     stated = [rational(one, "wind") for one in claim["functions"]]
@@ -77,19 +77,6 @@ def scheduled_loop(claim: Any, document: Any) -> Obligations:
         yield from _edges(machine, run, functions, start, stop)
 
 
-def _functions(claim: Any, n: int) -> dict[str, fmpq_mat]:
-    """Return P by its schedule wind; one wind has one function."""
-    stated, found = entry(claim, "functions"), {}
-    if not isinstance(stated, list) or len(stated) > 2 * MOST_CELLS:
-        raise Refusal("functions: a list is needed")
-    for one in stated:
-        wind = str(rational(one, "wind"))
-        if wind in found:
-            raise Refusal("functions: two at one wind")
-        found[wind] = table(one, "P", (n, n))
-    return found
-
-
 def _edges(
     machine: Machine, run: list[Any], functions: dict[str, fmpq_mat], start: fmpq, stop: fmpq
 ) -> Obligations:
@@ -115,9 +102,7 @@ def _run(
         low, high = rationals(stated, "wind", 2)
         if str(low) not in functions or str(high) not in functions:
             raise Refusal(f"{label}: a function at both winds is needed")
-        sides = {name: rational(entry(stated, "sides"), name) for name in SIDES}
-        if min(sides.values()) <= 0:
-            raise Refusal("sides: positive numbers are needed")
+        sides = box(stated, SIDES)
         try:
             found.append(ScheduledCell(rotor, machine, low, high, sides))
         except Outside as reason:

@@ -1,16 +1,14 @@
 r"""The loop about the trim at v_s as rows over (xi, v', rho, w); see docs/schedule-rate.md.
 
 A factor of [l, u] times a row y is (l + u)/2 y + w_i with w_i^2 <= z_i^2, z_i = (u - l)/2 y.
-With F the rows of xi', Z those of z, B = diag(b_1, b_2) and T = diag(tau), the form of the claim is
-
-    diag(-2 alpha P - D, B, T)  -  [ P F; 0 ]  -  [ P F; 0 ]'  -  Z' T Z .
+The form of the claim is ``moving_form``.
 """
 
 from __future__ import annotations
 
 from flint import fmpq, fmpq_mat
 
-from takagi.certificates.cross_check.kernel.exact import entries
+from takagi.certificates.cross_check.turbine.running.moving_form import moving_form
 from takagi.certificates.cross_check.turbine.scheduled.scheduled_cell import ScheduledCell
 from takagi.certificates.cross_check.turbine.surface import NumberRange
 
@@ -124,27 +122,10 @@ class ScheduledRates:
         self, P: fmpq_mat, tau: dict[str, fmpq], shift: fmpq_mat, weights: tuple[fmpq, fmpq]
     ) -> fmpq_mat:
         """Return the matrix of the module; ``shift`` is 2 alpha P + D."""
-        used = [name for name in NAMES if any(self.outer[name])]
         first = self.n + 2
-        kept = [*range(first), *(first + NAMES.index(name) for name in used)]
-        size = len(kept)
-        PF = entries(P * fmpq_mat([[row[j] for j in kept] for row in self.rates]))
-        M = [[fmpq(0)] * size for _ in range(size)]
-        for i in range(self.n):
-            for j in range(self.n):
-                M[i][j] -= shift[i, j]
-            for j in range(size):
-                M[i][j] -= PF[i][j]
-                M[j][i] -= PF[i][j]
-        for i, weight in enumerate(weights):
-            M[self.n + i][self.n + i] += weight
-        for i, name in enumerate(used):
-            M[first + i][first + i] += tau[name]
-            z = [(a, self.outer[name][j]) for a, j in enumerate(kept) if self.outer[name][j] != 0]
-            for a, left in z:
-                for b, right in z:
-                    M[a][b] -= tau[name] * left * right
-        return fmpq_mat(M)
+        factors = {name: (first + i, self.outer[name]) for i, name in enumerate(NAMES)}
+        inputs = self.n, self.n + 1
+        return moving_form(self.rates, inputs, factors, P, tau, shift, weights)
 
 
 def _sum(*rows: Row) -> Row:
