@@ -4,7 +4,7 @@ r"""Certificates that the turbine's linear loop rarely leaves its reference spee
 
 CERTIFICATE is that of ``takagi design nrel5mw``: turbine, law, observer and filters are its own.
 At each mean wind the claim ``turbine-crossing`` is sought, with as many pieces of the parameters'
-ranges as the probability of ``ASKED`` needs.  Printed for each wind: verdicts of both checkers,
+ranges as the probability of ``ROWS`` needs.  Printed for each wind: verdicts of both checkers,
 overspeed, the probability of Rice's formula for the worst corner of the ranges (floating point: no
 certificate can have less), that of the claim, pieces, size of the claim and time.
 docs/turbulence-exit.md has the results.
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -30,22 +31,43 @@ from takagi.certificates.requests.loop.exact_floats import floats
 from takagi.models.turbine import RotorWind
 
 HORIZON, INERTIA = 600.0, [0.9, 1.1]
-# Wind [m/s] -> overspeed as a share of rated speed, the probability asked for (None: the least of
-# one piece), the most pieces, and the cuts before covariances are sought.
-ASKED: dict[float, tuple[float, float | None, int, int]] = {
-    5.2: (0.15, None, 1, 0),
-    7.0: (0.2, None, 1, 0),
-    8.0: (0.2, None, 1, 0),
-    9.0: (0.2, 1e-3, 16, 0),
-    10.0: (0.25, None, 1, 0),
-    11.0: (0.15, None, 1, 0),
-    11.4: (0.15, 1e-3, 128, 5),
-    12.0: (0.15, 3e-3, 128, 5),
-    13.0: (0.15, 1e-3, 64, 3),
-    15.0: (0.15, 3e-3, 128, 4),
-    18.0: (0.2, 1e-3, 64, 3),
-    23.0: (0.3, 1e-3, 64, 1),
-}
+
+
+@dataclass(frozen=True)
+class Row:
+    """What is sought at a mean wind [m/s].
+
+    ``overspeed`` as a share of rated speed; ``probability`` asked for, None for the least of one
+    piece; ``pieces`` at most; ``depth``: cuts before covariances are sought.
+    """
+
+    wind: float
+    overspeed: float
+    probability: float | None = None
+    pieces: int = 1
+    depth: int = 0
+
+
+ROWS = (
+    Row(5.2, 0.15),
+    Row(7.0, 0.2),
+    Row(8.0, 0.2),
+    Row(9.0, 0.2, 1e-3, 16),
+    Row(10.0, 0.25),
+    Row(11.0, 0.15),
+    Row(11.4, 0.2),
+    Row(11.4, 0.15, 1e-3, 128, 5),
+    Row(12.0, 0.2),
+    Row(12.0, 0.15, 3e-3, 128, 5),
+    Row(13.0, 0.2),
+    Row(13.0, 0.15, 1e-3, 64, 3),
+    Row(15.0, 0.2),
+    Row(15.0, 0.15, 3e-3, 128, 4),
+    Row(18.0, 0.25),
+    Row(18.0, 0.2, 1e-3, 64, 3),
+    Row(23.0, 0.35),
+    Row(23.0, 0.3, 1e-3, 64, 1),
+)
 
 
 def worst_corner(source: Any, claim: Any) -> float:
@@ -64,36 +86,37 @@ def worst_corner(source: Any, claim: Any) -> float:
     return float(max(found))
 
 
-def certified(source: Any, v: float, folder: Path) -> str:
-    """Write the certificate at v; return a row of the table."""
-    overspeed, probability, pieces, depth = ASKED[v]
+def certified(source: Any, row: Row, folder: Path) -> str:
+    """Write the certificate of a row; return the row of the table."""
     began = perf_counter()
     asked = CrossingAsked(
-        wind=v,
-        turbulence=RotorWind.of_class("B", v),
-        probability=1e-3 if probability is None else probability,
-        overspeed=overspeed,
+        wind=row.wind,
+        turbulence=RotorWind.of_class("B", row.wind),
+        probability=1e-3 if row.probability is None else row.probability,
+        overspeed=row.overspeed,
         horizon=HORIZON,
-        pieces=pieces,
-        depth=depth,
-        least=probability is None,
+        pieces=row.pieces,
+        depth=row.depth,
+        least=row.probability is None,
     )
+    head = f"| {row.wind:g} | {100 * row.overspeed:g} % |"
     given = source["model"], source["gains"], source["controller"], INERTIA
     claims, why = crossing_claim(*given, asked)
     if not claims:
-        return f"| {v:g} | {100 * overspeed:g} % | {why} | {perf_counter() - began:.0f} s"
+        return f"{head} {why} | {perf_counter() - began:.0f} s"
     document = certificate_document(
         model=source["model"],
         gains=source["gains"],
         claims=claims,
         provenance={},
     )
-    path, claim = folder / f"crossing-{v:g}.json", claims[0]
+    claim = claims[0]
+    path = folder / f"crossing-{row.wind:g}-{100 * row.overspeed:g}.json"
     path.write_text(json.dumps(document), encoding="utf-8")
     both = f"{check(path).verdict.name}, {judge(path)[0].verdict}"
     size = len(json.dumps(claim)) / 1000
     return (
-        f"| {v:g} | {100 * overspeed:g} % | {worst_corner(source, claim):.2g} | {both} | "
+        f"{head} {worst_corner(source, claim):.2g} | {both} | "
         f"{claim['probability']:g} | {len(claim['C'])} | {size:.0f} kB | "
         f"{perf_counter() - began:.0f} s |"
     )
@@ -103,12 +126,13 @@ def main() -> None:
     reader = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     reader.add_argument("certificate", type=Path)
     reader.add_argument("folder", type=Path)
-    reader.add_argument("winds", type=float, nargs="*", default=list(ASKED))
+    reader.add_argument("winds", type=float, nargs="*", default=[])
     given = reader.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
     source = json.loads(given.certificate.read_text(encoding="utf-8"))
-    for v in given.winds:
-        print(certified(source, v, given.folder), flush=True)
+    for row in ROWS:
+        if not given.winds or row.wind in given.winds:
+            print(certified(source, row, given.folder), flush=True)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -22,7 +23,7 @@ from scipy.interpolate import BivariateSpline
 from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError, DesignSettings
-from takagi.certificates.checker import check_document
+from takagi.certificates.checker import Verdict, check_document
 from takagi.certificates.checker.arithmetic import interval, spline_point
 from takagi.certificates.checker.kernel import matrices, refusal
 from takagi.certificates.checker.turbine.effort_sharing import inputs as plants
@@ -41,10 +42,13 @@ from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine import numbers
 from takagi.certificates.cross_check.turbine.linear import linear_rates
 from takagi.certificates.cross_check.turbine.running import machine as second
+from takagi.certificates.design import claim_summary
 from takagi.certificates.requests.loop import exact_floats
 from takagi.cli.main import main
+from takagi.cli.terminal import turbine_summary
 from takagi.models import ModelError
 from takagi.models.turbine import RotorWind
+from takagi.reports.sections.turbine import verdict as report_verdict
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import sealed, verdicts
 from tests.certificates.turbine.schedule_field import SCHEDULE, WIND, Field
@@ -470,6 +474,25 @@ def test_a_narrower_family_keeps_the_claim(document: Data) -> None:
     for name in ("inertia", "speed_damping", "wake_of_wind"):
         box[name] = [sum(box[name]) / 2] * 2
     assert verdicts(document) == BOTH
+
+
+def test_terminal_and_report_say_what_is_proved(document: Data, in_pieces: Data) -> None:
+    document["claims"] += in_pieces["claims"]
+    checked = check_document(sealed(document))
+    design: Any = SimpleNamespace(document=document, checked=checked)
+    probability = document["claims"][0]["probability"]
+    found = claim_summary.turbulence_summary(design)
+    assert found[0] == claim_summary.RareOverspeed(8.0, 0.2, probability, 600.0)
+    assert turbine_summary._turbulence(design).endswith(
+        "within 600 s, by a share of rated speed, with probability at most, at "
+        "8 m/s: 20 % with 0.00076; 13 m/s: 20 % with 1.5e-6"
+    )
+    row = report_verdict._in_turbulence(design)[1]
+    assert row[:2] == ("Turbulence at 13 m/s", "\u2264 1.5e-6")
+    undecided = replace(checked.claims[0], verdict=Verdict.UNDECIDED)
+    design.checked = replace(checked, claims=[undecided, undecided])
+    assert turbine_summary._turbulence(design) == ""
+    assert report_verdict._in_turbulence(design) == []
 
 
 # Where there is no linear loop.
