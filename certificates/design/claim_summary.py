@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 KIND = "coherent-loop"
-RUNNING = "running-loop"
+RUNNING, CROSSING = "running-loop", "turbine-crossing"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,6 +79,30 @@ def running_loop_summary(design: TurbineDesign) -> tuple[float, str] | None:
         if stated["kind"] == RUNNING and checked.verdict is Verdict.PROVED:
             return float(stated["decay_rate"]), checked.name.partition(", ")[2]
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class RareOverspeed:
+    """A proved claim about the linear loop in turbulence.
+
+    ``wind`` its mean [m/s], ``overspeed`` the distance from the reference speed as a share of rated
+    speed, ``probability`` of reaching it within ``horizon`` [s].
+    """
+
+    wind: float
+    overspeed: float
+    probability: float
+    horizon: float
+
+
+def turbulence_summary(design: TurbineDesign) -> list[RareOverspeed]:
+    """Return the proved claims about the linear loop in turbulence, in the file's order."""
+    names = RareOverspeed.__dataclass_fields__
+    return [
+        RareOverspeed(*(float(stated[name]) for name in names))
+        for stated, checked in zip(design.document["claims"], design.checked.claims, strict=False)
+        if stated["kind"] == CROSSING and checked.verdict is Verdict.PROVED
+    ]
 
 
 def _summary(

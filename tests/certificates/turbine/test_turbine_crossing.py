@@ -13,6 +13,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -22,22 +23,15 @@ from scipy.interpolate import BivariateSpline
 from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError, DesignSettings
-from takagi.certificates.checker import check_document
-from takagi.certificates.checker.arithmetic.interval import ONE, point
-from takagi.certificates.checker.arithmetic.spline_point import ExactSurface
-from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.linear_loop.crossing_claim import LinearLoop
-from takagi.certificates.checker.turbine.linear_loop.jacobian import loop_matrix, order
-from takagi.certificates.checker.turbine.linear_loop.pieces import (
-    PARAMETERS,
-    Turbulence,
-    corners,
-    cut_boxes,
-    parameter_box,
+from takagi.certificates.checker import Verdict, check_document
+from takagi.certificates.checker.arithmetic import interval, spline_point
+from takagi.certificates.checker.kernel import matrices, refusal
+from takagi.certificates.checker.turbine.effort_sharing import inputs as plants
+from takagi.certificates.checker.turbine.linear_loop import (
+    crossing_claim as verdict,
 )
-from takagi.certificates.checker.turbine.linear_loop.trim import trim_at
-from takagi.certificates.checker.turbine.running_loop.inputs import Machine
+from takagi.certificates.checker.turbine.linear_loop import jacobian, pieces, trim
+from takagi.certificates.checker.turbine.running_loop import inputs as machines
 from takagi.certificates.claims.turbine import (
     MEAN_WINDS,
     CrossingAsked,
@@ -45,21 +39,25 @@ from takagi.certificates.claims.turbine import (
     crossing_claims,
 )
 from takagi.certificates.cross_check import loads
-from takagi.certificates.cross_check.turbine.linear.linear_rates import LinearRates
-from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.running.machine import Machine as SecondMachine
-from takagi.certificates.requests.loop.exact_floats import as_read, floats
+from takagi.certificates.cross_check.turbine import numbers
+from takagi.certificates.cross_check.turbine.linear import linear_rates
+from takagi.certificates.cross_check.turbine.running import machine as second
+from takagi.certificates.design import claim_summary
+from takagi.certificates.requests.loop import exact_floats
 from takagi.cli.main import main
+from takagi.cli.terminal import turbine_summary
 from takagi.models import ModelError
 from takagi.models.turbine import RotorWind
+from takagi.reports.sections.turbine import verdict as report_verdict
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import sealed, verdicts
 from tests.certificates.turbine.schedule_field import SCHEDULE, WIND, Field
 
+floats, as_read = exact_floats.floats, exact_floats.as_read
 F = Fraction
 Data = dict[str, Any]
 BOTH, NEITHER, REFUSED = ("PROVED",) * 2, ("UNDECIDED",) * 2, ("refused",) * 2
-NOMINAL = dict(zip(PARAMETERS, map(F, (1, 1, 1, 1, 0, 63)), strict=True))
+NOMINAL = dict(zip(pieces.PARAMETERS, map(F, (1, 1, 1, 1, 0, 63)), strict=True))
 KIND = "turbine-crossing"
 # Below the ramp of the effort, on it twice, and above it; each between two nodes of the tables.
 WINDS = ("4.1", "8", "11.4", "12", "15", "22.2")
@@ -80,15 +78,24 @@ def in_pieces(stored: list[Data]) -> Data:
     return deepcopy(stored[1])
 
 
-def linear_at(document: Data, wind: str, *, stop: bool = True) -> LinearLoop:
+def linear_at(document: Data, wind: str, *, stop: bool = True) -> verdict.LinearLoop:
     """Return the loop of a document at a wind, as the first checker computes it."""
     read = as_read(document)
     claim = read["claims"][0]
-    plant, law = Plant.read(read["model"]), Law.read(read["gains"])
-    machine = Machine.read(claim, read["model"], read["gains"], "claim")
+    plant, law = plants.Plant.read(read["model"]), plants.Law.read(read["gains"])
+    machine = machines.Machine.read(claim, read["model"], read["gains"], "claim")
     machine = machine if stop else replace(machine, stop=None)
-    trim = trim_at(plant, law, machine, ExactSurface.read(read["model"]), F(wind))
-    return LinearLoop(plant, machine, Turbulence.read(claim, "claim"), trim, F(1))
+    surface = spline_point.ExactSurface.read(read["model"])
+    at = trim.trim_at(plant, law, machine, surface, F(wind))
+    return verdict.LinearLoop(plant, machine, pieces.Turbulence.read(claim, "claim"), at, F(1))
+
+
+def matrix_of(linear: verdict.LinearLoop, values: dict[str, Fraction]) -> matrices.Matrix:
+    return jacobian.loop_matrix(linear.trim, linear.plant, linear.machine, linear.wind, values)
+
+
+def box_of(document: Data) -> pieces.Box:
+    return pieces.parameter_box(as_read(document)["claims"][0], "")
 
 
 # The matrix.
@@ -150,9 +157,9 @@ def test_the_matrix_is_the_jacobian_of_the_nonlinear_loop(document: Data, wind: 
     """Central differences of a loop that shares no code with the checkers; parameters drawn."""
     linear, mean = linear_at(document, wind), float(wind)
     random = np.random.default_rng(7)
-    drawn = {name: F(round(random.uniform(0.8, 1.2), 3)) for name in PARAMETERS}
+    drawn = {name: F(round(random.uniform(0.8, 1.2), 3)) for name in pieces.PARAMETERS}
     drawn |= {"wake_of_wind": F("0.27"), "wake_length": F(51)}
-    A = floats(loop_matrix(linear.trim, linear.plant, linear.machine, linear.wind, drawn))
+    A = floats(matrix_of(linear, drawn))
     field = WithWake(document, mean, {name: float(x) for name, x in drawn.items()})
     omega, beta = field._trim(mean)
     rest = np.array([omega, beta, 0, mean, omega, omega, mean, beta, omega, omega, mean])
@@ -165,7 +172,7 @@ def test_the_matrix_is_the_jacobian_of_the_nonlinear_loop(document: Data, wind: 
         rates = [field.field(y[:11], y[11]) for y in (ahead, behind)]
         found[:, i] = (rates[0] - rates[1]) / (2 * step)
     # Without r, which the field does not have; y' = r is its wind's rate, 0.
-    kept = [i for i in range(order(linear.machine)) if i != 10]
+    kept = [i for i in range(jacobian.order(linear.machine)) if i != 10]
     mine = A[np.ix_(kept, kept)]
     theirs = found[np.ix_(PLACES, PLACES)]
     np.testing.assert_allclose(mine, theirs, rtol=2e-6, atol=2e-7)
@@ -175,7 +182,7 @@ def test_the_matrix_is_the_jacobian_of_the_nonlinear_loop(document: Data, wind: 
 def test_where_the_law_asks_for_the_least_pitch_the_matrix_has_no_pitch(document: Data) -> None:
     """At 4.1 m/s psi and its slope are 0: pitch from rest stays at rest."""
     linear = linear_at(document, "4.1")
-    A = floats(loop_matrix(linear.trim, linear.plant, linear.machine, linear.wind, NOMINAL))
+    A = floats(matrix_of(linear, NOMINAL))
     assert np.flatnonzero(A[1]).tolist() == [1]
 
 
@@ -186,13 +193,14 @@ def test_both_checkers_have_the_same_matrix(document: Data) -> None:
             linear = linear_at(document, wind, stop=stop)
             read = loads(json.dumps(document))
             claim = read["claims"][0]
-            machine = SecondMachine(claim, read["model"], read["gains"])
+            machine = second.Machine(claim, read["model"], read["gains"])
             if not stop:
                 machine.stop = None
-            rotor = Rotor(read["model"], read["gains"])
-            other = LinearRates(rotor, machine, claim, fmpq(F(wind).numerator, F(wind).denominator))
-            for values in islice(corners(parameter_box(as_read(document)["claims"][0], "")), 5, 9):
-                A = loop_matrix(linear.trim, linear.plant, linear.machine, linear.wind, values)
+            rotor = numbers.Rotor(read["model"], read["gains"])
+            mean = fmpq(F(wind).numerator, F(wind).denominator)
+            other = linear_rates.LinearRates(rotor, machine, claim, mean)
+            for values in islice(pieces.corners(box_of(document)), 5, 9):
+                A = matrix_of(linear, values)
                 B = other.at({k: fmpq(v.numerator, v.denominator) for k, v in values.items()})
                 assert fmpq_mat([[fmpq(x, A.below) for x in row] for row in A.rows]) == B
 
@@ -200,29 +208,29 @@ def test_both_checkers_have_the_same_matrix(document: Data) -> None:
 def test_the_matrix_of_an_inner_point_is_a_blend_of_the_corners(document: Data) -> None:
     """Weights are products of shares of 1/inertia, the factors, and 1/wake_length; exactly."""
     linear = linear_at(document, "12")
-    box = parameter_box(as_read(document)["claims"][0], "") | {"wake_length": (F(40), F(80))}
+    box = box_of(document) | {"wake_length": (F(40), F(80))}
     inner = {
         name: low + F(i + 1, 8) * (high - low) for i, (name, (low, high)) in enumerate(box.items())
     }
     total, weights = np.zeros((13, 13), dtype=object), F(0)
-    for values in corners(box):
+    for values in pieces.corners(box):
         weight = F(1)
         for name, (low, high) in box.items():
             inverse = name in ("inertia", "wake_length")
             at, start, stop = (1 / x if inverse else x for x in (inner[name], low, high))
             share = (at - start) / (stop - start)
             weight *= share if values[name] == high else 1 - share
-        A = loop_matrix(linear.trim, linear.plant, linear.machine, linear.wind, values)
+        A = matrix_of(linear, values)
         total = total + weight * np.array([[F(x, A.below) for x in row] for row in A.rows])
         weights += weight
         assert weight >= 0
-    A = loop_matrix(linear.trim, linear.plant, linear.machine, linear.wind, inner)
+    A = matrix_of(linear, inner)
     assert weights == 1
     assert (total == np.array([[F(x, A.below) for x in row] for row in A.rows])).all()
 
 
 def test_the_wind_has_the_deviation_and_the_rate_that_are_stated(document: Data) -> None:
-    wind = Turbulence.read(as_read(document)["claims"][0], "")
+    wind = pieces.Turbulence.read(as_read(document)["claims"][0], "")
     A = np.array([[0, 1], [-float(wind.stiffness), -float(wind.damping)]])
     found = solve_continuous_lyapunov(A, -np.diag([0, float(wind.intensity)]))
     stated = document["claims"][0]["turbulence"]
@@ -239,13 +247,15 @@ def test_the_wind_has_the_deviation_and_the_rate_that_are_stated(document: Data)
 
 def test_the_spline_at_a_point_is_that_of_scipy_and_of_the_ranges(document: Data) -> None:
     model = as_read(document)["model"]
-    surface, ranges = ExactSurface.read(model), Plant.read(model).surface
+    surface, ranges = spline_point.ExactSurface.read(model), plants.Plant.read(model).surface
     table = document["model"]["torque_surface"]
     known: Any = cast("Any", BivariateSpline)._from_tck((
         np.array(table["tip_speed_ratio_knots"]), np.array(table["pitch_knots"]),
         np.array(table["coefficients"]).ravel(), 3, 3,
     ))  # fmt: skip
-    second = Rotor(loads(json.dumps(document["model"])), loads(json.dumps(document["gains"])))
+    other = numbers.Rotor(
+        loads(json.dumps(document["model"])), loads(json.dumps(document["gains"]))
+    )
     x_knots, y_knots = surface.x_knots, surface.y_knots
     inside = [(F("7.55"), F("0.0131")), (F("3.9"), F("0.31")), (x_knots[7], y_knots[9])]
     ends = [(x_knots[0], y_knots[0]), (x_knots[-1], y_knots[-1])]
@@ -255,12 +265,12 @@ def test_the_spline_at_a_point_is_that_of_scipy_and_of_the_ranges(document: Data
         expected = [float(known.ev(float(x), float(y), dx=i, dy=j)) for i, j in orders]
         np.testing.assert_allclose([float(one) for one in found], expected, rtol=1e-9, atol=1e-12)
         for one, (i, j) in zip(found, orders, strict=True):
-            low, high = ranges.bounds(point(x), point(y), i, j)
-            assert low <= one * ONE <= high
-        again = second.surface.at(*(fmpq(v.numerator, v.denominator) for v in (x, y)))
+            low, high = ranges.bounds(interval.point(x), interval.point(y), i, j)
+            assert low <= one * interval.ONE <= high
+        again = other.surface.at(*(fmpq(v.numerator, v.denominator) for v in (x, y)))
         assert [F(int(v.p), int(v.q)) for v in again] == list(found)
     for x, y in ((x_knots[0] - 1, F(0)), (F(7), y_knots[-1] + 1)):
-        with pytest.raises(Refused, match="leaves the coefficient table"):
+        with pytest.raises(refusal.Refused, match="leaves the coefficient table"):
             surface.at(x, y)
 
 
@@ -289,7 +299,7 @@ def test_the_probability_from_both_sides(document: Data, in_pieces: Data) -> Non
     for one, wind in ((document, "8"), (in_pieces, "13")):
         claim = one["claims"][0]
         read = as_read(claim)
-        parts = cut_boxes(read, parameter_box(read, ""), "")
+        parts = pieces.cut_boxes(read, pieces.parameter_box(read, ""), "")
         found = max(
             rice(one, np.array(C), part, wind) for C, part in zip(claim["C"], parts, strict=True)
         )
@@ -305,7 +315,7 @@ def test_no_vertex_has_more_than_the_bound(in_pieces: Data) -> None:
     S[10, 10] = float(linear.wind.intensity)
     b = claim["overspeed"] * in_pieces["model"]["rated_rotor_speed"]
     worst = 0.0
-    for A in map(floats, linear.at(parameter_box(as_read(claim), ""))):
+    for A in map(floats, linear.at(box_of(in_pieces))):
         X = solve_continuous_lyapunov(A, -S)
         xi = b**2 / (2 * X[0, 0])
         rate = np.sqrt((A @ X @ A.T)[0, 0] / X[0, 0])
@@ -466,10 +476,29 @@ def test_a_narrower_family_keeps_the_claim(document: Data) -> None:
     assert verdicts(document) == BOTH
 
 
+def test_terminal_and_report_say_what_is_proved(document: Data, in_pieces: Data) -> None:
+    document["claims"] += in_pieces["claims"]
+    checked = check_document(sealed(document))
+    design: Any = SimpleNamespace(document=document, checked=checked)
+    probability = document["claims"][0]["probability"]
+    found = claim_summary.turbulence_summary(design)
+    assert found[0] == claim_summary.RareOverspeed(8.0, 0.2, probability, 600.0)
+    assert turbine_summary._turbulence(design).endswith(
+        "within 600 s, by a share of rated speed, with probability at most, at "
+        "8 m/s: 20 % with 0.00076; 13 m/s: 20 % with 1.5e-6"
+    )
+    row = report_verdict._in_turbulence(design)[1]
+    assert row[:2] == ("Turbulence at 13 m/s", "\u2264 1.5e-6")
+    undecided = replace(checked.claims[0], verdict=Verdict.UNDECIDED)
+    design.checked = replace(checked, claims=[undecided, undecided])
+    assert turbine_summary._turbulence(design) == ""
+    assert report_verdict._in_turbulence(design) == []
+
+
 # Where there is no linear loop.
 
 
-def _limits(law: Law) -> Iterator[tuple[Law, str]]:
+def _limits(law: plants.Law) -> Iterator[tuple[plants.Law, str]]:
     count = len(law.wind) - 1
     yield replace(law, rated_torque=F(1)), "torque is at zero"
     yield replace(law, inertia_limit=[F(0)] * count), "feed-forward of the torque is at a limit"
@@ -481,13 +510,13 @@ def _limits(law: Law) -> Iterator[tuple[Law, str]]:
 
 def test_the_loop_has_no_matrix_where_a_limit_is_met(document: Data) -> None:
     linear, read = linear_at(document, "8"), as_read(document)
-    law, surface = Law.read(read["gains"]), ExactSurface.read(read["model"])
+    law, surface = plants.Law.read(read["gains"]), spline_point.ExactSurface.read(read["model"])
     for other, words in _limits(law):
-        with pytest.raises(Refused, match=words):
-            trim_at(linear.plant, other, linear.machine, surface, F(8))
+        with pytest.raises(refusal.Refused, match=words):
+            trim.trim_at(linear.plant, other, linear.machine, surface, F(8))
     narrow = replace(linear.machine, wind_limits=(F(8), F(30)))
-    with pytest.raises(Refused, match="limits of the estimate"):
-        trim_at(linear.plant, law, narrow, surface, F(8))
+    with pytest.raises(refusal.Refused, match="limits of the estimate"):
+        trim.trim_at(linear.plant, law, narrow, surface, F(8))
 
 
 def test_both_checkers_refuse_a_matrix_at_the_same_limits(document: Data) -> None:

@@ -13,7 +13,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.certificates.checker.turbine.linear_loop.crossing_claim import LinearLoop
 from takagi.certificates.checker.turbine.linear_loop.jacobian import noise_square
-from takagi.certificates.checker.turbine.linear_loop.pieces import Box, halves
+from takagi.certificates.checker.turbine.linear_loop.pieces import Box, corners, halves
 from takagi.certificates.requests.loop.decimals import short
 from takagi.certificates.requests.loop.exact_floats import floats, stack_of
 from takagi.lmi.analysis.disturbance.covariance_bound import covariance_bound
@@ -74,28 +74,56 @@ class Search:
         ]
         return float(np.exp(min(max(logs), 1.0)))
 
-    def pieces(self, box: Box, limit: float, probability: float, most: int) -> list[Piece]:
-        """Return at most so many pieces, in the tree's order, for a probability."""
-        found, target = [self.piece(box)], float(np.log(probability))
+    def pieces(
+        self, first: Piece, limit: float, probability: float, most: int, depth: int = 0
+    ) -> list[Piece]:
+        """Return at most so many pieces, in the tree's order, for a probability.
+
+        Parameters
+        ----------
+        first : the whole box.
+        depth : pieces with fewer cuts are cut at once, without a covariance of their own: where
+            many pieces are needed anyway this saves up to half of the time.
+        """
+        found, target = [first], float(np.log(probability))
+        for level in range(depth if self.logarithm(first, limit) > target else 0):
+            found = [half for one in found for half in self._cut(one, solve=level + 1 == depth)]
         while len(found) < most:
             worst = max(found, key=lambda one: self.logarithm(one, limit))
             if self.logarithm(worst, limit) <= target:
                 break
-            name = self._best_cut(worst)
-            if not name:
+            new = self._cut(worst)
+            if len(new) == 1:
                 break
-            found.remove(worst)
-            for k, half in enumerate(halves(worst.box, name)):
-                found.append(self.piece(half, (*worst.path, (k, name))))
+            found = [one for one in found if one is not worst] + new
         return sorted(found, key=lambda one: [k for k, _ in one.path])
+
+    def _cut(self, piece: Piece, *, solve: bool = True) -> list[Piece]:
+        """Return the halves, or the piece itself if no parameter has a range.
+
+        Parameters
+        ----------
+        solve : whether each half gets its own covariance, or else that of the piece.
+        """
+        name = self._best_cut(piece)
+        found = []
+        for k, half in enumerate(halves(piece.box, name) if name else ()):
+            path = (*piece.path, (k, name))
+            found.append(
+                self.piece(half, path)
+                if solve
+                else Piece(half, path, stack_of(self.linear.at(half)), piece.C)
+            )
+        return found or [piece]
 
     def _best_cut(self, piece: Piece) -> str:
         """Return the parameter whose halving is likely to help most; empty if none has a range.
 
-        With D the difference of the halves' mean matrices, Y of A'Y + YA + h'h = 0, a covariance X
-        and M = Y^(1/2) D X^(1/2), the variance of the signal differs by 2 tr M to first order: this
-        is in the worst corner, and no cut takes it away.  The sum of the singular values of M is
-        what one covariance for both halves pays.  The difference of the two is compared.
+        With D half the difference of the mean matrices at the ends of its range, Y of
+        A'Y + YA + h'h = 0, a covariance X and M = Y^(1/2) D X^(1/2), the variance of the signal
+        differs by 2 tr M between the halves, to first order: this is in the worst corner, and no
+        cut takes it away.  The sum of the singular values of M is what one covariance for both
+        halves pays.  The difference of the two is compared.
         """
         mean, n = piece.A.mean(axis=0), piece.A.shape[1]
         X = np.eye(n) if piece.C is None else piece.C
@@ -103,13 +131,13 @@ class Search:
         if np.linalg.eigvals(mean).real.max() < 0:
             Y = solve_continuous_lyapunov(mean.T, -np.outer(self.row, self.row))
         left, right = _root(Y), _root(X)
+        places = list(corners(piece.box))
         effects = {}
         for name, (low, high) in piece.box.items():
             if low < high:
-                first, second = (
-                    stack_of(self.linear.at(half)).mean(axis=0) for half in halves(piece.box, name)
-                )
-                moved = left @ (first - second) @ right
+                upper = np.array([values[name] == high for values in places])
+                apart = piece.A[upper].mean(axis=0) - piece.A[~upper].mean(axis=0)
+                moved = left @ (apart / 2) @ right
                 effects[name] = float(np.linalg.norm(moved, "nuc") - abs(np.trace(moved)))
         return max(effects, key=lambda name: effects[name]) if effects else ""
 

@@ -55,7 +55,8 @@ class CrossingAsked:
     wind : mean wind [m/s];  turbulence : the rotor-effective wind's.
     probability : that is asked for, within ``horizon`` [s].
     overspeed : as a share of rated speed; None takes the least of ``OVERSPEEDS``.
-    pieces : the most pieces of the parameters.
+    pieces : the most pieces of the parameters;  depth : cuts before covariances are sought, where
+        one for the whole box is not enough.
     least : claim the least probability that is found, instead of the one asked for.
     """
 
@@ -65,6 +66,7 @@ class CrossingAsked:
     overspeed: float | None = None
     horizon: float = 600.0
     pieces: int = 1
+    depth: int = 0
     least: bool = True
 
 
@@ -99,15 +101,13 @@ def turbine_crossing_claim(
             "wake_length": [float(model["rotor_radius"])] * 2,
         },
     }
-    linear, box = _linear(model, gains, head)
+    linear, box = linear_loop(model, gains, head)
     search = Search(linear, asked.horizon)
     rated = float(linear.plant.rated_speed)
-    first = [search.piece(box)]
+    first = search.piece(box)
     for overspeed in OVERSPEEDS if asked.overspeed is None else (asked.overspeed,):
         limit = overspeed * rated
-        found = first
-        if asked.pieces > 1:
-            found = search.pieces(box, limit, asked.probability, asked.pieces)
+        found = search.pieces(first, limit, asked.probability, asked.pieces, asked.depth)
         for claim in _stated(search, found, overspeed, limit, asked):
             if not _fails(linear, found, claim, overspeed):
                 return {
@@ -123,7 +123,7 @@ def turbine_crossing_claim(
     )
 
 
-def _linear(
+def linear_loop(
     model: Mapping[str, Any], gains: Mapping[str, Any], head: Mapping[str, Any]
 ) -> tuple[LinearLoop, Box]:
     """Return the loop as the checker computes it, with no limit yet, and the parameters' box."""
