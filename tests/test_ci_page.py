@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
+from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
 PAGE = (Path(__file__).parents[1] / "docs" / "ci.md").read_text(encoding="utf-8")
@@ -55,7 +56,7 @@ def repository(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A repository as the page wants it: plant, gains and certificate."""
     folder = tmp_path_factory.mktemp("repository")
     (folder / "plant.toml").write_text(PLANT, encoding="utf-8")
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, undrawn():
         patch.chdir(folder)
         design = re.search(r"^    takagi (design .*)$", PAGE, re.MULTILINE)
         assert design is not None

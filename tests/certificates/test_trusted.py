@@ -217,6 +217,7 @@ def test_the_verb_says_nothing_of_it_unasked(
     assert "trusted" not in json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_the_page_has_these_numbers(
     counted_page: Any, decay: Path, of_turbine: tuple[Any, Trusted], tmp_path: Path
 ) -> None:

@@ -88,7 +88,9 @@ def test_a_turbine_in_other_units_of_length_and_time(scale: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("time_constant", "pitch_error"), [(0.2, 0.0025), (2.5, 0.031), (3, 0.034)]
+    ("time_constant", "pitch_error"),
+    # The last two are both sides of what the model allows.
+    [pytest.param(0.2, 0.0025, marks=pytest.mark.slow), (2.5, 0.031), (3, 0.034)],
 )
 def test_pitch_errors_of_a_region_stay_where_its_model_is_exact(
     time_constant: float, pitch_error: float

@@ -10,6 +10,7 @@ import pytest
 
 from takagi.certificates.checker import check
 from takagi.cli.main import main
+from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
 ROD = """
@@ -63,7 +64,8 @@ def test_noise_by_option_and_by_file(rod: Path, tmp_path: Path, capsys: Capture)
     wanted = "\n[design]\nnoise = { gust = 20 }\nhorizon = 60\n"
     rod.write_text(ROD + wanted, encoding="utf-8")
     build = tmp_path / "build"
-    assert main(["design", str(rod), "--out", str(build)]) == 0
+    with undrawn():
+        assert main(["design", str(rod), "--out", str(build)]) == 0
     assert noisy(build / "certificate.json")[0]["noise"] == [0.2, 0.0]
 
 

@@ -7,8 +7,8 @@ import json
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -17,6 +17,7 @@ from takagi.certificates import Verdict
 from takagi.cli.main import main
 from takagi.cli.runs.makers import MAKERS
 from takagi.models.files import built_in_kinds, data_folder, toml_document
+from tests.undrawn import undrawn
 
 ROOT = Path(__file__).parents[2]
 # The one choice of a maker, and the table of what makes each kind's pages.
@@ -38,14 +39,10 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 
 
 @pytest.fixture
-def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+def plain() -> Iterator[None]:
     """Let a plant's report and appendix be a word: they are tested elsewhere."""
-    from takagi.reports.appendix import plant_files as latex
-    from takagi.reports.sections.plant import page
-
-    files = SimpleNamespace(html="<!doctype html>", figures={"phase.svg": b"<svg/>"})
-    monkeypatch.setattr(page, "plant_report_files", lambda *_, **__: files)
-    monkeypatch.setattr(latex, "plant_appendix", lambda *_, **__: {"appendix.tex": "%"})
+    with undrawn():
+        yield
 
 
 @pytest.mark.parametrize("verb", ["design", "report", "appendix", "certify", "simulate"])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ import pytest
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
 from takagi.models.files import data_folder
+from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
 
@@ -67,17 +70,10 @@ def drawn() -> None:
 
 
 @pytest.fixture(autouse=True)
-def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+def mostly_undrawn(request: pytest.FixtureRequest) -> Iterator[None]:
     """Let the verbs write a folder without drawing it, unless a test wants it drawn."""
-    from takagi.reports.appendix import plant_files as latex
-    from takagi.reports.page import ReportFiles
-    from takagi.reports.sections.plant import page
-
-    if "drawn" in request.fixturenames:
-        return
-    files = ReportFiles("<!doctype html><title>report</title>", {"phase.svg": b"<svg/>"})
-    monkeypatch.setattr(page, "plant_report_files", lambda *_, **__: files)
-    monkeypatch.setattr(latex, "plant_appendix", lambda *_, **__: {"appendix.tex": "%"})
+    with nullcontext() if "drawn" in request.fixturenames else undrawn():
+        yield
 
 
 def read(path: Path) -> Any:
@@ -300,6 +296,7 @@ def test_a_time_that_is_none_is_refused(
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_the_announcement_goes_to_standard_error(tmp_path: Path, capsys: Capture) -> None:
     """The answer alone is on standard output."""
     asked = ["certify", str(VALVE), "--out", str(tmp_path / "c.json"), "--time", "10s"]

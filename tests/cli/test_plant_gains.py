@@ -17,17 +17,25 @@ from tests.cli.cubic import CUBIC
 Capture = pytest.CaptureFixture[str]
 
 
-@pytest.fixture
-def gains(cubic: Path, tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The gain file of a design, without its drawings."""
     from takagi.certificates.design.plant import PlantDesign, design_plant
     from takagi.models.plant_files import load_plant, plant_files
     from takagi.reports.gains_file import dump_gains, plant_gain_file
 
-    found = design_plant(load_plant(cubic), files=plant_files(cubic))
+    plant = tmp_path_factory.mktemp("designed") / "cubic.toml"
+    plant.write_text(CUBIC, encoding="utf-8")
+    found = design_plant(load_plant(plant), files=plant_files(plant))
     assert isinstance(found, PlantDesign)
+    return dump_gains(plant_gain_file(found))
+
+
+@pytest.fixture
+def gains(designed: str, cubic: Path, tmp_path: Path) -> Path:
+    """The gain file beside its plant, to be changed."""
     path = tmp_path / "gains.json"
-    path.write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+    path.write_text(designed, encoding="utf-8")
     return path
 
 

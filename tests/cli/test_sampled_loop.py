@@ -10,6 +10,7 @@ import pytest
 
 from takagi.certificates.checker import check
 from takagi.cli.main import main
+from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
 ROD = """
@@ -52,7 +53,8 @@ def test_a_sample_time_that_is_proved(rod: Path, tmp_path: Path, capsys: Capture
 
     rod.write_text(ROD + "\n[design]\nsample_time = 0.02\n", encoding="utf-8")
     build = tmp_path / "build"
-    assert main(["design", str(rod), "--out", str(build)]) == 0
+    with undrawn():
+        assert main(["design", str(rod), "--out", str(build)]) == 0
     assert [claim["sample_time"] for claim in sampled(build / "certificate.json")] == [0.02]
     gains = ["--gains", str(build / "gains.json")]
     assert main(["certify", str(rod), *gains, "--out", str(out), "--sample-time", "0.03"]) == 0

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 from takagi.cli.main import main
 from tests.solved_rest_plants import FAN
+from tests.undrawn import undrawn
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +20,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The design, beside its file."""
     found = tmp_path_factory.mktemp("fan")
     (found / "fan.toml").write_text(FAN, encoding="utf-8")
-    assert main(["design", str(found / "fan.toml"), "--out", str(found / "build")]) == 0
+    with undrawn():
+        assert main(["design", str(found / "fan.toml"), "--out", str(found / "build")]) == 0
     return found
 
 

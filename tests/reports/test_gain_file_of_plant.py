@@ -107,6 +107,7 @@ def test_the_largest_command_is_that_of_the_law(design: PlantDesign) -> None:
     assert run["largest_input"]["F"] >= first * (1 - 1e-9)
 
 
+@pytest.mark.slow
 def test_order_in_the_file_does_not_depend_on_the_hash_seed(tmp_path: Path) -> None:
     """Names of a blend's parameters were taken from a set: two runs wrote two files."""
     certificate = tmp_path / "c.json"

@@ -16,7 +16,7 @@ from takagi.certificates.document import dumps
 from takagi.models.laws import Measurement
 from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points
-from takagi.reports.margins import LocalGains, closed_loop_poles
+from takagi.reports.margins import LocalGains, closed_loop_poles, running_search
 from takagi.reports.page import at_least, at_most, powers, significant, with_decimals
 from takagi.reports.sections.turbine import cells_section, verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, text_of
@@ -35,8 +35,13 @@ SECTIONS = (
 
 @pytest.fixture(scope="module")
 def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
-    """The whole folder of the shared design."""
-    return design_files(turbine_design)
+    """The whole folder of the shared design; its margins are searched at every second wind.
+
+    That they are found between these winds is tested in ``test_margin_search``.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(running_search, "FINE", 2.0)
+        return design_files(turbine_design)
 
 
 @pytest.fixture(scope="module")

@@ -58,6 +58,7 @@ def test_a_margin_that_is_least_where_pitch_begins_to_act_is_found() -> None:
     assert 10.8 in found.least
 
 
+@pytest.mark.slow
 def test_no_plant_has_a_smaller_margin_between_the_winds_that_are_searched() -> None:
     """All seven plants at every 0.2 m/s: the search, which looks at fewer, has their least margins.
 

@@ -209,7 +209,12 @@ class Actuated:
 
 @pytest.mark.parametrize(
     ("wind", "loop", "computing"),
-    [(8.1, "torque", 0.0), (11.1, "torque", 0.01), (13.1, "pitch", 0.0), (18.1, "pitch", 0.02)],
+    [
+        (11.1, "torque", 0.01),
+        (13.1, "pitch", 0.0),
+        pytest.param(8.1, "torque", 0.0, marks=pytest.mark.slow),
+        pytest.param(18.1, "pitch", 0.02, marks=pytest.mark.slow),
+    ],
 )
 def test_the_gain_margin_is_where_the_simulation_begins_to_grow(
     wind: float, loop: str, computing: float

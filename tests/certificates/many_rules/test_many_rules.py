@@ -43,6 +43,7 @@ def valve() -> tuple[Plant, TSModel]:
     return plant, sector_model(plant)
 
 
+@pytest.mark.slow
 def test_two_tanks_are_proved_with_one_gain() -> None:
     """256 rules: the choice is announced before, said in a note, and the plant itself is proved."""
     told: list[str] = []
@@ -92,6 +93,7 @@ def test_gains_over_few_premises_are_put_on_all_rules(valve: tuple[Plant, TSMode
     assert 1 < len(np.unique(gains.round(12), axis=0)) < len(model.A)
 
 
+@pytest.mark.slow
 def test_gains_over_few_premises_are_proved_with_all_rules(
     valve: tuple[Plant, TSModel], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -95,6 +95,7 @@ def test_one_number_by_hand_is_no_better() -> None:
     assert hinf_fixed_order(system, starts=1).gain == pytest.approx(least.fun, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_with_more_states_the_norm_falls_to_that_of_all_controllers() -> None:
     """NN2: a state of the controller's own gains something; two, the plant's order, reach all."""
     system = plant("NN2")
@@ -133,6 +134,7 @@ def test_a_pattern_keeps_its_zeros_and_costs_norm() -> None:
     assert proved_gain(diagonal) == pytest.approx(diagonal.gain, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_controller() -> None:
     first, again = (hinf_fixed_order(plant("NN17"), starts=2, seed=5) for _ in range(2))
 

@@ -51,6 +51,12 @@ def written(
     return c_source(program, settings or ExportSettings()).word
 
 
+def only_half(names: Sequence[str], name: str, precision: str, which: int) -> None:
+    """Skip a law in one precision unless it is in a half: 0, or 1; each half has every law once."""
+    if (names.index(name) + (precision == "float")) % 2 != which:
+        pytest.skip("reduced: the other precision is compiled, and this one by another test")
+
+
 class Compiled:
     """A compiled law with a state of its own.
 

@@ -23,9 +23,18 @@ def program() -> ControllerProgram:
     return recorded_program()
 
 
+@pytest.fixture(scope="module")
+def compiled(program: ControllerProgram, tmp_path_factory: pytest.TempPathFactory) -> Compiled:
+    """The law, compiled once: all that it remembers is in its state."""
+    return Compiled(program, tmp_path_factory.mktemp("law"))
+
+
 @pytest.fixture
-def law(program: ControllerProgram, tmp_path: Path) -> Compiled:
-    return Compiled(program, tmp_path)
+def law(compiled: Compiled) -> Compiled:
+    """The law with a state that was never touched."""
+    compiled.zeroed()
+    compiled.status = 0
+    return compiled
 
 
 def held(law: Compiled, speed: float, pitch: float, guess: float, seconds: float) -> list[bool]:

@@ -12,6 +12,7 @@ from takagi.reports.code import ExportSettings, read_controller
 from takagi.reports.code.c.comparison import compared_source
 from tests.reports.code.compiled import written
 from tests.reports.test_gain_file_alone import PLANTS, plant_file
+from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
 
@@ -20,7 +21,8 @@ Capture = pytest.CaptureFixture[str]
 def design(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A certificate, its gain file, and the law in C: the folder where they are."""
     out = tmp_path_factory.mktemp("design") / "out"
-    assert main(["design", "truck_trailer", "--out", str(out)]) == 0
+    with undrawn():
+        assert main(["design", "truck_trailer", "--out", str(out)]) == 0
     gains = str(out / "gains.json")
     assert main(["export", gains, "--to", "c", "--out", str(out / "c")]) == 0
     return out

@@ -44,6 +44,7 @@ def test_base_units(unit: str, exponents: dict[str, int] | None) -> None:
     assert base_units(unit) == exponents
 
 
+@pytest.mark.slow
 def test_equal_files_for_equal_gains(tmp_path: Path) -> None:
     gains = plant_file("tora", tmp_path)
 

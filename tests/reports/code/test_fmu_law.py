@@ -41,7 +41,9 @@ def compared(gains: Path, time: float, random: Random) -> int:
     return count
 
 
-@pytest.mark.parametrize("name", ["cart_pole", "split_range", "truck_trailer"])
+@pytest.mark.parametrize(
+    "name", ["split_range", "truck_trailer", pytest.param("cart_pole", marks=pytest.mark.slow)]
+)
 def test_a_plant_s_law(name: str, tmp_path: Path) -> None:
     """Rules, a blend with its kept effort, and a law in discrete time."""
     own = plant_law(name)[1].model.sample_time
@@ -56,7 +58,16 @@ def test_a_turbine_s_law(turbine_design: TurbineDesign, tmp_path: Path) -> None:
     assert compared(gains, 0.02, Random(4)) == 2 * 6 * SAMPLES
 
 
-@pytest.mark.parametrize("name", ["cart_pole", "split_range", "truck_trailer", "tora"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "split_range",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("cart_pole", "truck_trailer", "tora")
+        ),
+    ],
+)
 def test_every_file_is_valid(name: str, tmp_path: Path) -> None:
     fmpy()
     from fmpy.validation import validate_fmu

@@ -56,7 +56,7 @@ def plant_slope(plant: Plant, disturbances: dict[str, float]) -> Slope:
 
 
 LOOPS = [
-    ("cart_pole", 0.01, {"angle": 0.2}),
+    pytest.param("cart_pole", 0.01, {"angle": 0.2}, marks=pytest.mark.slow),
     ("tora", 0.05, {"x": 0.1, "theta": 0.3}),  # with a mass matrix
     ("truck_trailer", 2.0, {"x1": 0.02, "x3": -0.05}),  # in discrete time
     ("quarter_car", 0.001, {}),  # with a disturbance

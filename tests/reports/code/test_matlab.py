@@ -24,6 +24,7 @@ from takagi.reports.code.matlab.target import export
 from takagi.reports.gains_file import dump_gains, gain_file
 from tests.reports.code.test_c_input import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
+from tests.undrawn import undrawn
 
 # Each row of `given` is one sample; a row of `sent` is its outputs and its status.
 DRIVER = """
@@ -117,7 +118,8 @@ def test_the_struct_has_what_the_file_and_the_certificate_have(
 ) -> None:
     """By the command: gains, vertices and P of a small design, read back by scipy."""
     built = tmp_path / "built"
-    assert main(["design", "duffing", "--out", str(built)]) == 0
+    with undrawn():
+        assert main(["design", "duffing", "--out", str(built)]) == 0
     out = tmp_path / "mat"
     assert main(["export", str(built / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     assert "duffing" in capsys.readouterr().out.lower()
@@ -141,8 +143,9 @@ def test_the_struct_has_what_the_file_and_the_certificate_have(
 def test_another_certificate_gives_no_matrices(tmp_path: Path) -> None:
     """Claims of a file that the gain file does not name are not written beside its gains."""
     first, second = tmp_path / "first", tmp_path / "second"
-    assert main(["design", "duffing", "--out", str(first)]) == 0
-    assert main(["design", "duffing", "--decay-rate", "0.2", "--out", str(second)]) == 0
+    with undrawn():
+        assert main(["design", "duffing", "--out", str(first)]) == 0
+        assert main(["design", "duffing", "--decay-rate", "0.2", "--out", str(second)]) == 0
     shutil.copy(second / "certificate.json", first / "certificate.json")
     out = tmp_path / "mat"
     assert main(["export", str(first / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
@@ -153,7 +156,8 @@ def test_another_certificate_gives_no_matrices(tmp_path: Path) -> None:
 def test_vertices_are_the_model_s(tmp_path: Path) -> None:
     """A and B of every rule, against the Takagi-Sugeno model of the library."""
     built, out = tmp_path / "built", tmp_path / "mat"
-    assert main(["design", "cart_pole", "--out", str(built)]) == 0
+    with undrawn():
+        assert main(["design", "cart_pole", "--out", str(built)]) == 0
     assert main(["export", str(built / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     found = loadmat(next(out.glob("*.mat")), simplify_cells=True)["takagi"]
     _, law = plant_law("cart_pole")

@@ -198,9 +198,11 @@ def test_keywords_as_names(tmp_path: Path) -> None:
     "name",
     [
         "truck_trailer",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("cart_pole", "every function")),
+        "cart_pole",
+        "every function",
     ],
 )
+@pytest.mark.slow
 def test_an_independent_parser_reads_it(name: str, tmp_path: Path) -> None:
     """With blark, which takes minutes for the tables of a turbine: these have every statement."""
     blark = pytest.importorskip("blark.parse")
