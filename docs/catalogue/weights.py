@@ -55,6 +55,7 @@ CELLS = MappingProxyType(
         "running-loop": OTHER,
         "running-rate": OTHER,
         "schedule-rate": OTHER,
+        "turbulence-speed": OTHER,
     }
 )
 
@@ -79,7 +80,7 @@ missed, and leaves `sector-embedding` open.
 """
 
 NOTES = """
-The last eight kinds are about a turbine's model, which no certificate of a plant has;
+The last nine kinds are about a turbine's model, which no certificate of a plant has;
 `quadratic-decay` and `no-common-quadratic` hold their own matrices.
 
 Consider a law with different gains whose weights depend on its own input. It would need its command

@@ -55,6 +55,7 @@ WHOLE_FILE = {
     "running-loop": "turbine.running_loop.running_claim.check_running_loop",
     "running-rate": "turbine.running_loop.moving_claim.check_running_rate",
     "schedule-rate": "turbine.scheduled_loop.schedule_claim.check_schedule_rate",
+    "turbulence-speed": "turbine.overspeed.speed_claim.check_turbulence_speed",
 }
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {

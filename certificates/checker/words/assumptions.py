@@ -41,6 +41,19 @@ AT_SCHEDULE = (
     *RUNNING[2:],
 )
 
+# Until a rotor speed is exceeded, whatever the wind estimate.
+IN_TURBULENCE = (
+    "wind of one number, Gaussian, with the stated deviation and rate, from rest",
+    "start at the trim of the mean wind",
+    "rotor's torque at most that of the table at the present wind, speed and pitch, plus the "
+    "stated excess: no delay of the wake",
+    "c_Q outside the table at most that at its edge",
+    "torque at once, within the limit of its rate",
+    RIGID[0],
+    PROGRAM[0],
+    "speed measured exactly before its filters",
+)
+
 LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
 ASSUMED = {
     "coherent-loop": (*LOOP, OUTSIDE),
@@ -56,6 +69,7 @@ ASSUMED = {
     "running-loop": RUNNING,
     "running-rate": MOVING,
     "schedule-rate": AT_SCHEDULE,
+    "turbulence-speed": IN_TURBULENCE,
     "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 
