@@ -73,7 +73,13 @@ RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
 # Claims that also read the gain file's observer and filters, from the member ``controller``.
-WITH_OBSERVER = ("running-loop", "running-rate", "schedule-rate", "turbine-crossing")
+WITH_OBSERVER = (
+    "running-loop",
+    "running-rate",
+    "schedule-rate",
+    "turbine-crossing",
+    "turbulence-speed",
+)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
@@ -227,6 +233,12 @@ def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
         from takagi.certificates.cross_check.turbine.linear.turbine_crossing import turbine_crossing
 
         return turbine_crossing(claim, document)
+    if kind == "turbulence-speed":
+        from takagi.certificates.cross_check.turbine.overspeed.seldom_exceeded import (
+            seldom_exceeded,
+        )
+
+        return seldom_exceeded(claim, document)
     from takagi.certificates.cross_check.turbine.running.moving_loop import moving_loop
 
     return moving_loop(claim, document)

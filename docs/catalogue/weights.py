@@ -56,6 +56,7 @@ CELLS = MappingProxyType(
         "running-rate": OTHER,
         "schedule-rate": OTHER,
         "turbine-crossing": OTHER,
+        "turbulence-speed": OTHER,
     }
 )
 
@@ -80,7 +81,7 @@ missed, and leaves `sector-embedding` open.
 """
 
 NOTES = """
-The last nine kinds are about a turbine's model, which no certificate of a plant has;
+The last ten kinds are about a turbine's model, which no certificate of a plant has;
 `quadratic-decay` and `no-common-quadratic` hold their own matrices.
 
 Consider a law with different gains whose weights depend on its own input. It would need its command

@@ -197,6 +197,14 @@ def _crossing(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "horizon", "s", larger=True)
 
 
+def _exceeded(claim: Data, document: Data) -> Iterator[Found]:
+    yield from _of(
+        claim, "probability", "-", larger=False, name="probability of exceeding the speed"
+    )
+    yield from _of(claim, "speed", "rad/s", larger=False, name="speed that is seldom exceeded")
+    yield from _of(claim, "horizon", "s", larger=True)
+
+
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
     model = document["model"]
     if model.get("kind") == "plant":
@@ -308,6 +316,7 @@ _READINGS: dict[str, Reading] = {
     "running-rate": _running_rate,
     "schedule-rate": _schedule_rate,
     "turbine-crossing": _turbine_crossing,
+    "turbulence-speed": _exceeded,
 }
 # Members that bound a disturbance; which of them are present is a part of the question.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")
@@ -320,6 +329,7 @@ _QUESTIONS = {
     "exit-probability": ("disturbance", "noise", "start"),
     "crossing-probability": ("disturbance", "noise", "row", "limit"),
     "turbine-crossing": ("wind", "turbulence", "overspeed", "uncertainty"),
+    "turbulence-speed": ("wind", "least_estimate"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

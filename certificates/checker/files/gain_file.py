@@ -19,8 +19,15 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 
 # The versions of gain files before this form: law and names, but no program.
 EARLIER = ("1", "2")
-# Claims about the loop with the file's observer and filters.
-OBSERVED = ("running-loop", "running-rate", "schedule-rate", "turbine-crossing")
+# Claims about the loop with the file's observer and filters, and which of these they state.
+BOTH = ("observer", "measurement")
+OBSERVED = {
+    "running-loop": BOTH,
+    "running-rate": BOTH,
+    "schedule-rate": BOTH,
+    "turbine-crossing": BOTH,
+    "turbulence-speed": ("measurement",),
+}
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 
@@ -79,13 +86,16 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
     With that member the claim has been compared with it, and so is the file.
     """
     for claim in member(data, "claims", "certificate"):
-        if isinstance(claim, dict) and claim.get("kind") in OBSERVED:
+        kind = claim.get("kind") if isinstance(claim, dict) else None
+        if isinstance(kind, str) and kind in OBSERVED:
             # Imported here: most certificates have no such claim.
             from takagi.certificates.checker.turbine.running_loop.inputs import (
                 other_than_the_controller,
             )
 
-            if other := other_than_the_controller(claim, {"controller": file}, "claim"):
+            if other := other_than_the_controller(
+                claim, {"controller": file}, "claim", OBSERVED[kind]
+            ):
                 told = other.replace("the controller's", "the gain file's")
                 raise OtherGains(
                     f"{gains}: claims about the loop with its observer: {told}; give the gain file "

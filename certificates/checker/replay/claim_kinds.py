@@ -56,6 +56,7 @@ WHOLE_FILE = {
     "running-rate": "turbine.running_loop.moving_claim.check_running_rate",
     "schedule-rate": "turbine.scheduled_loop.schedule_claim.check_schedule_rate",
     "turbine-crossing": "turbine.linear_loop.crossing_claim.check_turbine_crossing",
+    "turbulence-speed": "turbine.overspeed.speed_claim.check_turbulence_speed",
 }
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {

@@ -51,6 +51,18 @@ LINEAR = (
     "wake with one state for pitch and one for wind",
     *RUNNING[4:],
 )
+# Until a rotor speed is exceeded, whatever the wind estimate.
+IN_TURBULENCE = (
+    "wind of one number, Gaussian, with the stated deviation and rate, from rest",
+    "start at the trim of the mean wind",
+    "rotor's torque at most that of the table at the present wind, speed and pitch, plus the "
+    "stated excess: no delay of the wake",
+    "c_Q outside the table at most that at its edge",
+    "torque at once, within the limit of its rate",
+    RIGID[0],
+    PROGRAM[0],
+    "speed measured exactly before its filters",
+)
 
 LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
 ASSUMED = {
@@ -68,6 +80,7 @@ ASSUMED = {
     "running-rate": MOVING,
     "schedule-rate": AT_SCHEDULE,
     "turbine-crossing": LINEAR,
+    "turbulence-speed": IN_TURBULENCE,
     "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.loop_claims import crossing_claims as crossing_claims
     from takagi.certificates.claims.turbine.loop_claims import moving_claim as moving_claim
     from takagi.certificates.claims.turbine.loop_claims import schedule_claim as schedule_claim
+    from takagi.certificates.claims.turbine.loop_claims import speed_claim as speed_claim
     from takagi.certificates.claims.turbine.published import (
         PublishedCandidate as PublishedCandidate,
     )

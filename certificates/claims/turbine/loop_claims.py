@@ -252,6 +252,41 @@ def crossing_claims(
     return claims, left_out
 
 
+def speed_claim(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+    *,
+    mean: float,
+    deviation: float,
+    rate: float,
+    probability: float,
+    horizon: float,
+    least_estimate: float,
+    excess: float = 0.0,
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the claim that the rotor seldom reaches a speed, or by its kind why there is none.
+
+    Parameters
+    ----------
+    controller, inertia : as ``running_loop_claim`` takes them.
+    mean, deviation, rate : of the wind: mean and standard deviation [m/s], rms of its rate [m/s^2].
+    probability, horizon : p, and T [s].
+    least_estimate : the claim ends at a smaller wind estimate [m/s]; up to the first wind of the
+        law's tables this is no condition.
+    excess : by which the rotor's torque over J may exceed the table's [rad/s^2].
+    """
+    from takagi.certificates.claims.turbine.overspeed.speed_candidate import (
+        Asked,
+        turbulence_speed_claim,
+    )
+
+    asked = Asked(mean, deviation, rate, probability, horizon, least_estimate, excess)
+    made = partial(turbulence_speed_claim, model, gains, controller, inertia, asked)
+    return _alone("turbulence-speed", made, model, gains)
+
+
 def _alone(
     kind: str,
     made: Callable[[], dict[str, Any]],

@@ -32,7 +32,12 @@ from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine import numbers as other_numbers
 from takagi.certificates.cross_check.turbine import surface as other_surface
 from takagi.certificates.cross_check.turbine.running import cell as other_cell
-from takagi.certificates.cross_check.turbine.running import entering, machine, moving_loop
+from takagi.certificates.cross_check.turbine.running import (
+    entering,
+    machine,
+    moving_form,
+    moving_loop,
+)
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
 
@@ -104,7 +109,7 @@ def second(document: Any) -> list[entering.Entered]:
     data = loads(json.dumps(document))
     claim, model, gains = data["claims"][0], data["model"], data["gains"]
     rotor, own = other_numbers.Rotor(model, gains), machine.Machine(claim, model, gains)
-    functions = moving_loop._functions(claim, own.states)
+    functions = moving_form.functions_by_wind(claim, own.states)
     found: list[entering.Entered] = []
     for k, cell in enumerate(claim["cells"]):
         for _ in moving_loop._cell(rotor, own, cell, functions, f"cell {k}", found):

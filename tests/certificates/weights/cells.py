@@ -89,6 +89,7 @@ EVIDENCE: dict[str, Data] = {
     "running-rate": {},
     "schedule-rate": {},
     "turbine-crossing": {},
+    "turbulence-speed": {},
 }
 # Asked of the plant by itself: with gains it would be refused for another reason.
 LAWLESS = {("fuzzy-decay", "secants"), ("fuzzy-l2-gain", "secants"), ("observer", "secants")}

@@ -127,7 +127,9 @@ class Machine:
         )
 
 
-def other_than_the_controller(claim: Any, data: Any, where: str) -> str:
+def other_than_the_controller(
+    claim: Any, data: Any, where: str, parts: Iterable[str] = tuple(STATED)
+) -> str:
     """Return where the claim's observer or filters differ from the certificate's ``controller``.
 
     That member is the gain file's content, with which ``takagi check --gains`` compares the file.
@@ -136,8 +138,8 @@ def other_than_the_controller(claim: Any, data: Any, where: str) -> str:
     controller = data.get("controller") if isinstance(data, dict) else None
     if controller is None:
         return ""
-    for part, names in STATED.items():
-        stated = member(claim, part, where)
+    for part in parts:
+        stated, names = member(claim, part, where), STATED[part]
         own = controller.get(part) if isinstance(controller, dict) else None
         for name in names:
             there, here = (

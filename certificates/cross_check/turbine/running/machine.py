@@ -70,12 +70,14 @@ def box(cell: Any, names: Sequence[str] = SIDES) -> dict[str, fmpq]:
     return sides
 
 
-def same_controller(claim: Any, document: Any) -> bool:
+def same_controller(
+    claim: Any, document: Any, parts: tuple[str, ...] = ("observer", "measurement")
+) -> bool:
     """Return whether observer and filters are those of the file's controller, if there is one."""
     if not isinstance(document, dict) or document.get("controller") is None:
         return True
     own = document["controller"]
-    return all(_numbers(claim, part) == _numbers(own, part) for part in ("observer", "measurement"))
+    return all(_numbers(claim, part) == _numbers(own, part) for part in parts)
 
 
 def _numbers(owner: Any, part: str) -> list[fmpq] | None:
