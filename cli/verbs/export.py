@@ -104,7 +104,7 @@ def export(
 
 def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:
     from takagi.models.errors import ModelError
-    from takagi.reports.code.controller_program import read_controller
+    from takagi.reports.code.program_reading import read_controller
 
     if law is None:
         return read_controller(given, without=without)

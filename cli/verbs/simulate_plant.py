@@ -98,7 +98,7 @@ def simulate(
         tell("runs")
         program = None
         if gains is not None and scenario.sample_time is not None:
-            from takagi.reports.code.controller_program import read_controller
+            from takagi.reports.code.program_reading import read_controller
 
             program = read_controller(gains)
         found = simulation.simulate_plant(

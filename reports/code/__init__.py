@@ -2,6 +2,7 @@
 
 formula             a formula of a program as a tree
 controller_program  the programs of a gain file as one value, which every target reads
+program_reading     reading a gain file as this value
 run                 this value, run in Python: known answers for the tests of targets
 identifiers         names that are valid in a target's language
 certified_model     the model and the claims of a gain file's certificate
@@ -24,7 +25,7 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.reports.code.baseline import baseline_program as baseline_program
     from takagi.reports.code.controller_program import ControllerProgram as ControllerProgram
-    from takagi.reports.code.controller_program import read_controller as read_controller
+    from takagi.reports.code.program_reading import read_controller as read_controller
     from takagi.reports.code.run import ProgramRun as ProgramRun
     from takagi.reports.code.targets import ExportSettings as ExportSettings
     from takagi.reports.code.targets import Precision as Precision

@@ -24,7 +24,8 @@ from takagi.certificates.checker.controller.turbine_programs import rate_limit_p
 from takagi.models.simulation.baseline import REGION_3_PITCH
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
-from takagi.reports.code.controller_program import ControllerProgram, controller_program
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import controller_program
 
 NOT_PROVED = "not proved (the published baseline controller, to compare with)"
 _UNITS = {

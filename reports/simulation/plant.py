@@ -123,7 +123,7 @@ def _program_law(
     scenario: PlantScenario,
     program: ControllerProgram | None,
 ) -> Callable[[], SampledProgram]:
-    from takagi.reports.code.controller_program import controller_program
+    from takagi.reports.code.program_reading import controller_program
     from takagi.reports.gains_file import dump_gains, plant_gain_file
     from takagi.reports.loops.program_law import ProgramLaw
 

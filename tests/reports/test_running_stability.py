@@ -16,7 +16,7 @@ from takagi.certificates.design.turbine import (
     wind_by_wind_law,
     wind_observer_design,
 )
-from takagi.certificates.document.certificate_file import effort_sharing_law_data
+from takagi.certificates.document import effort_sharing_law_data
 from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
@@ -130,13 +130,25 @@ def test_two_drives_in_a_file_are_noted() -> None:
     """A time constant of 3 s beside a drive of 1 Hz, which lags by 0.22 s; both of 3 s are one."""
     both = replace(TURBINE, pitch_time_constant=3.0)
 
-    (note,) = require_stable(both, default_settings(both))
+    note, slow = require_stable(both, default_settings(both))
 
     assert "pitch.time_constant is 3 s" in note and "lags by 0.223 s" in note
+    assert slow == running_stability.slow_drive_note(both)
     assert "time_constant 0.22 s, or drive_frequency 0.47 rad/s" in note
     assert running_stability.two_drives_note(replace(both, pitch_drive_frequency=0.47)) is None
     assert running_stability.two_drives_note(replace(both, pitch_time_constant=0.45)) is not None
     assert running_stability.two_drives_note(replace(both, pitch_time_constant=0.4)) is None
+
+
+def test_a_drive_too_slow_for_the_proof_is_noted_with_wind_and_cure() -> None:
+    """At 0.2 s, the file's own, nothing is said; 1 s is the least that was seen to be UNDECIDED."""
+    slow = running_stability.slow_drive_note(replace(TURBINE, pitch_time_constant=2.5))
+
+    assert slow is not None and slow.startswith("pitch.time_constant is 2.5 s: ")
+    assert "11.45 to 11.55 m/s" in slow and "A quicker pitch drive helps" in slow
+    assert running_stability.slow_drive_note(replace(TURBINE, pitch_time_constant=1.0)) is not None
+    assert running_stability.slow_drive_note(replace(TURBINE, pitch_time_constant=0.99)) is None
+    assert running_stability.slow_drive_note(TURBINE) is None
 
 
 def test_a_margin_that_is_small_is_noted_with_wind_mode_and_cure() -> None:

@@ -16,7 +16,8 @@ from pathlib import Path
 
 from takagi.models.errors import ModelError
 from takagi.reports.code.c.source import CSource, c_source
-from takagi.reports.code.controller_program import ControllerProgram, read_controller
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.targets import export_settings
 
 SHOWN = 10  # differences in a message

@@ -14,7 +14,8 @@ from typing import Any
 from takagi.models.errors import ModelError
 from takagi.reports.code.c.source import CSource, c_source
 from takagi.reports.code.c.words import comment
-from takagi.reports.code.controller_program import ControllerProgram, controller_program
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import controller_program
 from takagi.reports.code.targets import Exported, ExportSettings
 
 TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "DISCON.IN", "Makefile", "README.md")

@@ -20,9 +20,9 @@ from takagi.reports.code.controller_program import (
     ControllerProgram,
     Signal,
     Spline,
-    renamed,
 )
 from takagi.reports.code.formula import Formula, Name, names_of, parsed
+from takagi.reports.code.program_reading import renamed
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from takagi.reports.code import (
 )
 from takagi.reports.code.c.expressions import literal
 from takagi.reports.code.c.source import c_source
-from takagi.reports.code.controller_program import controller_program
+from takagi.reports.code.program_reading import controller_program
 from tests.reports.code.compiled import (
     C99,
     NO_DIVISION_BY_ZERO,

@@ -13,7 +13,7 @@ from takagi.certificates import TurbineDesign
 from takagi.models.laws import SampledLaw
 from takagi.models.simulation import WindSeries, simulate, validation_plant
 from takagi.reports.code import ControllerProgram, ProgramRun, baseline_program
-from takagi.reports.code.controller_program import controller_program
+from takagi.reports.code.program_reading import controller_program
 from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built, edited
 from tests.reports.code.design_program import program_of
 

@@ -17,10 +17,10 @@ from takagi.certificates import TurbineDesign
 from takagi.cli.main import main
 from takagi.models import ModelError
 from takagi.reports.code import ControllerProgram, ExportSettings, ProgramRun, read_controller
-from takagi.reports.code.controller_program import controller_program
 from takagi.reports.code.identifiers import file_word
 from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.matlab.target import export
+from takagi.reports.code.program_reading import controller_program
 from takagi.reports.gains_file import dump_gains, gain_file
 from tests.reports.code.test_c_input import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of

@@ -20,7 +20,7 @@ from takagi.reports.code import (
     baseline_program,
     read_controller,
 )
-from takagi.reports.code.controller_program import controller_program
+from takagi.reports.code.program_reading import controller_program
 from takagi.reports.code.structured_text.block import export, function_block
 from takagi.reports.gains_file import dump_gains, gain_file
 from tests.reports.code.structured_text import FunctionBlock
