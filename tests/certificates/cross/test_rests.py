@@ -103,11 +103,11 @@ FORGED: dict[str, Callable[[Data], None]] = {
 
 
 # Of a range with two rests every box is halved to the end: seconds in both checkers.
-LONG = ("one for several", "several for one")
+LONG = "one for several"
 
 
 @pytest.mark.parametrize(
-    "name", [n if n not in LONG else pytest.param(n, marks=pytest.mark.slow) for n in FORGED]
+    "name", [n if n != LONG else pytest.param(n, marks=pytest.mark.slow) for n in FORGED]
 )
 def test_a_forged_answer_is_proved_by_neither(name: str, document: Data) -> None:
     """With hashes that fit; the second checker says so, and does not abstain."""

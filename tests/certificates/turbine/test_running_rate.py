@@ -210,7 +210,6 @@ def test_only_a_cell_that_is_entered_needs_room_for_the_rate_limits(
     assert verdicts(document) == ("PROVED", "PROVED")
 
 
-@pytest.mark.slow
 def test_both_checkers_turn_at_the_same_room(document: dict[str, Any]) -> None:
     """The side at which the cell may be entered, from both sides."""
     sides = document["claims"][0]["cells"][3]["sides"]

@@ -120,6 +120,7 @@ def test_the_plants_own_order_reaches_the_least_norm_of_all() -> None:
     assert least * (1 - 1e-4) < full.gain < 1.01 * least
 
 
+@pytest.mark.slow
 def test_a_pattern_keeps_its_zeros_and_costs_norm() -> None:
     """DIS2 with two decentralised loops, against all four entries."""
     system = plant("DIS2")
