@@ -77,6 +77,21 @@ class Campaign:
         return float(np.nanmax(row)) if np.any(~np.isnan(row)) else float("nan")
 
 
+def require_numbers(runs: int, duration: float, seed: int) -> None:
+    """Refuse numbers of a campaign that make no sense; see ``run_campaign``.
+
+    Raises
+    ------
+    ModelError : says what was given, and what is needed.
+    """
+    if not 1 <= runs <= MOST_RUNS:
+        raise ModelError(f"{runs} runs were asked for; 1 to {MOST_RUNS} are possible")
+    if not 0 < duration < np.inf:
+        raise ModelError(f"a duration of {duration:g} s was asked for; it must be above 0")
+    if seed < 0:
+        raise ModelError(f"seed {seed} was given; 0 or more is needed")
+
+
 def run_campaign(
     document: Mapping[str, Any],
     *,
@@ -100,12 +115,7 @@ def run_campaign(
     ------
     ModelError : no such claim; numbers that make no sense.
     """
-    if not 1 <= runs <= MOST_RUNS:
-        raise ModelError(f"{runs} runs were asked for; 1 to {MOST_RUNS} are possible")
-    if not 0 < duration < np.inf:
-        raise ModelError(f"a duration of {duration:g} s was asked for; it must be above 0")
-    if seed < 0:
-        raise ModelError(f"seed {seed} was given; 0 or more is needed")
+    require_numbers(runs, duration, seed)
     loop = certified_loop(document)
     step = STEP_SHARE * loop.pitch_lag
     sizes = [min(TOGETHER, runs - begun) for begun in range(0, runs, TOGETHER)]

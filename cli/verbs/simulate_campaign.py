@@ -145,16 +145,21 @@ def _run(
     model: Path, options: Mapping[str, Any], asked: list[Beyond], duration: float | None, tell: Tell
 ) -> CampaignReport:
     from takagi.certificates.campaign.outside import INSIDE
-    from takagi.certificates.campaign.runs import DURATION, run_campaign
+    from takagi.certificates.campaign.runs import DURATION, require_numbers, run_campaign
     from takagi.certificates.checker.replay.certificate import check
     from takagi.reports.campaign.folder import CampaignReport
 
+    default = RUNS_BEYOND if asked else RUNS
+    runs = default if options["runs"] is None else options["runs"]
+    lasting = DURATION if duration is None else duration
+    seed = options["seed"] or 0
+    # Before the certificate is checked, which takes seconds.
+    require_numbers(runs, lasting, seed)
     path = options["certificate"]
     # Strictly read, and about this model: what is simulated is what the checker judged.
     verdict = check(path, model=model).verdict.name
     document = json.loads(path.read_text(encoding="utf-8"))
     parts = asked or [INSIDE]
-    default = RUNS_BEYOND if asked else RUNS
     found = []
     for i, beyond in enumerate(parts):
 
@@ -164,9 +169,9 @@ def _run(
         found.append(
             run_campaign(
                 document,
-                runs=default if options["runs"] is None else options["runs"],
-                duration=DURATION if duration is None else duration,
-                seed=options["seed"] or 0,
+                runs=runs,
+                duration=lasting,
+                seed=seed,
                 beyond=beyond,
                 tell=told,
             )

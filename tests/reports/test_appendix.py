@@ -22,6 +22,8 @@ from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
 
+# What a verb asks before it designs; its five seconds are spent in test_running_stability.
+STABILITY = "takagi.reports.margins.running_stability.require_stable"
 HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
 
 
@@ -260,6 +262,7 @@ def test_the_verb_writes_the_same_files_for_the_same_design(
     from takagi.cli.main import main
 
     monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: design)
+    monkeypatch.setattr(STABILITY, lambda *_: ())
 
     assert main(["appendix", "nrel5mw", "--out", str(tmp_path)]) == 0
     assert "pdflatex appendix.tex" in capsys.readouterr().out
@@ -282,6 +285,7 @@ def test_the_verb_speaks_json_and_fails_an_open_certificate(
 
     opened = replace(design, checked=concluded([Claim("c", Verdict.UNDECIDED, "why")], []))
     monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: opened)
+    monkeypatch.setattr(STABILITY, lambda *_: ())
     undrawn(monkeypatch)
 
     assert main(["appendix", "nrel5mw", "--out", str(tmp_path), "--json"]) == 1

@@ -70,8 +70,13 @@ def test_the_same_design_gives_the_same_bytes() -> None:
 @pytest.mark.parametrize(
     "name", ["cart_pole", "cart_pole_2rules", "tora", "truck_trailer", "dayawansa_martin"]
 )
-def test_the_appendix_compiles(name: str, tmp_path: Path) -> None:
-    """Sixteen rules, long coefficients, a mass matrix, discrete time, an analysis."""
+def test_the_appendix_compiles(name: str, tmp_path: Path, reduced: bool) -> None:
+    """Sixteen rules, long coefficients, a mass matrix, discrete time, an analysis.
+
+    Reduced: long coefficients, discrete time and an analysis, in the quicker designs.
+    """
+    if reduced and name in ("cart_pole", "tora"):
+        pytest.skip("reduced: their pages differ from the others' by the size of their matrices")
     sound(compiled(tmp_path, plant_appendix(design_of(name))), "hv")
 
 

@@ -35,6 +35,7 @@ def test_the_summary_says_what_follows_what() -> None:
     assert "target up to" not in said
 
 
+@pytest.mark.slow
 def test_the_report_has_the_jumps_as_a_figure_and_as_numbers() -> None:
     files = plant_report_files(servo())
 

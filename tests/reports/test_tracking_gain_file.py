@@ -57,6 +57,7 @@ def test_the_controller_follows_as_the_simulation_does() -> None:
     assert found[-1, 1] == pytest.approx(0.2, abs=1e-2)
 
 
+@pytest.mark.slow
 def test_the_integral_stands_still_while_the_command_is_held() -> None:
     """A jump of 12 rad holds the voltage at 12 V; theta arrives without a turn too much."""
     found = run(12.0, 25.0)

@@ -57,8 +57,8 @@ def test_a_false_verdict_would_be_seen() -> None:
 
 @pytest.mark.slow
 def test_the_campaign_finds_nothing_false(reduced: bool) -> None:
-    """As ``make campaigns`` runs it, with another seed; reduced: one in twenty."""
-    count = "1500" if reduced else "24000"
+    """As ``make campaigns`` runs it, with another seed; reduced: one in forty."""
+    count = "600" if reduced else "24000"
     command = [sys.executable, "benchmarks/soundness.py", "--count", count, "--seed", "2"]
 
     ran = subprocess.run([*command, "--print-only"], cwd=ROOT, capture_output=True, text=True)

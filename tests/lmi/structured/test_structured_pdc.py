@@ -78,7 +78,8 @@ def test_without_structure_nothing_is_lost() -> None:
     assert 0 <= design.loss < 1e-3
 
 
-@pytest.mark.parametrize("step", [None, pytest.param(0.1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("step", [None, 0.1])
 def test_least_gain_of_position_feedback(step: float | None) -> None:
     """Against a search over the one number, with the norm of ``hinf_norm`` for each."""
     model = spring(step)

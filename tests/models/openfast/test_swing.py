@@ -100,7 +100,7 @@ def test_the_law_with_a_slow_filter_rests_everywhere(wind: float) -> None:
     assert left.tower < 0.5
 
 
-@pytest.mark.parametrize("wind", [12.0, 18.0])
+@pytest.mark.parametrize("wind", [12.0, pytest.param(18.0, marks=pytest.mark.slow)])
 def test_speed_without_a_filter_swings_the_shaft(wind: float) -> None:
     """A quick drive, pitch and the shaft at 1.64 Hz; a low-pass of 4 rad/s on speed ends it.
 

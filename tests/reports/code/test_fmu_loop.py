@@ -59,7 +59,7 @@ LOOPS = [
     pytest.param("cart_pole", 0.01, {"angle": 0.2}, marks=pytest.mark.slow),
     ("tora", 0.05, {"x": 0.1, "theta": 0.3}),  # with a mass matrix
     ("truck_trailer", 2.0, {"x1": 0.02, "x3": -0.05}),  # in discrete time
-    ("quarter_car", 0.001, {}),  # with a disturbance
+    pytest.param("quarter_car", 0.001, {}, marks=pytest.mark.slow),  # with a disturbance
 ]
 
 
@@ -126,6 +126,7 @@ omega = "(m*g*l*sin(theta) + tau - friction(omega) + friction(0))/(m*l^2)"
 """
 
 
+@pytest.mark.slow
 def test_a_plant_with_a_table(tmp_path: Path) -> None:
     """Friction as a spline, which C evaluates by its B-splines."""
     rows = "".join(f"{k / 2},{0.3 * np.tanh(k)}\n" for k in range(-6, 7))
@@ -169,6 +170,7 @@ def test_a_blended_plant_is_moved_by_its_two_actuators(tmp_path: Path) -> None:
     assert abs(states[-1][1] - 338.0) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_turbine_in_a_wind_that_steps(turbine_design: TurbineDesign, tmp_path: Path) -> None:
     """The rotor and pitch drive of ``takagi simulate``; from 9 to 14 m/s in steps."""
     design, time = turbine_design, 0.02
