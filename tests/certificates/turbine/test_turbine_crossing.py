@@ -509,6 +509,23 @@ def test_both_checkers_refuse_a_matrix_at_the_same_limits(document: Data) -> Non
         check_document(document)
 
 
+def test_torques_that_differ_are_no_trim(document: Data) -> None:
+    """At 8 m/s no entry of the matrix depends on the effort's height, which moves the residual.
+
+    The limit is a tenth of the overlap, 0.001 rad/s^2; the residual of the file is 0.000036.
+    """
+    law, effort = document["gains"], document["gains"]["trim_effort"]
+    document.pop("controller")
+    own = linear_at(document, "8").trim.residual
+    assert abs(own) < F("0.00004")
+    for above, expected in (("0.00099", BOTH), ("0.00101", NEITHER)):
+        for sign in (-1, 1):
+            shift = float(sign * F(above) + own)
+            law["trim_effort"] = [x + shift for x in effort]
+            assert verdicts(document) == expected
+    assert "there is no trim" in check_document(sealed(document)).claims[0].text
+
+
 # Candidates.
 
 
