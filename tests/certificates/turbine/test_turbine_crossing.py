@@ -466,6 +466,19 @@ def test_a_narrower_family_keeps_the_claim(document: Data) -> None:
     assert verdicts(document) == BOTH
 
 
+def test_a_file_that_would_take_minutes_is_refused(document: Data) -> None:
+    """Five parameters have ranges: 109 pieces of 32 corners are below 10^8/13^4, 110 are above.
+
+    The first piece of each file fails, so that no more is tested.
+    """
+    claim = document["claims"][0]
+    claim["probability"] /= 2
+    for pieces, expected in ((109, NEITHER), (110, REFUSED)):
+        claim["C"] = claim["C"][:1] * pieces
+        claim["cuts"] = ["inertia", ""] * (pieces - 1) + [""]
+        assert verdicts(document) == expected
+
+
 # Where there is no linear loop.
 
 
