@@ -322,6 +322,7 @@ def test_the_sentence_says_what_is_proved_and_what_is_not(document: Data) -> Non
         "a deviation of 1.09 m/s and an rms rate of 0.09 m/s^2",
         "inertia 0.9 to 1.1 of nominal",
         "its excess in wind 0.2 to 0.3 of the torque's slope in wind",
+        "The reference is a line in the wind here, without its stop at rated speed",
         "Nothing is said of the nonlinear loop, its limits, or another mean wind",
     ):
         assert phrase in said.text
