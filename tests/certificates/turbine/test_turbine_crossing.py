@@ -332,6 +332,7 @@ def test_the_sentence_says_what_is_proved_and_what_is_not(document: Data) -> Non
         "a deviation of 1.09 m/s and an rms rate of 0.09 m/s^2",
         "inertia 0.9 to 1.1 of nominal",
         "its excess in wind 0.2 to 0.3 of the torque's slope in wind",
+        "The reference is a line in the wind here, without its stop at rated speed",
         "Nothing is said of the nonlinear loop, its limits, or another mean wind",
     ):
         assert phrase in said.text
@@ -495,6 +496,19 @@ def test_terminal_and_report_say_what_is_proved(document: Data, in_pieces: Data)
     assert report_verdict._in_turbulence(design) == []
 
 
+def test_a_file_that_would_take_minutes_is_refused(document: Data) -> None:
+    """Five parameters have ranges: 109 pieces of 32 corners are below 10^8/13^4, 110 are above.
+
+    The first piece of each file fails, so that no more is tested.
+    """
+    claim = document["claims"][0]
+    claim["probability"] /= 2
+    for pieces, expected in ((109, NEITHER), (110, REFUSED)):
+        claim["C"] = claim["C"][:1] * pieces
+        claim["cuts"] = ["inertia", ""] * (pieces - 1) + [""]
+        assert verdicts(document) == expected
+
+
 # Where there is no linear loop.
 
 
@@ -536,6 +550,23 @@ def test_both_checkers_refuse_a_matrix_at_the_same_limits(document: Data) -> Non
     assert verdicts(document) == NEITHER
     with pytest.raises(CertificateError):
         check_document(document)
+
+
+def test_torques_that_differ_are_no_trim(document: Data) -> None:
+    """At 8 m/s no entry of the matrix depends on the effort's height, which moves the residual.
+
+    The limit is a tenth of the overlap, 0.001 rad/s^2; the residual of the file is 0.000036.
+    """
+    law, effort = document["gains"], document["gains"]["trim_effort"]
+    document.pop("controller")
+    own = linear_at(document, "8").trim.residual
+    assert abs(own) < F("0.00004")
+    for above, expected in (("0.00099", BOTH), ("0.00101", NEITHER)):
+        for sign in (-1, 1):
+            shift = float(sign * F(above) + own)
+            law["trim_effort"] = [x + shift for x in effort]
+            assert verdicts(document) == expected
+    assert "there is no trim" in check_document(sealed(document)).claims[0].text
 
 
 # Candidates.

@@ -25,6 +25,7 @@ from takagi.certificates.checker.kernel.reader import number, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.kinds.crossing_probability import crossing_bound
+from takagi.certificates.checker.loop.polytopic_loop import bounded
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.linear_loop.jacobian import (
     loop_matrix,
@@ -88,6 +89,8 @@ def check_turbine_crossing(claim: Any, data: Any, where: str) -> Found:
         raise CertificateError(
             f"{where}.C: {len(parts)} matrices {n} by {n}, one for each piece, are needed"
         )
+    # A part of the box has as many corners as the whole.
+    bounded(len(parts) * sum(1 for _ in corners(box)), n)
     overspeed, horizon = (positive(claim, name, where) for name in ("overspeed", "horizon"))
     probability = number(claim, "probability", where)
     if not 0 < probability < 1:

@@ -11,7 +11,9 @@ coefficient c_Q at (lambda, beta*):
 
 The loop is differentiable there, which is tested: v lies between two nodes and within the limits of
 the estimate, torque is above 0 and below its rated value or no feed-forward acts on it, pitch is
-below its limit.  At its lower limit the law's pitch is constant: psi and its slope are 0.
+below its limit.  At its lower limit the law's pitch is constant: psi and its slope are 0.  The
+residual is at most a tenth of the overlap eps: where the table's torques are further apart, the
+loop rests at another effort, with another share F, or not at all.
 
 Derived in docs/turbine-crossing.md.
 """
@@ -29,6 +31,8 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine
 
 NIL = Fraction(0)
+# The largest residual at a trim, as a share of the overlap.
+APART = Fraction(1, 10)
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,9 @@ def trim_at(
     ratio = plant.radius * speed / wind
     C, by_ratio, by_pitch = surface.at(ratio, pitch)
     c, unit = plant.torque_per_inertia, plant.gear_per_inertia
+    residual = c * wind**2 * C - unit * torque
+    if abs(residual) > APART * law.overlap:
+        raise Refused("there is no trim: the torques differ by over a tenth of the overlap")
     sigma = -c * wind**2 * by_pitch
     bend = shed * law.slope(law.effectiveness, k) / b**2
     turned = F * law.slope(law.effort, k) / b - bend
@@ -118,5 +125,5 @@ def trim_at(
         nu=law.nu[k],
         ahead=ahead,
         lead=law.lead * turned,
-        residual=c * wind**2 * C - unit * torque,
+        residual=residual,
     )

@@ -106,6 +106,9 @@ class LinearRates:
         rotor, v = self.rotor, self.mean
         ratio = rotor.radius * self.omega / v
         C, by_ratio, by_pitch = rotor.surface.at(ratio, self.pitch)
+        drive, brake = rotor.c * v * v * C, rotor.rated - rotor.m * self.braked
+        if 10 * abs(drive - brake) > rotor.overlap:
+            raise Outside("no trim: torques that differ by over a tenth of the overlap")
         self.a = rotor.c * rotor.radius * v * by_ratio
         self.sigma = -rotor.c * v * v * by_pitch
         self.d = rotor.c * v * (2 * C - ratio * by_ratio)

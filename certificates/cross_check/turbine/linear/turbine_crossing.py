@@ -32,6 +32,7 @@ from takagi.certificates.cross_check.turbine.running.shortened import shortened
 from takagi.certificates.cross_check.turbine.surface import Outside
 
 MOST_PIECES = 256
+MOST_EFFORT = 100_000_000  # corners of all pieces times the fourth power of the order
 
 
 def turbine_crossing(claim: Any, document: Any) -> Obligations:
@@ -51,6 +52,8 @@ def turbine_crossing(claim: Any, document: Any) -> Obligations:
     square = (covariances[0].nrows(), covariances[0].ncols()) == (n, n)
     if len(covariances) != len(pieces) or not square:
         raise Refusal(f"C: {len(pieces)} matrices of order {n}, one for each piece")
+    if sum(sum(1 for _ in _corners(piece)) for piece in pieces) * n**4 > MOST_EFFORT:
+        raise Refusal("more corners of pieces than are tested")
     try:
         loop = LinearRates(rotor, machine, claim, mean)
     except Outside as reason:
