@@ -234,11 +234,11 @@ def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
 
         return turbine_crossing(claim, document)
     if kind == "turbulence-speed":
-        from takagi.certificates.cross_check.turbine.overspeed.seldom_exceeded import (
-            seldom_exceeded,
+        from takagi.certificates.cross_check.turbine.overspeed.seldom_reached import (
+            seldom_reached,
         )
 
-        return seldom_exceeded(claim, document)
+        return seldom_reached(claim, document)
     from takagi.certificates.cross_check.turbine.running.moving_loop import moving_loop
 
     return moving_loop(claim, document)

@@ -199,9 +199,9 @@ def _crossing(claim: Data, document: Data) -> Iterator[Found]:
 
 def _exceeded(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(
-        claim, "probability", "-", larger=False, name="probability of exceeding the speed"
+        claim, "probability", "-", larger=False, name="probability of reaching the speed"
     )
-    yield from _of(claim, "speed", "rad/s", larger=False, name="speed that is seldom exceeded")
+    yield from _of(claim, "speed", "rad/s", larger=False, name="speed that is seldom reached")
     yield from _of(claim, "horizon", "s", larger=True)
 
 

@@ -9,6 +9,7 @@ import json
 import math
 from collections.abc import Callable
 from copy import deepcopy
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -20,13 +21,16 @@ from scipy.special import erfc
 
 from takagi.certificates import CertificateError, check
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.turbine.overspeed.rotor_torque import (
-    greatest,
-    greatest_at_any_speed,
+from takagi.certificates.checker.turbine.overspeed import (
+    rotor_torque as driving,
 )
-from takagi.certificates.checker.turbine.overspeed.sent import LeastTorque
-from takagi.certificates.checker.turbine.overspeed.speed_claim import is_held, probability_bound
-from takagi.certificates.checker.turbine.overspeed.speed_inputs import StatedSpeed
+from takagi.certificates.checker.turbine.overspeed import (
+    sent,
+    speed_inputs,
+)
+from takagi.certificates.checker.turbine.overspeed import (
+    speed_claim as verdict,
+)
 from takagi.certificates.claims.turbine import speed_claim
 from takagi.models import nrel5mw
 from takagi.models.turbine import rotor_torque
@@ -48,9 +52,9 @@ def document(stored: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def stated(stored: dict[str, Any]) -> StatedSpeed:
+def stated(stored: dict[str, Any]) -> speed_inputs.StatedSpeed:
     data = read_text(json.dumps(stored), "document")
-    return StatedSpeed.read(data["claims"][0], data, "claims[0]")
+    return speed_inputs.StatedSpeed.read(data["claims"][0], data, "claims[0]")
 
 
 def test_both_checkers_prove_it(document: dict[str, Any]) -> None:
@@ -195,20 +199,20 @@ def test_a_gain_file_with_another_filter_is_refused(
 # The parts, by other ways.
 
 
-def test_the_probability_is_rices(stated: StatedSpeed) -> None:
+def test_the_probability_is_rices(stated: speed_inputs.StatedSpeed) -> None:
     """Against erfc of scipy: the bound is above it by the bound of erfc, 5 % here, alone."""
     wind = stated.wind
     for highest in (7.0, 8.0, 8.7):
         z = (highest - 5) / float(wind.deviation)
         crossings = 600 * float(wind.rate / wind.deviation) / math.pi
         exact = erfc(z / math.sqrt(2)) + crossings * math.exp(-(z**2) / 2)
-        bound = probability_bound(wind, F(str(highest)), F(600))
+        bound = verdict.probability_bound(wind, F(str(highest)), F(600))
         assert bound is not None
         assert 1 <= float(bound) / exact < 1.01
-    assert probability_bound(wind, F("5.69"), F(600)) is None
+    assert verdict.probability_bound(wind, F("5.69"), F(600)) is None
 
 
-def test_the_delay_is_the_filters(stated: StatedSpeed) -> None:
+def test_the_delay_is_the_filters(stated: speed_inputs.StatedSpeed) -> None:
     """The step response of docs/running-loop.md's filters, exact at steps of 1 ms, is below 1, and
     the integral of what it lacks is the delay."""
     assert stated.stop is not None
@@ -244,11 +248,11 @@ def least_sampled(law: dict[str, Any], measured: float, first: float) -> float:
 @pytest.mark.parametrize("first", [3.0, 4.25, 9.0])
 @pytest.mark.parametrize("measured", [0.9, 1.3, 1.45])
 def test_the_least_torque_is_that_of_sampled_schedule_winds(
-    stored: dict[str, Any], stated: StatedSpeed, first: float, measured: float
+    stored: dict[str, Any], stated: speed_inputs.StatedSpeed, first: float, measured: float
 ) -> None:
     """A lower bound, and within 5 % of rated torque of the least sample."""
     law = stored["gains"]
-    found = float(LeastTorque(stated.law, F(str(first))).above(F(str(measured))))
+    found = float(sent.LeastTorque(stated.law, F(str(first))).above(F(str(measured))))
     sampled = least_sampled(law, measured, first)
     assert found <= sampled + 1e-6
     assert sampled - found < 0.05 * law["rated_torque"]
@@ -256,7 +260,7 @@ def test_the_least_torque_is_that_of_sampled_schedule_winds(
 
 @pytest.mark.parametrize(("slow", "fast"), [(1.4, 1.4), (1.2, 1.45)])
 def test_the_rotor_torque_is_that_of_sampled_winds(
-    stated: StatedSpeed, slow: float, fast: float
+    stated: speed_inputs.StatedSpeed, slow: float, fast: float
 ) -> None:
     """An upper bound, within 15 % of what the model gives at sampled speeds, winds, pitches."""
     random, n = np.random.default_rng(3), 40000
@@ -264,13 +268,13 @@ def test_the_rotor_torque_is_that_of_sampled_winds(
     pitch = random.uniform(0, 0.5, n) * random.integers(0, 2, n)
     v[:50], pitch[:50] = 8.7, 0.0
     sampled = (rotor_torque(TURBINE, speed, pitch, v, clip=True) / TURBINE.inertia).max()
-    found = float(greatest(stated.plant, (F(str(slow)), F(str(fast))), F("8.7")))
+    found = float(driving.greatest(stated.plant, (F(str(slow)), F(str(fast))), F("8.7")))
     assert sampled <= found < 1.15 * sampled
-    assert greatest_at_any_speed(stated.plant, F("8.7")) > found
+    assert driving.greatest_at_any_speed(stated.plant, F("8.7")) > found
 
 
 def test_an_estimate_that_is_stuck_does_not_break_the_bound(
-    stored: dict[str, Any], stated: StatedSpeed
+    stored: dict[str, Any], stated: speed_inputs.StatedSpeed
 ) -> None:
     """The loop of docs/turbulence-speed.md by Euler: estimate at 3 m/s, wind at its highest.
 
@@ -305,15 +309,15 @@ def test_an_estimate_that_is_stuck_does_not_break_the_bound(
 
 @pytest.mark.slow
 def test_both_checkers_turn_at_the_same_speed(
-    document: dict[str, Any], stated: StatedSpeed
+    document: dict[str, Any], stated: speed_inputs.StatedSpeed
 ) -> None:
     """By halving in the first checker; the second turns within 0.0002 rad/s of that."""
-    from dataclasses import replace
-
     low, high = stated.speed * F(99, 100), stated.speed
     while high - low > F(1, 10000):
         middle = (low + high) / 2
-        low, high = (low, middle) if is_held(replace(stated, speed=middle)) else (middle, high)
+        low, high = (
+            (low, middle) if verdict.is_held(replace(stated, speed=middle)) else (middle, high)
+        )
     for away, answer in ((F(1, 10000), "PROVED"), (F(-2, 10000), "UNDECIDED")):
         document["claims"][0]["speed"] = round(float(high + away), 6)
         assert verdicts(document) == (answer, answer)

@@ -1,4 +1,4 @@
-"""A rotor speed that class B turbulence exceeds with a small probability (``turbulence-speed``).
+"""A rotor speed that is reached in turbulence with a small probability (``turbulence-speed``).
 
 speed_inputs  what the claim states
 sent          the least torque that the law asks for above a measured speed

@@ -1,4 +1,4 @@
-r"""``turbulence-speed``: turbulence drives the rotor beyond a speed with a small probability.
+r"""``turbulence-speed``: turbulence drives the rotor to a speed with a small probability.
 
 With probability 1 - p the wind stays below v_h (Rice).  Near the speed X the law asks for a torque
 that is bounded below at all schedule winds.  The rotor comes near so slowly, and the torque follows
@@ -25,7 +25,7 @@ POSITIVE = ("highest_wind", "least_estimate", "window", "speed", "horizon", "pro
 STEPS = 16
 
 
-def seldom_exceeded(claim: Any, document: Any) -> Obligations:
+def seldom_reached(claim: Any, document: Any) -> Obligations:
     """Yield the conditions of the theorem."""
     model, gains = entry(document, "model"), entry(document, "gains")
     rotor, tau = Rotor(model, gains), rational(gains, "wind_filter")
