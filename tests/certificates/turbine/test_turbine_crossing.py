@@ -503,9 +503,9 @@ def test_a_file_that_would_take_minutes_is_refused(document: Data) -> None:
     """
     claim = document["claims"][0]
     claim["probability"] /= 2
-    for pieces, expected in ((109, NEITHER), (110, REFUSED)):
-        claim["C"] = claim["C"][:1] * pieces
-        claim["cuts"] = ["inertia", ""] * (pieces - 1) + [""]
+    for count, expected in ((109, NEITHER), (110, REFUSED)):
+        claim["C"] = claim["C"][:1] * count
+        claim["cuts"] = ["inertia", ""] * (count - 1) + [""]
         assert verdicts(document) == expected
 
 
