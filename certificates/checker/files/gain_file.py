@@ -21,6 +21,8 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 EARLIER = ("1", "2")
 # Claims about the loop with the file's observer and filters.
 OBSERVED = ("running-loop", "running-rate", "schedule-rate", "turbine-crossing")
+# The members of a gain file that such a claim is about.
+STATED = {"observer", "measurement"}
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 
@@ -36,7 +38,7 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     file = read_json(Path(gains))
     stated_law(file, str(gains))
     whole = "controller" in data
-    if not whole:
+    if not whole or not STATED <= set(file):
         _require_observers(file, data, str(gains))
     expected = expected_file(data) if whole else {"law": data.get("gains")}
     found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
@@ -74,9 +76,10 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
 
 
 def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
-    """Refuse a file with another observer or other filters than a claim without a ``controller``.
+    """Refuse a file with another observer or other filters than a claim states, or without them.
 
-    With that member the claim has been compared with it, and so is the file.
+    With a ``controller`` the claim has been compared with it, and so is what the file says: then
+    only a file that leaves a member out can be another.
     """
     for claim in member(data, "claims", "certificate"):
         if isinstance(claim, dict) and claim.get("kind") in OBSERVED:

@@ -25,7 +25,9 @@ from takagi.certificates import CertificateError, DesignSettings
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.arithmetic.interval import ONE, point
 from takagi.certificates.checker.arithmetic.spline_point import ExactSurface
-from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.files.gain_file import compare_gains, expected_file
+from takagi.certificates.checker.kernel.reader import canonical
+from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.linear_loop.crossing_claim import LinearLoop
 from takagi.certificates.checker.turbine.linear_loop.jacobian import loop_matrix, order
@@ -478,6 +480,21 @@ def test_a_file_that_would_take_minutes_is_refused(document: Data) -> None:
         claim["C"] = claim["C"][:1] * pieces
         claim["cuts"] = ["inertia", ""] * (pieces - 1) + [""]
         assert verdicts(document) == expected
+
+
+def test_a_gain_file_without_what_the_claim_is_about_is_another(
+    document: Data, tmp_path: Path
+) -> None:
+    """Other members may be left out, which is told; observer and filters may not."""
+    data, path = as_read(sealed(document)), tmp_path / "gains.json"
+    whole = expected_file(data)
+    for part, message in (("units", "it does not say units"), ("name", "it does not say name")):
+        path.write_text(canonical({k: v for k, v in whole.items() if k != part}))
+        assert message in compare_gains(data, path)
+    for part in ("observer", "measurement"):
+        path.write_text(canonical({k: v for k, v in whole.items() if k != part}))
+        with pytest.raises(OtherGains, match=f"{part}.* is not the gain file's"):
+            compare_gains(data, path)
 
 
 # Where there is no linear loop.
