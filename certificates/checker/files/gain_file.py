@@ -43,7 +43,7 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     file = read_json(Path(gains))
     stated_law(file, str(gains))
     whole = "controller" in data
-    if not whole:
+    if not whole or not set(BOTH) <= set(file):
         _require_observers(file, data, str(gains))
     expected = expected_file(data) if whole else {"law": data.get("gains")}
     found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
@@ -81,9 +81,10 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
 
 
 def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
-    """Refuse a file with another observer or other filters than a claim without a ``controller``.
+    """Refuse a file with another observer or other filters than a claim states, or without them.
 
-    With that member the claim has been compared with it, and so is the file.
+    With a ``controller`` the claim has been compared with it, and so is what the file says: then
+    only a file that leaves a member out can be another.
     """
     for claim in member(data, "claims", "certificate"):
         kind = claim.get("kind") if isinstance(claim, dict) else None

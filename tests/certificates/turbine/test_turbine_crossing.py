@@ -25,7 +25,8 @@ from scipy.linalg import solve_continuous_lyapunov
 from takagi.certificates import CertificateError, DesignSettings
 from takagi.certificates.checker import Verdict, check_document
 from takagi.certificates.checker.arithmetic import interval, spline_point
-from takagi.certificates.checker.kernel import matrices, refusal
+from takagi.certificates.checker.files import gain_file
+from takagi.certificates.checker.kernel import matrices, reader, refusal
 from takagi.certificates.checker.turbine.effort_sharing import inputs as plants
 from takagi.certificates.checker.turbine.linear_loop import (
     crossing_claim as verdict,
@@ -507,6 +508,21 @@ def test_a_file_that_would_take_minutes_is_refused(document: Data) -> None:
         claim["C"] = claim["C"][:1] * count
         claim["cuts"] = ["inertia", ""] * (count - 1) + [""]
         assert verdicts(document) == expected
+
+
+def test_a_gain_file_without_what_the_claim_is_about_is_another(
+    document: Data, tmp_path: Path
+) -> None:
+    """Other members may be left out, which is told; observer and filters may not."""
+    data, path = as_read(sealed(document)), tmp_path / "gains.json"
+    whole = gain_file.expected_file(data)
+    for part, message in (("units", "it does not say units"), ("name", "it does not say name")):
+        path.write_text(reader.canonical({k: v for k, v in whole.items() if k != part}))
+        assert message in gain_file.compare_gains(data, path)
+    for part in ("observer", "measurement"):
+        path.write_text(reader.canonical({k: v for k, v in whole.items() if k != part}))
+        with pytest.raises(refusal.OtherGains, match=f"{part}.* is not the gain file's"):
+            gain_file.compare_gains(data, path)
 
 
 # Where there is no linear loop.
