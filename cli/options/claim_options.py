@@ -28,7 +28,8 @@ Turbulence = Annotated[
         metavar="CLASS",
         help="Turbines: claim also how rarely turbulence of class A, B or C drives the rotor's "
         "speed away from its reference within ten minutes, for the loop with its observer, "
-        "linearised at ten mean winds: some 20 s more. Effort-sharing law.",
+        "linearised at ten mean winds, and a speed that the nonlinear loop seldom reaches at "
+        "5 m/s: some 30 s more. Effort-sharing law.",
     ),
 ]
 

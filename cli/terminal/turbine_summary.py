@@ -61,6 +61,7 @@ def as_text(design: TurbineDesign) -> str:
         "constant",
         "observer": _observer(design),
         "turbulence": _turbulence(design),
+        "low wind": _low_wind(design),
         "found in": synthesis_words(design),
         "assumes": "; ".join(design.checked.assumes),
     }
@@ -104,6 +105,19 @@ def _turbulence(design: TurbineDesign) -> str:
     return (
         f"the linear loop's speed leaves its reference within {at_least(shortest)} s, by a share "
         f"of rated speed, with probability at most, at {told}"
+    )
+
+
+def _low_wind(design: TurbineDesign) -> str:
+    """Return what is proved of the nonlinear loop in turbulence; empty for nothing."""
+    from takagi.certificates.design.claim_summary import seldom_reached
+    from takagi.reports.page.rounded_bounds import at_least, at_most
+
+    return "; ".join(
+        f"in turbulence of mean {one.wind:g} m/s the nonlinear loop's rotor reaches "
+        f"{at_most(100 * one.share, 4)} % of rated speed within {at_least(one.horizon)} s with "
+        f"probability at most {at_most(one.probability, 2)}"
+        for one in seldom_reached(design)
     )
 
 

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import CrossingAsked
 
 Made = Callable[[], "dict[str, Any] | None"]
+# The claim about the rotor's speed in a low wind: mean [m/s], probability, horizon [s], and the
+# largest speed, over rated, that is worth a claim.
+LOW_WIND, SELDOM, TEN_MINUTES, FASTEST = 5.0, 1e-3, 600.0, 1.2
 
 
 def loop_document(
@@ -59,8 +62,8 @@ def loop_document(
     asked : the configuration, as recorded in the provenance.
     controller : the gain file's observer and filters; None makes no claim about the loop with them.
     moving_wind : whether the claim about that loop in moving wind is sought, too.
-    turbulence : the class of turbulence of claims about that loop, linearised at some mean winds;
-        None makes none.
+    turbulence : the class of turbulence of claims about that loop, linearised at some mean winds,
+        and about the rotor's speed at a low one; None makes none.
     tell : called with a word before the search for each of these claims.
     files : the turbine's data files; the certificate records what they say.
 
@@ -84,9 +87,10 @@ def loop_document(
             claims += moving
             left_out |= why
         if turbulence is not None:
-            rare, why = crossing_claims(model, gains, controller, inertia, turbulence, tell)
-            claims += rare
-            left_out |= why
+            for seek in (crossing_claims, low_wind_claims):
+                rare, why = seek(model, gains, controller, inertia, turbulence, tell)
+                claims += rare
+                left_out |= why
     return certificate_document(
         model=model,
         gains=gains,
@@ -285,6 +289,46 @@ def speed_claim(
     asked = Asked(mean, deviation, rate, probability, horizon, least_estimate, excess)
     made = partial(turbulence_speed_claim, model, gains, controller, inertia, asked)
     return _alone("turbulence-speed", made, model, gains)
+
+
+def low_wind_claims(
+    model: Mapping[str, Any],
+    gains: Mapping[str, Any],
+    controller: Mapping[str, Any],
+    inertia: Sequence[float],
+    turbulence: str,
+    tell: Callable[[str], None] | None = None,
+) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Return the claim of a speed that the nonlinear loop seldom reaches in ``LOW_WIND``.
+
+    It ends at no estimate of the wind. A speed above ``FASTEST`` times rated is not claimed.
+
+    Parameters
+    ----------
+    turbulence : the class of turbulence, a letter.
+    tell : called with a word before the search.
+    """
+    if tell is not None:
+        tell(f"rotor speed in turbulence, at {LOW_WIND:g} m/s")
+    wind = RotorWind.of_class(turbulence, LOW_WIND)
+    claims, left_out = speed_claim(
+        model,
+        gains,
+        controller,
+        inertia,
+        mean=LOW_WIND,
+        deviation=wind.deviation,
+        rate=wind.rate,
+        probability=SELDOM,
+        horizon=TEN_MINUTES,
+        least_estimate=float(gains["wind"][0]),
+    )
+    for claim in claims:
+        share = claim["speed"] / float(model["rated_rotor_speed"])
+        if share > FASTEST:
+            why = f"not claimed: the least speed that is shown is {100 * share:.4g} % of rated"
+            return [], {"turbulence-speed": why}
+    return claims, left_out
 
 
 def _alone(

@@ -10,6 +10,7 @@ from takagi.certificates.design.claim_summary import (
     ClaimSummary,
     claim_summary,
     running_loop_summary,
+    seldom_reached,
     turbulence_summary,
 )
 from takagi.models.laws.law_words import law_words
@@ -176,6 +177,7 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         ),
         *_with_observer(design),
         *_in_turbulence(design),
+        *_in_low_wind(design),
         *_actuators(design),
         (
             "Uncertainty",
@@ -232,6 +234,20 @@ def _in_turbulence(design: TurbineDesign) -> list[tuple[str, str, str]]:
             f"{at_least(one.horizon)} s",
         )
         for one in turbulence_summary(design)
+    ]
+
+
+def _in_low_wind(design: TurbineDesign) -> list[tuple[str, str, str]]:
+    """Return what is proved of the nonlinear loop in turbulence, one row for each mean wind."""
+    return [
+        (
+            f"Turbulence at {one.wind:g} m/s, nonlinear loop",
+            f"\u2264 {rounded_bounds.at_most(one.probability, 2)}",
+            f"probability that the rotor reaches {rounded_bounds.at_most(100 * one.share, 4)} % of "
+            f"rated speed within {at_least(one.horizon)} s, whatever the wind estimate, without "
+            "delay of the wake",
+        )
+        for one in seldom_reached(design)
     ]
 
 

@@ -12,6 +12,7 @@ from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -31,9 +32,12 @@ from takagi.certificates.checker.turbine.overspeed import (
 from takagi.certificates.checker.turbine.overspeed import (
     speed_claim as verdict,
 )
-from takagi.certificates.claims.turbine import speed_claim
+from takagi.certificates.claims.turbine import low_wind_claims, speed_claim
+from takagi.certificates.design import claim_summary
+from takagi.cli.terminal import turbine_summary
 from takagi.models import nrel5mw
 from takagi.models.turbine import rotor_torque
+from takagi.reports.sections.turbine import verdict as report_verdict
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import sealed, verdicts
 
@@ -338,3 +342,33 @@ def test_the_search_says_why_it_finds_none(stored: dict[str, Any]) -> None:
     )
     assert claims == []
     assert why == {"turbulence-speed": "not claimed: no wind is rare enough"}
+
+
+@pytest.mark.slow
+def test_a_design_s_claim_for_low_wind_is_proved_and_told(stored: dict[str, Any]) -> None:
+    parts = stored["model"], stored["gains"], stored["controller"]
+    told: list[str] = []
+    claims, left_out = low_wind_claims(*parts, [0.9, 1.1], "B", told.append)
+    assert (told, left_out) == (["rotor speed in turbulence, at 5 m/s"], {})
+    whole = stored | {"claims": claims}
+    assert verdicts(deepcopy(whole)) == ("PROVED", "PROVED")
+    design: Any = SimpleNamespace(document=whole, checked=check_document(sealed(deepcopy(whole))))
+    (found,) = claim_summary.seldom_reached(design)
+    assert (found.wind, found.probability, found.horizon) == (5.0, 1e-3, 600.0)
+    # docs/turbulence-speed.md
+    assert found.share == pytest.approx(1.0481, abs=5e-4)
+    told_of = turbine_summary._low_wind(design)
+    assert "mean 5 m/s the nonlinear loop's rotor reaches 104.9 % of rated" in told_of
+    assert report_verdict._in_low_wind(design)[0][:2] == (
+        "Turbulence at 5 m/s, nonlinear loop",
+        "\u2264 0.001",
+    )
+
+
+@pytest.mark.slow
+def test_a_speed_far_above_rated_is_not_claimed(stored: dict[str, Any]) -> None:
+    """An inertia of 15 % of nominal and class A."""
+    parts = stored["model"], stored["gains"], stored["controller"]
+    claims, left_out = low_wind_claims(*parts, [0.15, 1.1], "A")
+    assert claims == []
+    assert "% of rated" in left_out["turbulence-speed"]
