@@ -22,7 +22,7 @@ import numpy as np
 from turbine_schedule_rate import of_one_claim
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine import speed_claim
+from takagi.certificates.claims.turbine import SpeedAsked, speed_claim
 from takagi.certificates.cross_check import judge_document
 from takagi.models.turbine import RotorWind
 
@@ -62,13 +62,15 @@ def main() -> None:
         document["gains"],
         document["controller"],
         running["uncertainty"]["inertia"],
-        mean=given.mean,
-        deviation=wind.deviation,
-        rate=wind.rate,
-        probability=given.probability,
-        horizon=HORIZON,
-        least_estimate=given.least_estimate,
-        excess=given.excess,
+        SpeedAsked(
+            mean=given.mean,
+            deviation=wind.deviation,
+            rate=wind.rate,
+            probability=given.probability,
+            horizon=HORIZON,
+            least_estimate=given.least_estimate,
+            excess=given.excess,
+        ),
     )
     print(f"search: {time.process_time() - started:.0f} s of processor time {why or ''}")
     if not claims:

@@ -119,7 +119,8 @@ def test_the_loop_that_runs_is_looked_at_before_the_design(
     """With the settings of the design: a note is told and kept, an unstable loop is an answer."""
     looked = []
 
-    def noted(turbine: Any, settings: Any) -> tuple[str, ...]:
+    def noted(turbine: Any, settings: Any, tell: Any) -> tuple[str, ...]:
+        tell("trying --bandwidth 0.3")
         looked.append((turbine, settings))
         return ("small margins: at 11 m/s",)
 

@@ -48,6 +48,9 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.loop_claims import moving_claim as moving_claim
     from takagi.certificates.claims.turbine.loop_claims import schedule_claim as schedule_claim
     from takagi.certificates.claims.turbine.loop_claims import speed_claim as speed_claim
+    from takagi.certificates.claims.turbine.overspeed.speed_candidate import (
+        SpeedAsked as SpeedAsked,
+    )
     from takagi.certificates.claims.turbine.published import (
         PublishedCandidate as PublishedCandidate,
     )

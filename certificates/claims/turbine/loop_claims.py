@@ -36,6 +36,7 @@ from takagi.models.turbine.data import Turbine
 
 if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import CrossingAsked
+    from takagi.certificates.claims.turbine.overspeed.speed_candidate import SpeedAsked
 
 Made = Callable[[], "dict[str, Any] | None"]
 # The claim about the rotor's speed in a low wind: mean [m/s], probability, horizon [s], and the
@@ -261,32 +262,16 @@ def speed_claim(
     gains: Mapping[str, Any],
     controller: Mapping[str, Any],
     inertia: Sequence[float],
-    *,
-    mean: float,
-    deviation: float,
-    rate: float,
-    probability: float,
-    horizon: float,
-    least_estimate: float,
-    excess: float = 0.0,
+    asked: SpeedAsked,
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Return the claim that the rotor seldom reaches a speed, or by its kind why there is none.
 
     Parameters
     ----------
-    controller, inertia : as ``running_loop_claim`` takes them.
-    mean, deviation, rate : of the wind: mean and standard deviation [m/s], rms of its rate [m/s^2].
-    probability, horizon : p, and T [s].
-    least_estimate : the claim ends at a smaller wind estimate [m/s]; up to the first wind of the
-        law's tables this is no condition.
-    excess : by which the rotor's torque over J may exceed the table's [rad/s^2].
+    controller, inertia, asked : as ``turbulence_speed_claim`` takes them.
     """
-    from takagi.certificates.claims.turbine.overspeed.speed_candidate import (
-        Asked,
-        turbulence_speed_claim,
-    )
+    from takagi.certificates.claims.turbine.overspeed.speed_candidate import turbulence_speed_claim
 
-    asked = Asked(mean, deviation, rate, probability, horizon, least_estimate, excess)
     made = partial(turbulence_speed_claim, model, gains, controller, inertia, asked)
     return _alone("turbulence-speed", made, model, gains)
 
@@ -310,12 +295,10 @@ def low_wind_claims(
     """
     if tell is not None:
         tell(f"rotor speed in turbulence, at {LOW_WIND:g} m/s")
+    from takagi.certificates.claims.turbine.overspeed.speed_candidate import SpeedAsked
+
     wind = RotorWind.of_class(turbulence, LOW_WIND)
-    claims, left_out = speed_claim(
-        model,
-        gains,
-        controller,
-        inertia,
+    asked = SpeedAsked(
         mean=LOW_WIND,
         deviation=wind.deviation,
         rate=wind.rate,
@@ -323,6 +306,7 @@ def low_wind_claims(
         horizon=TEN_MINUTES,
         least_estimate=float(gains["wind"][0]),
     )
+    claims, left_out = speed_claim(model, gains, controller, inertia, asked)
     for claim in claims:
         share = claim["speed"] / float(model["rated_rotor_speed"])
         if share > FASTEST:

@@ -32,7 +32,7 @@ from takagi.certificates.checker.turbine.overspeed import (
 from takagi.certificates.checker.turbine.overspeed import (
     speed_claim as verdict,
 )
-from takagi.certificates.claims.turbine import low_wind_claims, speed_claim
+from takagi.certificates.claims.turbine import SpeedAsked, low_wind_claims, speed_claim
 from takagi.certificates.design import claim_summary
 from takagi.cli.terminal import turbine_summary
 from takagi.models import nrel5mw
@@ -333,12 +333,14 @@ def test_the_search_says_why_it_finds_none(stored: dict[str, Any]) -> None:
         stored["gains"],
         stored["controller"],
         [0.9, 1.1],
-        mean=5.0,
-        deviation=2.0,
-        rate=0.05,
-        probability=1e-5,
-        horizon=600.0,
-        least_estimate=3.0,
+        SpeedAsked(
+            mean=5.0,
+            deviation=2.0,
+            rate=0.05,
+            probability=1e-5,
+            horizon=600.0,
+            least_estimate=3.0,
+        ),
     )
     assert claims == []
     assert why == {"turbulence-speed": "not claimed: no wind is rare enough"}

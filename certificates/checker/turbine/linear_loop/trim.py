@@ -35,7 +35,7 @@ NIL = Fraction(0)
 APART = Fraction(1, 10)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Trim:
     """The module's numbers.
 

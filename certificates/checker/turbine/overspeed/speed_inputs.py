@@ -30,7 +30,7 @@ class Turbulence:
         return cls(*(positive(stated, name, place) for name in cls.__dataclass_fields__))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StatedSpeed:
     """The claim and the parts of the file that it is about.
 

@@ -31,14 +31,15 @@ WINDOWS = (Fraction(1, 10), Fraction(1, 5))
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class SpeedAsked:
     """What the claim is asked for.
 
     Attributes
     ----------
     mean, deviation : of the wind [m/s];  rate : rms of its rate [m/s^2].
     probability, horizon : p and T [s].
-    least_estimate : the claim ends at a smaller wind estimate [m/s].
+    least_estimate : the claim ends at a smaller wind estimate [m/s]; up to the first wind of the
+        law's tables this is no condition.
     excess : of the rotor's torque over the table's, over J [rad/s^2].
     """
 
@@ -56,9 +57,13 @@ def turbulence_speed_claim(
     gains: Mapping[str, Any],
     controller: Mapping[str, Any],
     inertia: Sequence[float],
-    asked: Asked,
+    asked: SpeedAsked,
 ) -> dict[str, Any]:
     """Return the claim as plain data, with the least speed that is shown.
+
+    Parameters
+    ----------
+    controller, inertia : as ``running_loop_claim`` takes them.
 
     Raises
     ------

@@ -34,7 +34,7 @@ def seldom_reached(claim: Any, document: Any) -> Obligations:
     U, sigma, rate = (
         rational(entry(claim, "wind"), name) for name in ("mean", "deviation", "rate")
     )
-    if min(top, first, D, X, T, p, U, sigma, rate, tau, torque_rate) <= 0 or p >= 1:
+    if min((top, first, D, X, T, p, U, sigma, rate, tau, torque_rate)) <= 0 or p >= 1:
         raise Refusal("a number of the claim or of the loop that is not positive, or p not below 1")
     if D >= X:
         raise Refusal("window: below the speed")
