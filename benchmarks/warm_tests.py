@@ -95,6 +95,8 @@ class WarmTests:
         if traced:
             self._all_items[0].session.config.pluginmanager.unregister(recorder)
             self.fixture_lines |= recorder.lines
+        # The tests' conftest freezes what was collected; the search sees what is not frozen alone.
+        gc.unfreeze()
         gc.collect()
         for found in gc.get_objects():
             if isinstance(found, FunctionType) and _inside(found.__code__, self.package):
