@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.cross_check import Refusal, judge_document
+
+Change = Callable[[Any], None]
+
+
+def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
+    """Return a change of one number of a document, or of the numbers it is given."""
+
+    def change(document: Any) -> None:
+        at = document
+        for key in path[:-1]:
+            at = at[key]
+        at[path[-1]] = at[path[-1]] * factor if value is None else value
+
+    return change
 
 
 def sealed(document: dict[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,6 @@ of the NREL 5-MW turbine.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
@@ -46,7 +45,7 @@ from takagi.certificates.cross_check.turbine.running.machine import box
 from takagi.certificates.design.claim_summary import running_loop_summary
 from takagi.certificates.design.given import read_observer
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import sealed, verdicts
+from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
 
 motion: Any = import_module("turbine_running")
 F = Fraction
@@ -85,21 +84,6 @@ def test_gaps_lie_between_the_ranges_and_at_the_ends() -> None:
     whole = (F(3), F(25))
     assert gaps(whole, [whole]) == []
     assert gaps(whole, [(F(3), F(5)), (F(6), F(24))]) == [(F(5), F(6)), (F(24), F(25))]
-
-
-Change = Callable[[Any], None]
-
-
-def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
-    """Return a change of one number of the document, or of the numbers it is given."""
-
-    def change(document: Any) -> None:
-        at = document
-        for key in path[:-1]:
-            at = at[key]
-        at[path[-1]] = at[path[-1]] * factor if value is None else value
-
-    return change
 
 
 CLAIM = ("claims", 0)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable
 from copy import deepcopy
 from fractions import Fraction
 from importlib import import_module
@@ -24,7 +23,7 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import moving_claim
 from takagi.cli.main import main
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import sealed, verdicts
+from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
 
 motion: Any = import_module("turbine_running")
 F = Fraction
@@ -88,21 +87,6 @@ def test_the_sentence_has_the_widths_of_the_sets(document: dict[str, Any]) -> No
     assert over is not None
     rated = document["model"]["rated_rotor_speed"]
     assert 0 <= float(over[1]) - 100 * (1 + widths["speed"] / rated) < 0.01
-
-
-Change = Callable[[Any], None]
-
-
-def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
-    """Return a change of one number of the document, or of the numbers it is given."""
-
-    def change(document: Any) -> None:
-        at = document
-        for key in path[:-1]:
-            at = at[key]
-        at[path[-1]] = at[path[-1]] * factor if value is None else value
-
-    return change
 
 
 def scaled(place: int, factor: float) -> Change:

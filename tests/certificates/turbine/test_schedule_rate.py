@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable
 from copy import deepcopy
 from fractions import Fraction
 from importlib import import_module
@@ -32,7 +31,7 @@ from takagi.certificates.checker.turbine.scheduled_loop import (
 )
 from takagi.certificates.claims.turbine import schedule_claim
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import sealed, verdicts
+from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
 
 motion: Any = import_module("turbine_running")
 F = Fraction
@@ -77,21 +76,6 @@ def test_the_sentence_has_the_ranges_and_the_widths_of_the_sets(document: dict[s
         assert 1.0 <= float(found[1]) * unit / width < 1.01
     for phrase in ("wind rate within", "rigid shaft, tower and blades", "c_P of the table"):
         assert any(phrase in one for one in said.assumes)
-
-
-Change = Callable[[Any], None]
-
-
-def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
-    """Return a change of one number of the document, or of the numbers it is given."""
-
-    def change(document: Any) -> None:
-        at = document
-        for key in path[:-1]:
-            at = at[key]
-        at[path[-1]] = at[path[-1]] * factor if value is None else value
-
-    return change
 
 
 def scaled(place: int, factor: float) -> Change:

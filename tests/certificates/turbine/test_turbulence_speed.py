@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
@@ -39,7 +38,7 @@ from takagi.models import nrel5mw
 from takagi.models.turbine import rotor_torque
 from takagi.reports.sections.turbine import verdict as report_verdict
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import sealed, verdicts
+from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
 
 F = Fraction
 TURBINE = nrel5mw()
@@ -85,21 +84,6 @@ def test_an_end_by_the_estimate_is_in_the_sentence(document: dict[str, Any]) -> 
     text = check_document(sealed(document)).claims[0].text
     assert "until the wind estimate first falls below 4.25 m/s" in text
     assert "plus J times 0.00001 rad/s^2" in text
-
-
-Change = Callable[[Any], None]
-
-
-def entry(*path: Any, factor: float = 1.0, value: Any = None) -> Change:
-    """Return a change of one number of the document."""
-
-    def change(document: Any) -> None:
-        at = document
-        for key in path[:-1]:
-            at = at[key]
-        at[path[-1]] = at[path[-1]] * factor if value is None else value
-
-    return change
 
 
 def scaled(part: str, name: str, factor: float) -> Change:
