@@ -286,17 +286,18 @@ def low_wind_claims(
 ) -> tuple[list[dict[str, Any]], dict[str, str]]:
     """Return the claim of a speed that the nonlinear loop seldom reaches in ``LOW_WIND``.
 
-    It ends at no estimate of the wind. A speed above ``FASTEST`` times rated is not claimed.
+    The claim holds for every estimate of the wind. A speed above ``FASTEST`` times rated is not
+    claimed.
 
     Parameters
     ----------
     turbulence : the class of turbulence, a letter.
     tell : called with a word before the search.
     """
-    if tell is not None:
-        tell(f"rotor speed in turbulence, at {LOW_WIND:g} m/s")
     from takagi.certificates.claims.turbine.overspeed.speed_candidate import SpeedAsked
 
+    if tell is not None:
+        tell(f"rotor speed in turbulence, at {LOW_WIND:g} m/s")
     wind = RotorWind.of_class(turbulence, LOW_WIND)
     asked = SpeedAsked(
         mean=LOW_WIND,

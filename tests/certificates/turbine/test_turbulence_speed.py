@@ -311,6 +311,15 @@ def test_both_checkers_turn_at_the_same_speed(
         assert verdicts(document) == (answer, answer)
 
 
+def test_the_wind_that_is_claimed_keeps_its_sign(document: dict[str, Any]) -> None:
+    """Up to twice the mean of 5 m/s; above that |y| < b leaves winds below zero."""
+    claim = document["claims"][0]
+    claim["speed"] = 2.2
+    for highest, answer in ((9.999, "PROVED"), (10.0, "PROVED"), (10.001, "UNDECIDED")):
+        claim["highest_wind"] = highest
+        assert verdicts(document) == (answer, answer)
+
+
 def test_the_search_says_why_it_finds_none(stored: dict[str, Any]) -> None:
     claims, why = speed_claim(
         stored["model"],
