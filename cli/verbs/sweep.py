@@ -166,7 +166,7 @@ def _write(swept: SweptLaw, result: SweepResult, out: Path, tell: Tell) -> list[
 def _as_text(result: SweepResult, out: Path, files: Sequence[str]) -> str:
     counted = ", ".join(f"{number} {verdict}" for verdict, number in result.counted().items())
     axes = " x ".join(f"{axis.name} ({len(axis.values)})" for axis in result.map.axes) or "1 point"
-    lines = [f"{result.map.name} over {axes}: {counted}"]
+    lines = [f"{typed_name(result.map.name)} over {axes}: {counted}"]
     if result.resumed:
         lines.append(f"{result.resumed} of {len(result.points)} points were in the journal already")
     errors = [point for point in result.points if point.result["verdict"] == "FAILED"]

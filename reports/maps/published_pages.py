@@ -108,7 +108,8 @@ def _beside(result: SweepResult) -> list[str]:
         line
         for other in result.beside
         for line in (
-            f"Law {other.map.name}, with gains found in two steps, at the same winds: "
+            f"The effort-sharing law (`{other.map.name}`), with gains found in two steps, at the "
+            "same winds: "
             f"{_said(other.points[0])}.",
             "",
         )

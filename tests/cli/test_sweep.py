@@ -38,7 +38,7 @@ def test_a_sweep_and_its_second_run(tmp_path: Path, capsys: Capture) -> None:
     assert swept(tmp_path, *GRID) == 0
     first = capsys.readouterr()
     assert first.err == ""
-    assert first.out.splitlines()[0] == "paper over x (2) x y (3): 6 PROVED"
+    assert first.out.splitlines()[0] == "published over x (2) x y (3): 6 PROVED"
     assert "map.md" in first.out and (tmp_path / "map.md").read_text() == "6 points\n"
     before = (tmp_path / NAME).read_bytes()
     assert swept(tmp_path, *GRID, "--json") == 0

@@ -82,7 +82,7 @@ def test_the_page_says_what_fails() -> None:
     """Counts, the law beside, and reasons that differ in numbers alone as one row."""
     page = str(tables(made())["map.md"])
     assert "| some winds proved | 2 |" in page and "| all winds proved | 1 |" in page
-    assert "Law coherent" in page and "2 of 2 proved, decay 0.05 to 0.1 1/s" in page
+    assert "The effort-sharing law" in page and "2 of 2 proved, decay 0.05 to 0.1 1/s" in page
     words = "stable where it rests (slowest at ... 1/s), but nothing contracts"
     assert f"| {words} | 2 | 12 to 12 |" in page
     assert "| no such filter | a whole point | |" in page
