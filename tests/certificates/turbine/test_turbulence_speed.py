@@ -107,6 +107,16 @@ def other_filter(document: Any) -> None:
         one["measurement"]["speed_filter"] = 5.0
 
 
+def reversed_pitch(document: Any) -> None:
+    """The program then holds pitch at 0, the greatest; the rotor's torque is bounded for 0.1 on.
+
+    With pitch at 0 the rotor may be driven to 1.4 rad/s, with 0.1 rad it is not to 1.3.
+    """
+    document["claims"][0]["speed"] = 1.3
+    for part in ("model", "gains"):
+        document[part] |= {"pitch_min": 0.1, "pitch_max": 0.0}
+
+
 CLAIM = ("claims", 0)
 FALSE = {
     "a smaller speed": entry(*CLAIM, "speed", factor=0.999),
@@ -155,6 +165,7 @@ MALFORMED = {
         *CLAIM, "measurement", "torsion_filter", "passed", value=1.5
     ),
     "other pitch limits": entry("gains", "pitch_min", value=0.01),
+    "pitch limits in the wrong order": reversed_pitch,
     "no wind filter": entry("gains", "wind_filter", value=0.0),
 }
 
