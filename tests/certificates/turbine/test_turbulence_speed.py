@@ -34,7 +34,7 @@ from takagi.certificates.checker.turbine.overspeed import (
 from takagi.certificates.claims.turbine import SpeedAsked, low_wind_claims, speed_claim
 from takagi.certificates.design import claim_summary
 from takagi.cli.terminal import turbine_summary
-from takagi.models import nrel5mw
+from takagi.models import ModelError, nrel5mw
 from takagi.models.turbine import rotor_torque
 from takagi.reports.sections.turbine import verdict as report_verdict
 from tests.certificates.recorded.answers import recorded
@@ -348,6 +348,37 @@ def test_the_search_says_why_it_finds_none(stored: dict[str, Any]) -> None:
     )
     assert claims == []
     assert why == {"turbulence-speed": "not claimed: no wind is rare enough"}
+
+
+ASKED = SpeedAsked(
+    mean=5.0, deviation=0.7, rate=0.05, probability=1e-3, horizon=600.0, least_estimate=3.0
+)
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "words"),
+    [
+        ("controller", "measurement", "the gain file has no low-pass on the measured speed"),
+        ("gains", "wind_filter", "the law has no filter of the wind estimate"),
+    ],
+)
+def test_a_law_without_a_filter_has_no_claim(
+    document: dict[str, Any], part: str, name: str, words: str
+) -> None:
+    """Such a law may be certified with ``--turbulence``: the provenance says why."""
+    if part == "controller":
+        del document[part][name]
+    else:
+        document[part][name] = 0.0
+    given = document["model"], document["gains"], document["controller"], [0.9, 1.1]
+    assert speed_claim(*given, ASKED) == ([], {"turbulence-speed": f"not claimed: {words}"})
+
+
+@pytest.mark.parametrize("change", [{"probability": 1.0}, {"horizon": -1.0}, {"excess": -0.1}])
+def test_what_no_claim_can_say_is_misuse(stored: dict[str, Any], change: dict[str, float]) -> None:
+    given = stored["model"], stored["gains"], stored["controller"], [0.9, 1.1]
+    with pytest.raises(ModelError, match="no claim of a speed in turbulence can be made: claim"):
+        speed_claim(*given, replace(ASKED, **change))
 
 
 @pytest.mark.slow
