@@ -176,7 +176,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         raise Refusal(f"not a {FORMAT} of version {VERSION}")
     changed = hashes_differ(document)
     if changed:
-        raise Refusal(f"the {changed} are not those that were hashed")
+        raise Refusal(f"the {changed} changed after the hash was made")
     claims = entry(document, "claims")
     if not isinstance(claims, list) or not claims:
         raise Refusal("there are no claims")
