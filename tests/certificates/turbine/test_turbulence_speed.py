@@ -195,6 +195,27 @@ def test_a_gain_file_with_another_filter_is_refused(
         check(certificate, gains=gains)
 
 
+@pytest.mark.parametrize(("limit", "refused"), [("torque_rate", True), ("pitch_rate", False)])
+def test_a_gain_file_with_another_limit_of_the_torques_rate_is_refused(
+    document: dict[str, Any], tmp_path: Path, limit: str, refused: bool
+) -> None:
+    """The claim has the limit of the generator, and not the one of pitch; without ``controller``
+    nothing else compares it."""
+    controller, model = document.pop("controller"), document["model"]
+    limits = {name: model[f"{name}_limit"] for name in ("torque_rate", "pitch_rate")}
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text(json.dumps(sealed(document)), encoding="utf-8")
+    for factor in (1.0, 0.5):
+        file = {"law": document["gains"], **controller, "limits": limits | {}}
+        file["limits"][limit] *= factor
+        gains.write_text(json.dumps(file), encoding="utf-8")
+        if refused and factor != 1:
+            with pytest.raises(CertificateError, match=f"limits.{limit} is not the certificate's"):
+                check(certificate, gains=gains)
+        else:
+            assert check(certificate, gains=gains).verdict.name == "PROVED"
+
+
 # The parts, by other ways.
 
 
