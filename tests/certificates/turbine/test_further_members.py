@@ -16,9 +16,9 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.replay import claim_kinds
-from takagi.certificates.checker.turbine.members import Members, refuse_further
+from takagi.certificates.checker.turbine import members as first
 from takagi.certificates.cross_check import Refusal, opinion
-from takagi.certificates.cross_check.turbine.members import ALLOWED, no_other_members
+from takagi.certificates.cross_check.turbine import members as second
 from tests.certificates.pinned.turbine import inputs
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
@@ -39,10 +39,12 @@ OPTIONAL: dict[str, set[Way]] = {
 }
 
 
-def listed(kind: str) -> dict[str, Members]:
+def listed(kind: str) -> dict[str, first.Members]:
     """Return what the first checker's room of a kind lists."""
     room = PLACES[kind].rsplit(".", 2)[0]
-    found: dict[str, Members] = import_module(f"takagi.certificates.checker.{room}.members").OF
+    found: dict[str, first.Members] = import_module(
+        f"takagi.certificates.checker.{room}.members"
+    ).OF
     return found
 
 
@@ -68,7 +70,7 @@ def objects(value: Any, way: Way = ()) -> Iterator[tuple[Way, Any]]:
             yield from objects(inner, (*way, name))
 
 
-def ways(known: Members, way: Way = ()) -> Iterator[Way]:
+def ways(known: first.Members, way: Way = ()) -> Iterator[Way]:
     """Yield the names that lead to every member of the first checker's list."""
     for name, inner in known.items():
         yield (*way, name)
@@ -81,21 +83,21 @@ def ways(known: Members, way: Way = ()) -> Iterator[Way]:
 def test_every_kind_is_listed() -> None:
     """The second checker has no reading of the loop with a published law."""
     assert {kind for kind in PLACES if kind in listed(kind)} == set(PLACES)
-    assert set(ALLOWED) == set(opinion.OF_TURBINES) == set(PLACES) - {"paper-loop"}
+    assert set(second.ALLOWED) == set(opinion.OF_TURBINES) == set(PLACES) - {"paper-loop"}
 
 
-@pytest.mark.parametrize("kind", sorted(ALLOWED))
+@pytest.mark.parametrize("kind", sorted(second.ALLOWED))
 def test_both_checkers_know_the_same_members(kind: str) -> None:
-    assert set(ways(listed(kind)[kind])) | {("kind",), ("name",)} == ALLOWED[kind]
+    assert set(ways(listed(kind)[kind])) | {("kind",), ("name",)} == second.ALLOWED[kind]
 
 
 @pytest.mark.parametrize("kind", sorted(PLACES))
 def test_a_claim_that_takagi_wrote_has_the_listed_members(kind: str) -> None:
     """All of them but those that some claims leave out: no name is listed that is not written."""
     claim = claims()[kind]
-    refuse_further(listed(kind), claim, "claim")
-    if kind in ALLOWED:
-        no_other_members(claim, kind)
+    first.refuse_further(listed(kind), claim, "claim")
+    if kind in second.ALLOWED:
+        second.no_other_members(claim, kind)
     written = {(*way, name) for way, at in objects(claim) for name in at}
     missing = {way for way in ways(listed(kind)[kind]) if "*" not in way} - written
     assert missing == OPTIONAL.get(kind, set()) - written
@@ -112,19 +114,19 @@ def test_a_further_member_is_refused_at_every_place(kind: str, value: Any) -> No
         changed = deepcopy(claim)
         next(at for here, at in objects(changed) if here == way)["further"] = value
         with pytest.raises(CertificateError, match="'further' is not known; leave it out"):
-            refuse_further(listed(kind), changed, "claim")
-        if kind in ALLOWED:
+            first.refuse_further(listed(kind), changed, "claim")
+        if kind in second.ALLOWED:
             with pytest.raises(Refusal, match="further"):
-                no_other_members(changed, kind)
+                second.no_other_members(changed, kind)
 
 
 def test_a_name_with_a_dot_is_a_name() -> None:
     claim = deepcopy(claims()["turbulence-speed"])
     claim["wind.mean"] = 3.0
     with pytest.raises(CertificateError, match="not known"):
-        refuse_further(listed("turbulence-speed"), claim, "claim")
+        first.refuse_further(listed("turbulence-speed"), claim, "claim")
     with pytest.raises(Refusal, match="no condition"):
-        no_other_members(claim, "turbulence-speed")
+        second.no_other_members(claim, "turbulence-speed")
 
 
 # In whole files.

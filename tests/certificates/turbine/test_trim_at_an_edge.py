@@ -23,10 +23,9 @@ from takagi.certificates.checker.turbine.effort_sharing import inputs as plants
 from takagi.certificates.checker.turbine.linear_loop import trim
 from takagi.certificates.checker.turbine.running_loop import inputs as machines
 from takagi.certificates.cross_check.kernel import reading
+from takagi.certificates.cross_check.turbine import numbers, surface
 from takagi.certificates.cross_check.turbine.linear import linear_rates
-from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.running.machine import Machine
-from takagi.certificates.cross_check.turbine.surface import Outside
+from takagi.certificates.cross_check.turbine.running import machine as second
 from tests.certificates.turbine.crossing_documents import BOTH, Data, as_read, stored_documents
 from tests.certificates.turbine.running_documents import verdicts
 
@@ -103,17 +102,17 @@ def test_a_pitch_at_the_edge_is_refused(document: Data, end: int) -> None:
     claim, v = read["claims"][0], "15"
     plant, law = plants.Plant.read(read["model"]), plants.Law.read(read["gains"])
     machine = machines.Machine.read(claim, read["model"], read["gains"], "claim")
-    surface = spline_point.ExactSurface.read(read["model"])
+    table = spline_point.ExactSurface.read(read["model"])
     given = reading.loads(json.dumps(document))
-    rotor = Rotor(given["model"], given["gains"])
-    seen = Machine(given["claims"][0], given["model"], given["gains"])
+    rotor = numbers.Rotor(given["model"], given["gains"])
+    seen = second.Machine(given["claims"][0], given["model"], given["gains"])
 
     pitch = linear_rates.LinearRates(rotor, seen, given["claims"][0], fmpq(int(v))).pitch
-    knots = list(surface.y_knots)
+    knots = list(table.y_knots)
     knots[end] = F(int(pitch.p), int(pitch.q))
     rotor.surface.y.breaks[end] = pitch
 
     with pytest.raises(refusal.Refused, match="at the edge of the coefficient table"):
-        trim.trim_at(plant, law, machine, replace(surface, y_knots=knots), F(v))
-    with pytest.raises(Outside, match="a pitch at the table's edge"):
+        trim.trim_at(plant, law, machine, replace(table, y_knots=knots), F(v))
+    with pytest.raises(surface.Outside, match="a pitch at the table's edge"):
         linear_rates.LinearRates(rotor, seen, given["claims"][0], fmpq(int(v)))

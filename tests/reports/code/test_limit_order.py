@@ -13,13 +13,12 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.files.gain_file import expected_file
-from takagi.certificates.checker.kernel.reader import Number
-from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data
+from takagi.certificates.checker.files import gain_file
+from takagi.certificates.checker.kernel import reader
+from takagi.certificates.design.given import effort_sharing_law_from_data
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.reports.code import ProgramRun
-from takagi.reports.code.program_reading import controller_program
+from takagi.reports.code import ProgramRun, program_reading
 from tests.certificates.recorded.answers import recorded
 
 Document = dict[str, Any]
@@ -31,14 +30,14 @@ def with_decimals(value: Any) -> Any:
         return {name: with_decimals(one) for name, one in value.items()}
     if isinstance(value, list):
         return [with_decimals(one) for one in value]
-    return Decimal(value) if isinstance(value, Number) else value
+    return Decimal(value) if isinstance(value, reader.Number) else value
 
 
 def file_of(kind: str) -> Document:
     """Return the gain file of a recorded certificate whose claims have this kind."""
     texts = (text for answer, text in recorded(kind) if answer[0] == ["PROVED"])
     written = next(text for text in texts if "controller" in json.loads(text))
-    return dict(with_decimals(expected_file(read_text(written, "certificate"))))
+    return dict(with_decimals(gain_file.expected_file(read_text(written, "certificate"))))
 
 
 @pytest.fixture(scope="module")
@@ -61,37 +60,39 @@ REVERSED: dict[str, tuple[str, Document]] = {
 
 @pytest.mark.parametrize("places", REVERSED)
 def test_a_turbines_file_is_refused(turbine: Document, places: str) -> None:
-    assert controller_program(turbine).kind == "turbine"
+    assert program_reading.controller_program(turbine).kind == "turbine"
     part, change = REVERSED[places]
     changed = {**turbine, part: {**turbine[part], **change}}
     with pytest.raises(ModelError, match=rf"^{re.escape(places)}: the lower limit is .* exchange"):
-        controller_program(changed)
+        program_reading.controller_program(changed)
 
 
 def test_a_plants_file_is_refused() -> None:
     """The range of an input, within which the program holds its command."""
     plant = file_of("tracking")
-    assert controller_program(plant).kind == "plant"
+    assert program_reading.controller_program(plant).kind == "plant"
     changed = deepcopy(plant)
     changed["inputs"][0]["range"].reverse()
     with pytest.raises(
         ModelError, match=r"^inputs\.0\.range\.0 and inputs\.0\.range\.1: the lower"
     ):
-        controller_program(changed)
+        program_reading.controller_program(changed)
 
 
 @pytest.mark.parametrize("name", ["torque_rate", "pitch_rate"])
 def test_a_rate_below_zero_is_refused(turbine: Document, name: str) -> None:
     changed = {**turbine, "limits": {**turbine["limits"], name: Decimal(-1)}}
     with pytest.raises(ModelError, match=f"^limits.{name} is -1; 0 or more is needed"):
-        controller_program(changed)
+        program_reading.controller_program(changed)
 
 
 def test_equal_limits_hold_one_value(turbine: Document) -> None:
     changed = deepcopy(turbine)
     changed["law"] |= {"pitch_min": Decimal("0.1"), "pitch_max": Decimal("0.1")}
     read = ("measured_speed", "pitch", "wind_guess")
-    sent = ProgramRun(controller_program(changed)).sample(0.01, dict.fromkeys(read, 1.0))
+    sent = ProgramRun(program_reading.controller_program(changed)).sample(
+        0.01, dict.fromkeys(read, 1.0)
+    )
     assert sent["pitch_sent"] == 0.1
 
 
