@@ -80,6 +80,8 @@ WITH_OBSERVER = (
     "turbine-crossing",
     "turbulence-speed",
 )
+# Claims about a turbine's loop whose conditions are implemented here.
+OF_TURBINES = ("coherent-loop", "equilibrium", *RESTING, *WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
@@ -174,7 +176,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         raise Refusal(f"not a {FORMAT} of version {VERSION}")
     changed = hashes_differ(document)
     if changed:
-        raise Refusal(f"the {changed} are not those that were hashed")
+        raise Refusal(f"the {changed} changed after the hash was made")
     claims = entry(document, "claims")
     if not isinstance(claims, list) or not claims:
         raise Refusal("there are no claims")
@@ -192,6 +194,10 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
     except (NotReplayed, RecursionError) as reason:
         unread = str(reason)
     for claim, kind in zip(claims, kinds, strict=True):
+        if kind in OF_TURBINES:
+            from takagi.certificates.cross_check.turbine.members import no_other_members
+
+            no_other_members(claim, str(kind))
         if unread:
             yield str(kind), _abstained(unread)
         elif kind in WITH_OBSERVER:

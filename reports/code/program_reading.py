@@ -24,6 +24,7 @@ from takagi.reports.code.controller_program import (
     Value,
 )
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
+from takagi.reports.code.limit_order import require_order
 
 
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:
@@ -123,6 +124,7 @@ class _Reading:
             for name in names_of(formula):
                 if name not in known:
                     raise ModelError(f"a formula names {name!r}, which nothing in the file sets")
+        require_order(found)
         return found
 
     def _reads(self) -> dict[str, Any]:

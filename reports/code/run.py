@@ -33,7 +33,7 @@ class ProgramRun:
         self.program = program
         self.kept: dict[str, float] = {}
         self.names: Mapping[str, Any] = {}
-        self._constants = {one.name: _floats(one.value) for one in program.constants}
+        self._constants = {one.name: floats(one.value) for one in program.constants}
 
     def sample(self, sample_time: float, inputs: Mapping[str, float]) -> dict[str, float]:
         """Return the outputs of one sample.
@@ -60,10 +60,11 @@ def _formula_there(one: Assignment, names: Mapping[str, Any]) -> Formula:
     return one.formula
 
 
-def _floats(value: Any) -> Any:
+def floats(value: Any) -> Any:
+    """Return a constant of a file with floats in the place of its decimals."""
     if isinstance(value, Spline):
-        return [[_floats(row) for row in value.knots], [_floats(row) for row in value.coefficients]]
-    return float(value) if isinstance(value, Decimal) else [_floats(one) for one in value]
+        return [[floats(row) for row in value.knots], [floats(row) for row in value.coefficients]]
+    return float(value) if isinstance(value, Decimal) else [floats(one) for one in value]
 
 
 def value_of(formula: Formula, names: Mapping[str, Any]) -> Any:

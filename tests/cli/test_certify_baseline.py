@@ -115,7 +115,7 @@ def test_the_baseline_is_read_before_the_work_and_never_overwritten(
 
     old.write_text(old.read_text().replace('"decay_rate":1', '"decay_rate":2', 1))
     assert certified(cubic, 4, "new.json", "--baseline", str(old)) == 2
-    assert "claims are not those" in capsys.readouterr().err
+    assert "claims changed after" in capsys.readouterr().err
     assert not cubic.with_name("new.json").exists()
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from takagi.certificates.checker.controller.content import FORMAT, file_content
 from takagi.certificates.checker.files.differences import Difference, differences_between, shown
-from takagi.certificates.checker.kernel.reader import member, read_json
+from takagi.certificates.checker.kernel.reader import member, number, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 
 # The versions of gain files before this form: law and names, but no program.
@@ -27,6 +27,13 @@ OBSERVED = {
     "schedule-rate": BOTH,
     "turbine-crossing": BOTH,
     "turbulence-speed": ("measurement",),
+}
+# Which limits of rates such claims have; they are computed from the model's.
+RATES = {
+    "running-loop": ("torque_rate", "pitch_rate"),
+    "running-rate": ("torque_rate", "pitch_rate"),
+    "schedule-rate": ("torque_rate", "pitch_rate"),
+    "turbulence-speed": ("torque_rate",),
 }
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
@@ -83,6 +90,8 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
 def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
     """Refuse a file with another observer or other filters than a claim states, or without them.
 
+    Limits of rates that a claim has must be those of the file, too.
+
     With a ``controller`` the claim has been compared with it, and so is what the file says: then
     only a file that leaves a member out can be another.
     """
@@ -98,10 +107,25 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
                 claim, {"controller": file}, "claim", OBSERVED[kind]
             ):
                 told = other.replace("the controller's", "the gain file's")
-                raise OtherGains(
-                    f"{gains}: claims about the loop with its observer: {told}; give the gain file "
-                    "that they were made for"
-                )
+                raise _other_loop(gains, told)
+            for name in RATES.get(kind, ()):
+                if other := _other_rate(file.get("limits"), data.get("model"), name):
+                    raise _other_loop(gains, other)
+
+
+def _other_rate(limits: Any, model: Any, name: str) -> str:
+    """Return where a file's limit of a rate differs from the model's; a file may have none."""
+    if not isinstance(limits, dict) or name not in limits:
+        return ""
+    there, here = number(limits, name, "limits"), number(model, f"{name}_limit", "model")
+    return "" if there == here else f"limits.{name} is not the certificate's"
+
+
+def _other_loop(gains: str, why: str) -> OtherGains:
+    return OtherGains(
+        f"{gains}: claims about the loop with its observer: {why}; give the gain file that they "
+        "were made for"
+    )
 
 
 def stated_law(file: Any, source: str) -> Any:

@@ -76,7 +76,7 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
     told = isinstance(hashes, dict) and "controller" in hashes
     for part in ("model", "gains", "claims", *(["controller"] if told else [])):
         if text(hashes, part, "provenance.sha256") != reader.digest(data.get(part)):
-            why = f"the {part} are not those the certificate was made for (its hash differs)"
+            why = f"the {part} changed after the certificate was made (the hash differs)"
             raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
 
 

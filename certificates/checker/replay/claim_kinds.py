@@ -94,4 +94,10 @@ def replay(
     module, _, name = place.rpartition(".")
     function = getattr(import_module(f"takagi.certificates.checker.{module}"), name)
     outcome: Outcome = function(claim, *given, where)
+    if module.startswith("turbine."):
+        # Imported here: other claims need no list of their members.
+        from takagi.certificates.checker.turbine.members import refuse_further
+
+        listed = f"takagi.certificates.checker.{module.rpartition('.')[0]}.members"
+        refuse_further(import_module(listed).OF, claim, where)
     return outcome

@@ -13,6 +13,7 @@ published_search       its cells: a centre, a box and a P for each
 running_loop           the loop with its observer and filters, at constant winds
 scheduled_loop         that loop about its schedule wind, above rated wind, in moving wind
 linear_loop            that loop linearised at one wind, in turbulence
+stated_controller      what such claims state of observer and filters
 overspeed              a rotor speed that the nonlinear loop seldom reaches in turbulence
 """
 

@@ -37,6 +37,8 @@ class Rotor:
             if rational(gains, name) != rational(model, name):
                 raise Refusal(f"{name}: the law's is not the turbine's")
         self.pitch_min, self.pitch_max = (rational(gains, f"pitch_{end}") for end in ("min", "max"))
+        if self.pitch_min > self.pitch_max:
+            raise Refusal("pitch_min: above pitch_max")
         self.integral_limit = rational(gains, "integral_limit")
 
     def _read_plant(self, model: Any) -> None:

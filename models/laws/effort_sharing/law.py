@@ -114,6 +114,16 @@ class EffortSharingLaw:
                 f"{len(self.feedforward.inertia)} feed-forwards for {intervals} intervals between "
                 "wind nodes; one each"
             )
+        for name, low, high in (
+            ("pitch", self.pitch_min, self.pitch_max),
+            ("torque", 0.0, self.rated_torque),
+            ("the integral", -self.integral_limit, self.integral_limit),
+        ):
+            if low > high:
+                raise ModelError(
+                    f"limits of {name} from {low:.6g} to {high:.6g} were given; the lower one must "
+                    "not be above the upper one"
+                )
         if self.wind_filter <= 0 and self.feedforward.acts:
             raise ModelError(
                 f"wind filter {self.wind_filter:.4g} s: without a filter the schedule wind's rate "

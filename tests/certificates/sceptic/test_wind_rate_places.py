@@ -61,7 +61,15 @@ def test_a_claim_of_another_kind_has_no_wind_class(short: dict[str, Any]) -> Non
     cells = [
         {**cell, "wind_rate": 100.0, "wind_error": 100.0} for cell in short["claims"][0]["cells"]
     ]
-    proved = document["claims"][1] | {"cells": cells, "peaks": short["claims"][0]["peaks"]}
+    proved = {
+        "kind": "quadratic-decay",
+        "name": "own matrices",
+        "A": [[[-1]]],
+        "P": [[1]],
+        "decay_rate": 0,
+        "cells": cells,
+        "peaks": short["claims"][0]["peaks"],
+    }
     rate = peaked(short, 50.0)["claims"][1] | {"loop": 1}
 
     with pytest.raises(CertificateError, match="not of kind coherent-loop"):

@@ -121,6 +121,7 @@ def test_what_is_read_is_what_is_written() -> None:
         *(("pitch_rate_limit", value) for value in (0, -0.25)),
         *(("rated_rotor_speed", value) for value in (0, -2)),
         *(("rotor_inertia", value) for value in (-300, -301)),
+        ("pitch_max", -0.126),
     ],
 )
 def test_a_plant_is_refused(name: str, value: Any) -> None:
@@ -132,6 +133,10 @@ def test_an_inertia_that_is_all_the_generators_is_one() -> None:
     """The sum decides, not its parts."""
     assert Plant.read(as_read(MODEL, rotor_inertia=-299)).gear_per_inertia == 10
     assert Plant.read(as_read(MODEL, rotor_inertia=1, generator_inertia=0)).gear_per_inertia == 10
+
+
+def test_pitch_may_be_held_at_one_angle() -> None:
+    assert Plant.read(as_read(MODEL, pitch_max=-0.125)).pitch_max == Fraction(-1, 8)
 
 
 POSITIVE = ("overlap", "rated_torque", "effort_torque", "integral_limit")

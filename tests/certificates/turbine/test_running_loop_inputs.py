@@ -31,6 +31,7 @@ from takagi.certificates.document import certificate_document
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.recorded.answers import recorded
+from tests.certificates.turbine.running_documents import verdicts as answers
 
 Data = dict[str, Any]
 Change = Callable[[Data], None]
@@ -98,6 +99,7 @@ def without_inertia(document: Data) -> None:
         put(*SEEN, "wind_limits", value=[0, 30]),
         put(*SEEN, "wind_limits", value=[-1, 30]),
         put(*SEEN, "wind_limits", value=[30, 3]),
+        put(*SEEN, "wind_limits", value=[8, 8]),
         put(*FILTERS, "speed_filter", value=0),
         put(*FILTERS, "torsion_filter", "frequency", value=0),
         put(*FILTERS, "torsion_filter", "passed", value=-0.001),
@@ -117,6 +119,13 @@ def test_a_machine_that_cannot_be_is_refused(change: Change) -> None:
     with pytest.raises(CertificateError):
         machine(document)
     assert by_second(document) != "PROVED"
+
+
+def test_an_estimate_held_at_one_wind_is_refused_by_both() -> None:
+    """It can follow no wind; one checker found that, and the other refused its limits."""
+    document = changed(put(*SEEN, "wind_limits", value=[8, 8]))
+    document["controller"]["observer"]["wind_limits"] = [8, 8]
+    assert answers(document) == ("refused", "refused")
 
 
 def test_ends_that_a_machine_may_have() -> None:

@@ -81,6 +81,15 @@ def test_what_has_no_linear_loop_has_no_claim(document: Data) -> None:
     assert "no low-pass on the measured speed" in why[KIND]
 
 
+@pytest.mark.parametrize(("part", "value"), [("measurement", None), ("observer", [1.0, 2.0])])
+def test_a_part_that_is_no_object_is_misuse(document: Data, part: str, value: object) -> None:
+    """A law without it leaves the member out; that is answered, and this is not."""
+    document["controller"][part] = value
+    asked = CrossingAsked(8.0, RotorWind.of_class("B", 8.0))
+    with pytest.raises(ModelError, match=rf"controller\['{part}'\] is .*leave the member out"):
+        crossing_claim(*_given(document), asked)
+
+
 def test_the_classes_of_turbulence() -> None:
     """Class B as measured, A and C by the reference intensities 0.16, 0.14 and 0.12 of IEC."""
     assert RotorWind.of_class("B", 8.0) == RotorWind(1.09, 0.09)

@@ -34,7 +34,7 @@ from takagi.certificates.checker.turbine.overspeed import (
 from takagi.certificates.claims.turbine import SpeedAsked, low_wind_claims, speed_claim
 from takagi.certificates.design import claim_summary
 from takagi.cli.terminal import turbine_summary
-from takagi.models import nrel5mw
+from takagi.models import ModelError, nrel5mw
 from takagi.models.turbine import rotor_torque
 from takagi.reports.sections.turbine import verdict as report_verdict
 from tests.certificates.recorded.answers import recorded
@@ -107,6 +107,16 @@ def other_filter(document: Any) -> None:
         one["measurement"]["speed_filter"] = 5.0
 
 
+def reversed_pitch(document: Any) -> None:
+    """The program then holds pitch at 0, the greatest; the rotor's torque is bounded for 0.1 on.
+
+    With pitch at 0 the rotor may be driven to 1.4 rad/s, with 0.1 rad it is not to 1.3.
+    """
+    document["claims"][0]["speed"] = 1.3
+    for part in ("model", "gains"):
+        document[part] |= {"pitch_min": 0.1, "pitch_max": 0.0}
+
+
 CLAIM = ("claims", 0)
 FALSE = {
     "a smaller speed": entry(*CLAIM, "speed", factor=0.999),
@@ -155,6 +165,7 @@ MALFORMED = {
         *CLAIM, "measurement", "torsion_filter", "passed", value=1.5
     ),
     "other pitch limits": entry("gains", "pitch_min", value=0.01),
+    "pitch limits in the wrong order": reversed_pitch,
     "no wind filter": entry("gains", "wind_filter", value=0.0),
 }
 
@@ -182,6 +193,27 @@ def test_a_gain_file_with_another_filter_is_refused(
     gains.write_text(json.dumps({"law": document["gains"], **controller}), encoding="utf-8")
     with pytest.raises(CertificateError, match="measurement.speed_filter is not the gain file's"):
         check(certificate, gains=gains)
+
+
+@pytest.mark.parametrize(("limit", "refused"), [("torque_rate", True), ("pitch_rate", False)])
+def test_a_gain_file_with_another_limit_of_the_torques_rate_is_refused(
+    document: dict[str, Any], tmp_path: Path, limit: str, refused: bool
+) -> None:
+    """The claim has the limit of the generator, and not the one of pitch; without ``controller``
+    nothing else compares it."""
+    controller, model = document.pop("controller"), document["model"]
+    limits = {name: model[f"{name}_limit"] for name in ("torque_rate", "pitch_rate")}
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+    certificate.write_text(json.dumps(sealed(document)), encoding="utf-8")
+    for factor in (1.0, 0.5):
+        file = {"law": document["gains"], **controller, "limits": limits | {}}
+        file["limits"][limit] *= factor
+        gains.write_text(json.dumps(file), encoding="utf-8")
+        if refused and factor != 1:
+            with pytest.raises(CertificateError, match=f"limits.{limit} is not the certificate's"):
+                check(certificate, gains=gains)
+        else:
+            assert check(certificate, gains=gains).verdict.name == "PROVED"
 
 
 # The parts, by other ways.
@@ -337,6 +369,37 @@ def test_the_search_says_why_it_finds_none(stored: dict[str, Any]) -> None:
     )
     assert claims == []
     assert why == {"turbulence-speed": "not claimed: no wind is rare enough"}
+
+
+ASKED = SpeedAsked(
+    mean=5.0, deviation=0.7, rate=0.05, probability=1e-3, horizon=600.0, least_estimate=3.0
+)
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "words"),
+    [
+        ("controller", "measurement", "the gain file has no low-pass on the measured speed"),
+        ("gains", "wind_filter", "the law has no filter of the wind estimate"),
+    ],
+)
+def test_a_law_without_a_filter_has_no_claim(
+    document: dict[str, Any], part: str, name: str, words: str
+) -> None:
+    """Such a law may be certified with ``--turbulence``: the provenance says why."""
+    if part == "controller":
+        del document[part][name]
+    else:
+        document[part][name] = 0.0
+    given = document["model"], document["gains"], document["controller"], [0.9, 1.1]
+    assert speed_claim(*given, ASKED) == ([], {"turbulence-speed": f"not claimed: {words}"})
+
+
+@pytest.mark.parametrize("change", [{"probability": 1.0}, {"horizon": -1.0}, {"excess": -0.1}])
+def test_what_no_claim_can_say_is_misuse(stored: dict[str, Any], change: dict[str, float]) -> None:
+    given = stored["model"], stored["gains"], stored["controller"], [0.9, 1.1]
+    with pytest.raises(ModelError, match="no claim of a speed in turbulence can be made: claim"):
+        speed_claim(*given, replace(ASKED, **change))
 
 
 @pytest.mark.slow

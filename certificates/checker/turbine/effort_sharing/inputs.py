@@ -38,7 +38,11 @@ class Plant:
 
     @classmethod
     def read(cls, model: Any) -> Plant:
-        """Return the plant; refuses another kind, and a constant that is not positive."""
+        """Return the plant.
+
+        Refused are another kind, a constant that is not positive, and a least pitch above the
+        greatest, which is where the law's program would then hold pitch.
+        """
         if member(model, "kind", "model") != "turbine":
             raise CertificateError("model.kind: a turbine is needed")
         gear = positive(model, "gear_ratio", "model")
@@ -46,6 +50,9 @@ class Plant:
         inertia += gear**2 * number(model, "generator_inertia", "model")
         if inertia <= 0:
             raise CertificateError("model: rotor and generator need a positive inertia together")
+        least, most = (number(model, f"pitch_{end}", "model") for end in ("min", "max"))
+        if least > most:
+            raise CertificateError("model: pitch_min <= pitch_max is needed")
         table, where = member(model, "torque_surface", "model"), "model.torque_surface"
         x, y = (numbers(table, f"{axis}_knots", where) for axis in ("tip_speed_ratio", "pitch"))
         return cls(
@@ -55,8 +62,8 @@ class Plant:
             lag=positive(model, "pitch_time_constant", "model"),
             rate_limit=positive(model, "pitch_rate_limit", "model"),
             rated_speed=positive(model, "rated_rotor_speed", "model"),
-            pitch_min=number(model, "pitch_min", "model"),
-            pitch_max=number(model, "pitch_max", "model"),
+            pitch_min=least,
+            pitch_max=most,
             surface=Spline(x, y, matrix(table, "coefficients", where)),
         )
 

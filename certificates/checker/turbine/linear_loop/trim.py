@@ -11,7 +11,8 @@ coefficient c_Q at (lambda, beta*):
 
 The loop is differentiable there, which is tested: v lies between two nodes and within the limits of
 the estimate, torque is above 0 and below its rated value or no feed-forward acts on it, pitch is
-below its limit.  At its lower limit the law's pitch is constant: psi and its slope are 0.  The
+below its limit.  At its lower limit the law's pitch is constant: psi and its slope are 0.  The trim
+is not at an edge of the table, where c_Q has slopes to one side; constant pitch may be.  The
 residual is at most a tenth of the overlap eps: where the table's torques are further apart, the
 loop rests at another effort, with another share F, or not at all.
 
@@ -100,6 +101,9 @@ def trim_at(
     if pitch >= law.pitch_max:
         raise Refused("pitch is at its upper limit at the trim")
     ratio = plant.radius * speed / wind
+    x, y = surface.x_knots, surface.y_knots
+    if ratio in (x[0], x[-1]) or (shed and pitch in (y[0], y[-1])):
+        raise Refused("the trim is at the edge of the coefficient table")
     C, by_ratio, by_pitch = surface.at(ratio, pitch)
     c, unit = plant.torque_per_inertia, plant.gear_per_inertia
     residual = c * wind**2 * C - unit * torque

@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.turbine.overspeed.speed_claim import (
     is_held,
     probability_bound,
@@ -22,6 +22,8 @@ from takagi.certificates.checker.turbine.overspeed.speed_claim import (
     speed_failure,
 )
 from takagi.certificates.checker.turbine.overspeed.speed_inputs import StatedSpeed
+from takagi.certificates.claims.turbine.stated_controller import stated_controller
+from takagi.models.errors import ModelError
 
 # Steps of the highest wind [m/s] and of speeds [rad/s]; the greatest speed to try, over rated.
 WIND_STEP, SPEED_STEP = Fraction(1, 1000), Fraction(1, 2000)
@@ -67,8 +69,9 @@ def turbulence_speed_claim(
 
     Raises
     ------
-    Refused : no speed up to twice the rated one can be shown, or no wind below twice the mean wind
-        is rare enough.
+    Refused : no speed up to twice the rated one can be shown, no wind below twice the mean wind is
+        rare enough, or the law has no filter of the measured speed or of the wind.
+    ModelError : a number that was asked for is none that such a claim can have.
     """
     claim: dict[str, Any] = {
         "kind": "turbulence-speed",
@@ -78,11 +81,7 @@ def turbulence_speed_claim(
         "probability": asked.probability,
         "least_estimate": asked.least_estimate,
         "uncertainty": {"inertia": list(inertia), "torque_excess": asked.excess},
-        "measurement": {
-            name: controller["measurement"][name]
-            for name in ("speed_filter", "torsion_filter")
-            if name in controller["measurement"]
-        },
+        **stated_controller(controller, gains, "measurement"),
     }
     rated = float(model["rated_rotor_speed"])
     first = claim | {"highest_wind": asked.mean, "speed": rated, "window": 0.1}
@@ -90,7 +89,10 @@ def turbulence_speed_claim(
         json.dumps({"model": model, "gains": gains, "controller": controller, "claim": first}),
         "candidate",
     )
-    stated = StatedSpeed.read(data["claim"], data, "claim")
+    try:
+        stated = StatedSpeed.read(data["claim"], data, "claim")
+    except CertificateError as error:
+        raise ModelError(f"no claim of a speed in turbulence can be made: {error}") from error
     stated = replace(stated, highest=_rare(stated))
     found = _slowest(stated)
     if failure := speed_failure(found):

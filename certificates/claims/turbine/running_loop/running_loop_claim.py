@@ -19,7 +19,7 @@ from typing import Any
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop.inputs import STATED, Machine, Sides, Span
+from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
 from takagi.certificates.checker.turbine.running_loop.moving_claim import MovingCell
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.claims.turbine.running_loop.candidate import (
@@ -28,6 +28,7 @@ from takagi.certificates.claims.turbine.running_loop.candidate import (
     running_candidate,
     size_of_box,
 )
+from takagi.certificates.claims.turbine.stated_controller import stated_controller
 
 # The required decay rate [1/s], and the wake's length over the rotor's radius: 40 to 80 m for a
 # radius of 63 m.
@@ -82,11 +83,9 @@ def claim_head(
     Raises
     ------
     Refused : the law has no filter of the measured speed or of the wind.
+    ModelError : the controller's observer or filters are no objects.
     """
-    if "measurement" not in controller or "observer" not in controller:
-        raise Refused("the gain file has no observer, or no low-pass on the measured speed")
-    if not gains["wind_filter"] > 0:
-        raise Refused("the law has no filter of the wind estimate")
+    stated = stated_controller(controller, gains)
     radius = float(model["rotor_radius"])
     return {
         "kind": "running-loop",
@@ -95,10 +94,7 @@ def claim_head(
             "inertia": list(inertia),
             "wake_length": [float(f"{share * radius:.2g}") for share in WAKE],
         },
-        **{
-            part: {name: controller[part][name] for name in names if name in controller[part]}
-            for part, names in STATED.items()
-        },
+        **stated,
     }
 
 

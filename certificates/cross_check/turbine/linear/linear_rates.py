@@ -105,6 +105,12 @@ class LinearRates:
     def _torque(self) -> None:
         rotor, v = self.rotor, self.mean
         ratio = rotor.radius * self.omega / v
+        ratios, pitches = rotor.surface.x.breaks, rotor.surface.y.breaks
+        # psi = 0 holds the law's pitch at its lower limit, so that no slope along pitch acts.
+        if ratio in (ratios[0], ratios[-1]):
+            raise Outside("a tip-speed ratio at the table's edge")
+        if self.shed != 0 and self.pitch in (pitches[0], pitches[-1]):
+            raise Outside("a pitch at the table's edge")
         C, by_ratio, by_pitch = rotor.surface.at(ratio, self.pitch)
         drive, brake = rotor.c * v * v * C, rotor.rated - rotor.m * self.braked
         if 10 * abs(drive - brake) > rotor.overlap:

@@ -1,0 +1,94 @@
+"""The members that claims about a turbine's loop may have, each as the names on the way to it.
+
+A member that no condition reads could be an uncertainty, or a filter, that is not shown.  So a
+claim that has another one is refused.  ``*`` stands for any name: multipliers have the names of
+factors, which are looked at where they are read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from takagi.certificates.cross_check.kernel.reading import Refusal
+
+_SEEN = """
+    observer.l1 observer.l2 observer.wind_limits measurement.speed_filter
+    measurement.torsion_filter.frequency measurement.torsion_filter.passed
+"""
+_FAMILY = f"winds uncertainty.inertia uncertainty.wake_length {_SEEN}"
+_CELL = """
+    cells.wind cells.multipliers.* cells.sides.speed cells.sides.measured cells.sides.pitch
+    cells.sides.signal cells.sides.estimate cells.sides.measured_rate cells.sides.innovation
+"""
+_AT_WIND = "cells.sides.effort cells.sides.schedule cells.sides.integral"
+_MOVING = """
+    functions.wind functions.P cells.wind_rate cells.decay_rate cells.residual_share
+"""
+_WORDS = {
+    "coherent-loop": """
+        state P uncertainty.inertia uncertainty.frozen_wake uncertainty.power_coefficient
+        box.speed_error box.effort_lag box.speed_signal box.wind_share
+        peaks.speed_error peaks.effort_lag peaks.speed_signal peaks.integral
+        settling.P settling.decay_rate
+        cells.wind cells.effectiveness_limit cells.stiffness cells.loop_gain cells.lag_gain
+        cells.share_gain cells.lag_rate cells.residual cells.wind_gain cells.inertia_gain
+        cells.effectiveness_slope cells.reference_slope cells.lag_disturbance cells.integral_rate
+        cells.wind_error cells.wind_rate cells.multiplier cells.decay_rate
+    """,
+    "wind-rate": """
+        loop ranges.wind ranges.estimate_rate ranges.schedule_rate ranges.estimate_error
+    """,
+    "actuator-rates": """
+        loop wind_rate torque_step
+        cells.pitch_rate cells.signal_rate cells.torque_rate cells.schedule_bend
+    """,
+    "equilibrium": "cells.wind cells.rests",
+    "running-loop": f"decay_rate cells.P {_FAMILY} {_CELL} {_AT_WIND}",
+    "running-rate": f"cells.schedule_cuts {_FAMILY} {_CELL} {_AT_WIND} {_MOVING}",
+    "schedule-rate": f"cells.sides.wind cells.sides.drive {_FAMILY} {_CELL} {_MOVING}",
+    "turbine-crossing": f"""
+        wind overspeed horizon probability cuts C {_SEEN}
+        turbulence.deviation turbulence.rate turbulence.rotor_time
+        uncertainty.inertia uncertainty.speed_damping uncertainty.pitch_effectiveness
+        uncertainty.wake_of_pitch uncertainty.wake_of_wind uncertainty.wake_length
+    """,
+    "turbulence-speed": """
+        wind.mean wind.deviation wind.rate highest_wind least_estimate speed window horizon
+        probability uncertainty.inertia uncertainty.torque_excess measurement.speed_filter
+        measurement.torsion_filter.frequency measurement.torsion_filter.passed
+    """,
+}
+_Path = tuple[str, ...]
+
+
+def _allowed(words: str) -> set[_Path]:
+    """Return the ways to all members and to the objects that they are in."""
+    ways = [tuple(word.split(".")) for word in ["kind", "name", *words.split()]]
+    return {way[:n] for way in ways for n in range(1, len(way) + 1)}
+
+
+ALLOWED = {kind: _allowed(words) for kind, words in _WORDS.items()}
+
+
+def no_other_members(claim: Any, kind: str) -> None:
+    """Refuse a claim with a member that is not listed for its kind.
+
+    Raises
+    ------
+    Refusal : names the first one.
+    """
+    for way in _ways(claim):
+        if way not in ALLOWED[kind] and (*way[:-1], "*") not in ALLOWED[kind]:
+            raise Refusal(f"{'.'.join(way)[:60]!a}: a member that no condition of {kind} reads")
+
+
+def _ways(owner: Any) -> Iterator[_Path]:
+    """Yield the way to every member; entries of a list count as their list."""
+    if isinstance(owner, list):
+        for one in owner:
+            yield from _ways(one)
+    elif isinstance(owner, dict):
+        for name, value in owner.items():
+            yield (name,)
+            yield from ((name, *way) for way in _ways(value))

@@ -1,0 +1,176 @@
+"""Members of a turbine's claim that no condition reads: both checkers refuse them, at every place.
+
+An uncertainty or a filter that is passed over would stand in a claim that is PROVED.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from copy import deepcopy
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import pytest
+
+from takagi.certificates import CertificateError
+from takagi.certificates.checker.replay import claim_kinds
+from takagi.certificates.checker.turbine import members as first
+from takagi.certificates.cross_check import Refusal, opinion
+from takagi.certificates.cross_check.turbine import members as second
+from tests.certificates.pinned.turbine import inputs
+from tests.certificates.recorded.answers import recorded
+from tests.certificates.turbine.running_documents import verdicts
+
+Way = tuple[str, ...]
+PLACES = {
+    kind: place
+    for table in (claim_kinds.OWN_READING, claim_kinds.WHOLE_FILE, claim_kinds.RESTING)
+    for kind, place in table.items()
+    if place.startswith("turbine.")
+}
+# Members that some claims leave out.
+OPTIONAL: dict[str, set[Way]] = {
+    "turbine-crossing": {("cuts",)},
+    "running-rate": {("cells", "schedule_cuts")},
+    "actuator-rates": {("wind_rate",)},
+    "paper-loop": {("unproved", "wind"), ("unproved", "reason")},
+}
+
+
+def listed(kind: str) -> dict[str, first.Members]:
+    """Return what the first checker's room of a kind lists."""
+    room = PLACES[kind].rsplit(".", 2)[0]
+    found: dict[str, first.Members] = import_module(
+        f"takagi.certificates.checker.{room}.members"
+    ).OF
+    return found
+
+
+@cache
+def claims() -> dict[str, Any]:
+    """Return a claim of every kind that takagi wrote."""
+    found: dict[str, Any] = {}
+    for name in inputs._INPUTS["certificates"]:
+        for claim in inputs.document(name)["claims"]:
+            found.setdefault(claim["kind"], claim)
+    for kind in sorted(set(PLACES) - set(found)):
+        found[kind] = json.loads(next(recorded(kind))[1])["claims"][0]
+    return found
+
+
+def objects(value: Any, way: Way = ()) -> Iterator[tuple[Way, Any]]:
+    """Yield every object in a value, and the names that lead to it; of a list the first entry."""
+    if isinstance(value, list) and value:
+        yield from objects(value[0], way)
+    elif isinstance(value, dict):
+        yield way, value
+        for name, inner in value.items():
+            yield from objects(inner, (*way, name))
+
+
+def ways(known: first.Members, way: Way = ()) -> Iterator[Way]:
+    """Yield the names that lead to every member of the first checker's list."""
+    for name, inner in known.items():
+        yield (*way, name)
+        if inner is None:
+            yield (*way, name, "*")
+        else:
+            yield from ways(inner, (*way, name))
+
+
+def test_every_kind_is_listed() -> None:
+    """The second checker has no reading of the loop with a published law."""
+    assert {kind for kind in PLACES if kind in listed(kind)} == set(PLACES)
+    assert set(second.ALLOWED) == set(opinion.OF_TURBINES) == set(PLACES) - {"paper-loop"}
+
+
+@pytest.mark.parametrize("kind", sorted(second.ALLOWED))
+def test_both_checkers_know_the_same_members(kind: str) -> None:
+    assert set(ways(listed(kind)[kind])) | {("kind",), ("name",)} == second.ALLOWED[kind]
+
+
+@pytest.mark.parametrize("kind", sorted(PLACES))
+def test_a_claim_that_takagi_wrote_has_the_listed_members(kind: str) -> None:
+    """All of them but those that some claims leave out: no name is listed that is not written."""
+    claim = claims()[kind]
+    first.refuse_further(listed(kind), claim, "claim")
+    if kind in second.ALLOWED:
+        second.no_other_members(claim, kind)
+    written = {(*way, name) for way, at in objects(claim) for name in at}
+    missing = {way for way in ways(listed(kind)[kind]) if "*" not in way} - written
+    assert missing == OPTIONAL.get(kind, set()) - written
+
+
+@pytest.mark.parametrize("value", [0, None, {}, []], ids=str)
+@pytest.mark.parametrize("kind", sorted(PLACES))
+def test_a_further_member_is_refused_at_every_place(kind: str, value: Any) -> None:
+    """But in multipliers, whose readers know the names of the factors."""
+    claim = claims()[kind]
+    places = [way for way, _ in objects(claim) if "multipliers" not in way]
+    assert places
+    for way in places:
+        changed = deepcopy(claim)
+        next(at for here, at in objects(changed) if here == way)["further"] = value
+        with pytest.raises(CertificateError, match="'further' is not known; leave it out"):
+            first.refuse_further(listed(kind), changed, "claim")
+        if kind in second.ALLOWED:
+            with pytest.raises(Refusal, match="further"):
+                second.no_other_members(changed, kind)
+
+
+def test_a_name_with_a_dot_is_a_name() -> None:
+    claim = deepcopy(claims()["turbulence-speed"])
+    claim["wind.mean"] = 3.0
+    with pytest.raises(CertificateError, match="not known"):
+        first.refuse_further(listed("turbulence-speed"), claim, "claim")
+    with pytest.raises(Refusal, match="no condition"):
+        second.no_other_members(claim, "turbulence-speed")
+
+
+# In whole files.
+
+SPEED = {
+    "an uncertainty that another claim has": ("uncertainty", "power_coefficient", [0.9, 1.2]),
+    "an uncertainty without a meaning": ("uncertainty", "torque_lag", 0.3),
+    "a third number of the band-stop": ("measurement", "torsion_filter", "order", 4),
+    "a further filter": ("measurement", "notch", 5.0),
+    "a number of the wind": ("wind", "shear", 0.2),
+    "a number of the claim": ("delay", 0.5),
+}
+
+
+@pytest.mark.parametrize("name", SPEED)
+def test_a_file_with_it_is_refused(name: str) -> None:
+    """With a ``controller`` whose filters have the further number, too."""
+    document = json.loads(next(recorded("turbulence-speed"))[1])
+    *way, last, value = SPEED[name]
+    owners = [document["claims"][0], document["controller"]]
+    for owner in owners if way[:1] == ["measurement"] else owners[:1]:
+        at = owner
+        for key in way:
+            at = at[key]
+        at[last] = value
+    assert verdicts(document) == ("refused", "refused")
+
+
+def test_a_file_without_a_controller_is_refused() -> None:
+    """Then nothing else says that the filters of the claim are all filters."""
+    document = json.loads(next(recorded("turbulence-speed"))[1])
+    del document["controller"]
+    document["claims"][0]["measurement"]["notch"] = 5.0
+    assert verdicts(document) == ("refused", "refused")
+
+
+@pytest.mark.parametrize(
+    "place", [("claims", 0, "observer"), ("claims", 0, "uncertainty")], ids=str
+)
+@pytest.mark.parametrize("kind", ["turbine-crossing", "schedule-rate"])
+def test_an_observer_with_a_further_gain_is_refused(kind: str, place: tuple[Any, ...]) -> None:
+    document = json.loads(next(recorded(kind))[1])
+    at = document
+    for key in place:
+        at = at[key]
+    at["l3"] = 0.1
+    assert verdicts(document) == ("refused", "refused")

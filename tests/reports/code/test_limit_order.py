@@ -1,0 +1,125 @@
+"""Gain files whose limits are in the wrong order: the program would send one value at all times."""
+
+from __future__ import annotations
+
+import json
+import re
+from copy import deepcopy
+from dataclasses import replace
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.files import gain_file
+from takagi.certificates.checker.kernel import reader
+from takagi.certificates.design.given import effort_sharing_law_from_data
+from takagi.cli.main import main
+from takagi.models import ModelError
+from takagi.reports.code import ProgramRun, program_reading
+from tests.certificates.recorded.answers import recorded
+
+Document = dict[str, Any]
+
+
+def with_decimals(value: Any) -> Any:
+    """Return a file's content as ``read_controller`` has it."""
+    if isinstance(value, dict):
+        return {name: with_decimals(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [with_decimals(one) for one in value]
+    return Decimal(value) if isinstance(value, reader.Number) else value
+
+
+def file_of(kind: str) -> Document:
+    """Return the gain file of a recorded certificate whose claims have this kind."""
+    texts = (text for answer, text in recorded(kind) if answer[0] == ["PROVED"])
+    written = next(text for text in texts if "controller" in json.loads(text))
+    return dict(with_decimals(gain_file.expected_file(read_text(written, "certificate"))))
+
+
+@pytest.fixture(scope="module")
+def turbine() -> Document:
+    return file_of("turbulence-speed")
+
+
+REVERSED: dict[str, tuple[str, Document]] = {
+    "law.pitch_min and law.pitch_max": ("law", {"pitch_min": Decimal(2)}),
+    "observer.wind_limits.0 and observer.wind_limits.1": (
+        "observer",
+        {"wind_limits": [Decimal(30), Decimal(1)]},
+    ),
+    "law.rated_torque": ("law", {"rated_torque": Decimal(-1)}),
+    "law.overlap": ("law", {"overlap": Decimal("-0.01")}),
+    "law.integral_limit": ("law", {"integral_limit": Decimal("-0.1")}),
+    "law.wind": ("law", {"wind": [Decimal(25), Decimal(3)]}),
+}
+
+
+@pytest.mark.parametrize("places", REVERSED)
+def test_a_turbines_file_is_refused(turbine: Document, places: str) -> None:
+    assert program_reading.controller_program(turbine).kind == "turbine"
+    part, change = REVERSED[places]
+    changed = {**turbine, part: {**turbine[part], **change}}
+    with pytest.raises(ModelError, match=rf"^{re.escape(places)}: the lower limit is .* exchange"):
+        program_reading.controller_program(changed)
+
+
+def test_a_plants_file_is_refused() -> None:
+    """The range of an input, within which the program holds its command."""
+    plant = file_of("tracking")
+    assert program_reading.controller_program(plant).kind == "plant"
+    changed = deepcopy(plant)
+    changed["inputs"][0]["range"].reverse()
+    with pytest.raises(
+        ModelError, match=r"^inputs\.0\.range\.0 and inputs\.0\.range\.1: the lower"
+    ):
+        program_reading.controller_program(changed)
+
+
+@pytest.mark.parametrize("name", ["torque_rate", "pitch_rate"])
+def test_a_rate_below_zero_is_refused(turbine: Document, name: str) -> None:
+    changed = {**turbine, "limits": {**turbine["limits"], name: Decimal(-1)}}
+    with pytest.raises(ModelError, match=f"^limits.{name} is -1; 0 or more is needed"):
+        program_reading.controller_program(changed)
+
+
+def test_equal_limits_hold_one_value(turbine: Document) -> None:
+    changed = deepcopy(turbine)
+    changed["law"] |= {"pitch_min": Decimal("0.1"), "pitch_max": Decimal("0.1")}
+    read = ("measured_speed", "pitch", "wind_guess")
+    sent = ProgramRun(program_reading.controller_program(changed)).sample(
+        0.01, dict.fromkeys(read, 1.0)
+    )
+    assert sent["pitch_sent"] == 0.1
+
+
+def test_the_command_line_says_which_entry(
+    turbine: Document, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    changed = deepcopy(turbine)
+    changed["law"]["pitch_min"] = Decimal(2)
+    path = tmp_path / "gains.json"
+    path.write_text(json.dumps(changed, default=float), encoding="utf-8")
+    assert main(["export", str(path), "--to", "c", "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert "law.pitch_min and law.pitch_max: the lower limit is 2 and the upper one 1.5708" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"pitch_min": 2.0}, "limits of pitch from 2 to 1.5708"),
+        ({"rated_torque": -1.0}, "limits of torque from 0 to -1"),
+        ({"integral_limit": -0.1}, "limits of the integral from 0.1 to -0.1"),
+    ],
+)
+def test_a_law_is_refused(change: dict[str, float], words: str) -> None:
+    """So for ``takagi certify --gains`` and ``takagi simulate --gains``, which read the law."""
+    data = read_text(next(recorded("turbulence-speed"))[1], "certificate")
+    law = effort_sharing_law_from_data(data["gains"])
+    with pytest.raises(ModelError, match=f"{words} were given; the lower one must not be above"):
+        replace(law, **change)  # type: ignore[arg-type]
