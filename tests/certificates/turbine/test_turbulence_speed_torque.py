@@ -106,8 +106,8 @@ def test_a_peak_in_any_corner_of_the_table_is_seen(
     assert shows(driving.at(X / 2, 2 * X), true)
 
 
-@pytest.mark.parametrize("part", [1, 24])
-def test_a_peak_that_only_slow_winds_have_is_seen(stored: dict[str, Any], part: int) -> None:
+@pytest.mark.parametrize("part", [F(1, 2), F(1), F(24)])
+def test_a_peak_that_only_slow_winds_have_is_seen(stored: dict[str, Any], part: Fraction) -> None:
     """Winds up to a few forty-eighths of the top: at faster ones the ratio is below the last."""
     driving = Driving(with_corner(stored, -1, 0, 0.0), first_pitch(stored))
     wind = TOP * part / 48
@@ -132,6 +132,7 @@ def test_a_rotor_that_nothing_drives_is_told_as_undecided(stored: dict[str, Any]
     """The theorem divides by the rate at which the rotor may speed up; an excess gives it one."""
     document = with_corner(stored, 0, 0, -0.01)
     document["model"]["torque_surface"]["coefficients"][0][0] = -0.01
+    assert Driving(deepcopy(document), F(0)).anywhere() == (F(0), F(0))
     for excess, answer in ((0.0, "UNDECIDED"), (1e-4, "PROVED")):
         document["claims"][0]["uncertainty"]["torque_excess"] = excess
         assert verdicts(document) == (answer, answer)

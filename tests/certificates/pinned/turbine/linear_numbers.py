@@ -15,9 +15,11 @@ from typing import Any
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.arithmetic.spline_point import ExactSurface
 from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kinds.crossing_probability import crossing_bound
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.linear_loop.crossing_claim import (
     LinearLoop,
+    _square,
     check_turbine_crossing,
     piece_failure,
 )
@@ -189,12 +191,16 @@ def of_pieces() -> Named:
     box = {n: ((a + b) / 2,) * 2 for n, (a, b) in parameter_box(claim, "claim").items()}
     C = read_stack(claim, "C", "claim")[0]
     row = signal_row(trim, machine)
-    variance = (row @ C @ row.T)[0, 0]
+    variance, loop, T = _square(row, C), (plant, machine, turbulence, trim), F(600)
     # Rational numbers beside the deviation; a covariance whose deviation is the upper one.
     deviation = F(isqrt(int(variance * 10**24)), 10**12)
     above = deviation + F(1, 10**11)
+    rate = max(_square(row @ A, C) for A in LinearLoop(*loop, F(1)).at(box))
+    bound = crossing_bound(ratio=F("0.2534") ** 2 / (2 * variance), rate=rate / variance, horizon=T)
     for name, limit, matrix, probability in (
         ("as stated", F("0.2534"), C, F(1, 1000)),
+        ("the probability of the bound", F("0.2534"), C, bound),
+        ("a probability below the bound", F("0.2534"), C, bound - F(1, 10**40)),
         ("a small probability", F("0.2534"), C, F(1, 10**9)),
         ("a limit below a deviation", deviation - F(1, 10**11), C, F(100)),
         ("a limit of a deviation", above, above**2 / variance * C, F(100)),
@@ -202,8 +208,7 @@ def of_pieces() -> Named:
         ("negative", F("0.2534"), -C, F(1, 1000)),
         ("too small", F("0.2534"), F(9, 10) * C, F(1, 1000)),
     ):
-        linear = LinearLoop(plant, machine, turbulence, trim, limit)
-        yield name, piece_failure(linear, box, matrix, F(600), probability)
+        yield name, piece_failure(LinearLoop(*loop, limit), box, matrix, T, probability)
 
 
 def _moved(matrix: Matrix) -> Any:
@@ -223,6 +228,7 @@ CHANGES: dict[str, tuple[int, tuple[str | int, ...], Any]] = {
     "no overspeed": (0, (*CLAIM, "overspeed"), 0.0),
     "a wind of 0": (0, (*CLAIM, "wind"), 0.0),
     "a wind at a node": (0, (*CLAIM, "wind"), 7.7755),
+    "two pieces": (0, (*CLAIM, "cuts"), ["inertia", "", ""]),
     "a covariance of order 1": (0, (*CLAIM, "C"), [[[1.0]]]),
     "a covariance of 12 rows": (0, (*CLAIM, "C"), [[[1.0] * 13] * 12]),
     "two covariances": (0, (*CLAIM, "C"), [[[1.0] * 13] * 13] * 2),
@@ -237,6 +243,9 @@ def of_claim(name: str) -> Named:
     for step in place[:-1]:
         holder = holder[step]
     holder[place[-1]] = value
+    if name == "two pieces":
+        # Both fail.
+        changed["claims"][0] |= {"C": changed["claims"][0]["C"] * 2, "probability": 1e-9}
     data = read_text(json.dumps(changed), "certificate")
     found = said(check_turbine_crossing, data["claims"][0], data, "claims[0]")
     if isinstance(found, str):

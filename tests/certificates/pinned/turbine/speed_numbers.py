@@ -203,6 +203,18 @@ def of_held(name: str) -> Named:
         yield f"{speed}", is_held(replace(stated(), **changes, speed=speed))
 
 
+def of_equal_torques() -> Named:
+    """Yield whether the rotor is held where the generator takes what the rotor gives, to the digit.
+
+    From 24.5 m/s on the law asks for rated torque, whatever the delay; it follows at once.
+    """
+    one = replace(stated(), speed=F(3), least_estimate=F("24.6"), torque_rate=F(10**9))
+    equal = one.law.rated_torque * one.plant.gear_per_inertia
+    equal -= greatest(one.plant, (one.speed, one.speed), one.highest)
+    for less in (-1, 0, 1):
+        yield f"{less}", is_held(replace(one, excess=equal - less * F(1, 10**30)))
+
+
 LIMITS = (
     "an estimate of the mean wind",
     "the probability of the bound",
@@ -230,7 +242,7 @@ def of_bounds() -> Named:
     for highest in (F(5), F(57, 10) - F(1, 10**9), F(57, 10), F(8), F(10)):
         yield f"bound {highest}", probability_bound(wind, highest, F(600))
     for at in (law.wind[0], law.wind[1], law.wind[2] + F(1, 8), law.wind[-2], law.wind[-1]):
-        yield f"speed at {at}", speed_at(law, at)
+        yield f"speed at {at}", (speed_at(law, at), speed_at(tilted(stated()).law, at))
 
 
 def groups() -> dict[str, Callable[[], Named]]:
@@ -239,6 +251,7 @@ def groups() -> dict[str, Callable[[], Named]]:
         "speed least torque": of_least_torque,
         "speed refusals": of_refusals,
         "speed bounds": of_bounds,
+        "speed equal torques": of_equal_torques,
     }
     found |= {f"speed driving {low}": partial(of_driving, low) for low in (F(0), F(1, 10), F(9))}
     found |= {f"speed held, {name}": partial(of_held, name) for name in HELD}
