@@ -237,6 +237,7 @@ def test_a_parameter_with_one_value_is_not_halved(document: Data) -> None:
     for name, expected in (("wake_length", REFUSED), ("inertia", BOTH)):
         claim["cuts"] = [name, "", ""]
         assert verdicts(document) == expected
+    assert "in 2 pieces" in check_document(sealed(document)).claims[0].text
 
 
 def test_a_wake_may_follow_at_once(document: Data) -> None:

@@ -238,24 +238,26 @@ def braked(document: dict[str, Any]) -> None:
     document["model"]["torque_constant"] *= 0.01
 
 
-def test_the_mean_wind_is_a_schedule_wind(document: dict[str, Any]) -> None:
+@pytest.mark.parametrize("end", [0, -1])
+def test_the_mean_wind_is_a_schedule_wind(document: dict[str, Any], end: int) -> None:
     braked(document)
-    low, high = document["gains"]["wind"][0], document["gains"]["wind"][-1]
+    at = document["gains"]["wind"][end]
     near = {"least_estimate": 1.0, "speed": 2.0, "probability": 0.9, "wind_deviation": 0.5}
+    near |= {"highest_wind": at + 2.7}
+    beyond = at - 0.001 if end == 0 else at + 0.001
     sides(
         document,
         {
-            "PROVED": [
-                other(wind_mean=low, highest_wind=1.9 * low, **near),
-                other(wind_mean=high, highest_wind=high + 3, **near),
-                other(least_estimate=5.0),
-            ],
-            "UNDECIDED": [
-                other(wind_mean=low - 0.001, highest_wind=1.9 * low, **near),
-                other(wind_mean=high + 0.001, highest_wind=high + 3, **near),
-                other(least_estimate=5.001),
-            ],
+            "PROVED": [other(wind_mean=at, **near)],
+            "UNDECIDED": [other(wind_mean=beyond, **near)],
         },
+    )
+
+
+def test_the_least_estimate_is_the_mean_wind_at_most(document: dict[str, Any]) -> None:
+    sides(
+        document,
+        {"PROVED": [other(least_estimate=5.0)], "UNDECIDED": [other(least_estimate=5.001)]},
     )
 
 
