@@ -300,6 +300,12 @@ def test_an_inertia_may_have_one_value(document: dict[str, Any]) -> None:
     assert verdicts(document) == ("PROVED", "PROVED")
 
 
+def short_and_excess(document: dict[str, Any]) -> None:
+    """A window so short that the rate of the rotor's speed before counts, and an excess in it."""
+    document["claims"][0]["window"] = 0.025
+    document["claims"][0]["uncertainty"]["torque_excess"] = 1e-3
+
+
 # A change of the claim, and two speeds a millionth apart: from between them on the rotor is held.
 TURNS: dict[str, tuple[float, float, Change]] = {
     "as stated": (1.436534, 1.436535, other()),
@@ -310,6 +316,7 @@ TURNS: dict[str, tuple[float, float, Change]] = {
     ),
     "a slow filter": (1.454693, 1.454694, everywhere("speed_filter", value=2.0)),
     "a short window": (1.679163, 1.679164, other(window=0.025)),
+    "a short window and an excess": (1.70838, 1.708381, short_and_excess),
     "a wide window": (1.450843, 1.450844, other(window=0.5)),
     "from 4 m/s on": (1.324491, 1.324492, other(least_estimate=4.0)),
 }
