@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import gc
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
@@ -308,11 +309,17 @@ class WarmTests:
 
 
 def _inside(code: CodeType, package: Path) -> bool:
-    return code.co_filename.startswith(f"{package}/")
+    return _file(code.co_filename).startswith(f"{package}/")
 
 
 def _place(code: CodeType) -> tuple[str, str, int]:
-    return code.co_filename, code.co_qualname, code.co_firstlineno
+    return _file(code.co_filename), code.co_qualname, code.co_firstlineno
+
+
+@functools.cache
+def _file(name: str) -> str:
+    """Return a file's own path: a package may be imported through a link."""
+    return os.path.realpath(name)
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:

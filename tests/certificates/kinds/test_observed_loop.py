@@ -195,6 +195,20 @@ def test_the_sentence_keeps_ranges_of_disturbances_apart() -> None:
 
 
 @pytest.mark.parametrize(
+    ("side", "verdict"),
+    [([0, 0.5], "PROVED"), ([-0.5, 0], "PROVED"), ([1e-9, 0.5], "UNDECIDED")],
+)
+def test_no_disturbance_is_in_its_range(side: list[float], verdict: str) -> None:
+    """The claim is about the loop without disturbance: 0 must be where the model holds."""
+    model, gains, claim = line()
+    pushed = model | {"E": [[[1]]], "disturbance_names": ["w [-]"]}
+    pushed["box"] = {"x1 [-]": [-1, 1], "w [-]": side}
+    found = both(pushed, gains, claim)
+    assert found[:2] == (verdict, verdict)
+    assert ("w [-] is bounded less tightly" in found[2]) == (verdict == "UNDECIDED")
+
+
+@pytest.mark.parametrize(
     ("C", "D", "seen"),
     [
         ([[[1, 0]]], [], [True, False]),

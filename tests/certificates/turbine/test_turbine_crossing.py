@@ -192,6 +192,8 @@ UNREADABLE = {
     "no average": entry(*CLAIM, "turbulence", "rotor_time", value=0.0),
     "an empty range": uncertain("speed_damping", 1.2, 0.8),
     "a negative damping": uncertain("speed_damping", -0.1, 1.2),
+    "no damping": uncertain("speed_damping", 0.0, 1.2),
+    "no effect of pitch": uncertain("pitch_effectiveness", 0.0, 1.2),
     "a massless rotor": uncertain("inertia", 0.0, 1.1),
     "a negative wake": uncertain("wake_of_wind", -0.1, 0.3),
     "no wake's length": uncertain("wake_length", 0.0, 63.0),
@@ -226,6 +228,74 @@ def test_the_covariances_belong_to_their_pieces(in_pieces: Data) -> None:
     assert verdicts(in_pieces) == REFUSED
     claim["cuts"] = claim["cuts"][:-1]
     assert verdicts(in_pieces) == REFUSED
+
+
+def test_a_parameter_with_one_value_is_not_halved(document: Data) -> None:
+    """Also where there are as many covariances as pieces."""
+    claim = document["claims"][0]
+    claim["C"] = claim["C"] * 2
+    for name, expected in (("wake_length", REFUSED), ("inertia", BOTH)):
+        claim["cuts"] = [name, "", ""]
+        assert verdicts(document) == expected
+    assert "in 2 pieces" in check_document(sealed(document)).claims[0].text
+
+
+def test_a_wake_may_follow_at_once(document: Data) -> None:
+    """Its ranges may begin at zero, which is a wider family here."""
+    for name in ("wake_of_pitch", "wake_of_wind"):
+        changed = deepcopy(document)
+        uncertain(name, 0.0, 0.3)(changed)
+        assert verdicts(changed) in (BOTH, NEITHER)
+
+
+def test_the_wind_is_within_the_limits_of_the_estimate(document: Data) -> None:
+    """Strictly: at a limit the observer's equation has no derivative."""
+    document.pop("controller")
+    for limits, expected in (
+        ([8.0, 25.0], NEITHER),
+        ([7.999, 25.0], BOTH),
+        ([3.0, 8.0], NEITHER),
+        ([3.0, 8.001], BOTH),
+    ):
+        document["claims"][0]["observer"]["wind_limits"] = limits
+        assert verdicts(document) == expected
+
+
+def test_the_limit_is_a_deviation_or_more(document: Data) -> None:
+    """In no time the bound at one deviation is 0.484: the probability alone would allow less."""
+    claim, linear = document["claims"][0], linear_at(document, "8")
+    h = np.zeros(13)
+    h[0], h[9] = 1, -float(linear.trim.speed_slope)
+    deviation = np.sqrt(h @ np.array(claim["C"][0]) @ h) / document["model"]["rated_rotor_speed"]
+    claim["horizon"], claim["probability"] = 1e-6, 0.9
+    for factor, expected in ((1 + 1e-9, BOTH), (1 - 1e-9, NEITHER)):
+        claim["overspeed"] = float(deviation * factor)
+        assert verdicts(document) == expected
+
+
+def test_an_unstable_loop_has_a_solution_that_is_no_covariance(document: Data) -> None:
+    """With an integral 200 times as fast A X + X A' = -Q < -S S' is solved by an indefinite X.
+
+    It fulfils the other conditions: signal and rate have a positive variance, the limit is above.
+    """
+    document.pop("controller")
+    document["gains"]["integral_rate"] = [200 * x for x in document["gains"]["integral_rate"]]
+    claim = document["claims"][0]
+    for name, (low, high) in claim["uncertainty"].items():
+        claim["uncertainty"][name] = [(low + high) / 2] * 2
+    linear = linear_at(document, "8")
+    (A,) = map(floats, linear.at(box_of(document)))
+    assert np.linalg.eigvals(A).real.max() > 0.3
+    Q = np.diag([1e-9] * 13)
+    Q[10, 10] += float(linear.wind.intensity)
+    X = solve_continuous_lyapunov(A, -Q)
+    assert np.linalg.eigvalsh(X).min() < -1e-6
+    claim["C"] = [((X + X.T) / 2).tolist()]
+    assert rice(document, X, box_of(document), "8") < 0.01
+    claim["probability"] = 0.5
+    assert verdicts(document) == NEITHER
+    text = check_document(sealed(document)).claims[0].text
+    assert "C is not symmetric positive definite" in text
 
 
 def test_a_narrower_family_keeps_the_claim(document: Data) -> None:

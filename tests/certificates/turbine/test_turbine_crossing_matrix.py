@@ -25,6 +25,7 @@ from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine import numbers
 from takagi.certificates.cross_check.turbine.linear import linear_rates
 from takagi.certificates.cross_check.turbine.running import machine as second
+from takagi.certificates.cross_check.turbine.surface import Outside
 from tests.certificates.turbine.crossing_documents import (
     BOTH,
     NEITHER,
@@ -270,6 +271,35 @@ def test_both_checkers_refuse_a_matrix_at_the_same_limits(document: Data) -> Non
     assert verdicts(document) == NEITHER
     with pytest.raises(CertificateError):
         check_document(document)
+
+
+def test_the_second_checker_refuses_each_limit_alone(document: Data) -> None:
+    """As the first does: a feed-forward at a limit, and pitch at its limit, all else as it is."""
+    read = loads(json.dumps(document))
+    claim = read["claims"][0]
+    machine = second.Machine(claim, read["model"], read["gains"])
+
+    def answer(wind: int, ahead: fmpq, most: fmpq, pitch: fmpq) -> str:
+        rotor = numbers.Rotor(read["model"], read["gains"])
+        rotor.ahead = [ahead] * len(rotor.ahead)
+        rotor.ahead_limit = [most] * len(rotor.ahead)
+        rotor.pitch_max = rotor.pitch_min + pitch
+        try:
+            linear_rates.LinearRates(rotor, machine, claim, fmpq(wind))
+        except Outside as reason:
+            return str(reason)
+        return "a matrix"
+
+    none, some = fmpq(0), fmpq(1, 9)
+    assert answer(8, some, fmpq(1), fmpq(1)) == "a matrix"
+    assert answer(8, none, none, fmpq(1)) == "a matrix"
+    assert answer(12, none, none, fmpq(1)) == "a matrix"
+    assert "feed-forward" in answer(8, some, none, fmpq(1))
+    # Above rated wind nothing brakes: torque is at its rated value.
+    assert "feed-forward" in answer(12, some, fmpq(1), fmpq(1))
+    # At 8 m/s pitch is at its lower limit.
+    assert answer(8, none, none, fmpq(1, 10**9)) == "a matrix"
+    assert "pitch at its upper limit" in answer(8, none, none, none)
 
 
 def test_torques_that_differ_are_no_trim(document: Data) -> None:

@@ -23,6 +23,7 @@ from tests.certificates.pinned.turbine import (
     edges_of_files,
     edges_of_paper,
     gain_file_answers,
+    linear_numbers,
     model_file_answers,
     pairs_and_limits,
     paper_claims,
@@ -34,6 +35,7 @@ from tests.certificates.pinned.turbine import (
     rests_of_paper,
     rests_of_two_integrators,
     running_numbers,
+    speed_numbers,
     table_answers,
     wind_rate_numbers,
 )
@@ -50,6 +52,7 @@ PARTS = (
     edges_of_files,
     edges_of_paper,
     gain_file_answers,
+    linear_numbers,
     model_file_answers,
     pairs_and_limits,
     paper_claims,
@@ -61,6 +64,7 @@ PARTS = (
     rests_of_paper,
     rests_of_two_integrators,
     running_numbers,
+    speed_numbers,
     table_answers,
     wind_rate_numbers,
 )
