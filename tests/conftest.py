@@ -60,9 +60,6 @@ def reduced() -> bool:
 @pytest.fixture(scope="session")
 def turbine_design() -> TurbineDesign:
     """The default design of the NREL 5-MW turbine, made once: fifteen seconds."""
-    from takagi.certificates import DesignSettings, design_turbine
-    from takagi.models import nrel5mw
-    from takagi.models.turbine import model_files
+    from tests.turbine_designs import design_with_recorded_cells
 
-    asked = DesignSettings(synthesis="two-step")
-    return design_turbine(nrel5mw(), asked, files=model_files("nrel5mw"))
+    return design_with_recorded_cells()
