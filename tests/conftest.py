@@ -41,6 +41,15 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where several processes share the tests, put those first that take longest."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        from tests.scheduler import in_order
+
+        items[:] = [items[place] for place in in_order([item.nodeid for item in items])]
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Where files are kept together, keep those together too that need the same dear thing."""
@@ -50,6 +59,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
     from tests.scheduler import group
 
+    # The tests come in the order in which they shall be handed out: ``in_order``.
+    config.option.loadscopereorder = False
     scheduler = LoadScopeScheduling(config, log)
     scheduler._split_scope = lambda nodeid: group(nodeid.split("::", 1)[0])
     return scheduler

@@ -42,7 +42,11 @@ def compared(gains: Path, time: float, random: Random) -> int:
 
 
 @pytest.mark.parametrize(
-    "name", ["split_range", "truck_trailer", pytest.param("cart_pole", marks=pytest.mark.slow)]
+    "name",
+    [
+        "split_range",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("cart_pole", "truck_trailer")),
+    ],
 )
 def test_a_plant_s_law(name: str, tmp_path: Path) -> None:
     """Rules, a blend with its kept effort, and a law in discrete time."""
