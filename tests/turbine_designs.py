@@ -3,7 +3,7 @@
 That search is for the cells of the claim ``running-loop``.  They are recorded in
 ``turbine_design_cells.json``, and this design states them where its own search would have found
 them: they are proved for its law, as all claims of a design are.  Where the claim is not proved,
-because the law is another by now, the cells are sought.  ``searched_design`` always seeks them.
+because the law is another by now, the cells are sought.
 
 ``python -m tests.turbine_designs`` records the cells of today.
 """
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -34,9 +35,16 @@ def searched_design() -> TurbineDesign:
 
 def design_with_recorded_cells() -> TurbineDesign:
     """Return the same design, with the recorded cells of its running loop if they are proved."""
-    with patch.object(running_loop_claim, "cells_over_winds", recorded_cells):
+    with recorded_cells_for_sought():
         found = searched_design()
     return found if running_loop(found) is not None else searched_design()
+
+
+@contextmanager
+def recorded_cells_for_sought() -> Iterator[None]:
+    """Let the claim of the running loop state the recorded cells, whatever its law."""
+    with patch.object(running_loop_claim, "cells_over_winds", recorded_cells):
+        yield
 
 
 def running_loop(design: TurbineDesign) -> Any:
@@ -49,6 +57,11 @@ def recorded_cells(_: object) -> Iterator[StatedCell]:
     """Yield the recorded cells, as the search yields those that it finds."""
     for cell in read_text(RECORDED.read_text(encoding="utf-8"), RECORDED.name)["cells"]:
         yield StatedCell.read(cell, len(cell["P"]), RECORDED.name)
+
+
+def recorded_rows() -> list[dict[str, Any]]:
+    """Return the recorded cells as a claim states them."""
+    return list(json.loads(RECORDED.read_text(encoding="utf-8"))["cells"])
 
 
 def main() -> None:
