@@ -71,13 +71,10 @@ class Term:
         parts = (self.left, self.right, self.items, self.members)
         size = max(len(part) for part in parts if part is not None)
         size = count if self.items is None else size
-        item = np.arange(size) if self.items is None else np.broadcast_to(self.items, (size,))
+        item = np.arange(size) if self.items is None else _repeated(self.items, size)
         member = np.zeros(1, dtype=np.intp) if self.members is None else self.members
-        left = np.broadcast_to(self.left, (size, *self.left.shape[1:]))
-        right = self.right
-        if right is not None:
-            right = np.broadcast_to(right, (size, *right.shape[1:]))
-        return Spread(item, np.broadcast_to(member, (size,)), left, right)
+        right = None if self.right is None else _repeated(self.right, size)
+        return Spread(item, _repeated(member, size), _repeated(self.left, size), right)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -350,6 +347,11 @@ def _check_term(what: str, term: Term, lmi: LMI) -> None:
     ):
         if index is not None and index.size and not 0 <= index.min() <= index.max() < count:
             raise ModelError(f"{what}: {name} must lie in 0 ... {count - 1}")
+
+
+def _repeated(part: NDArray[Any], size: int) -> NDArray[Any]:
+    """Return the part with ``size`` entries, from as many or from one."""
+    return part if len(part) == size else np.broadcast_to(part, (size, *part.shape[1:]))
 
 
 def _check_block(

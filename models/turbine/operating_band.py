@@ -16,6 +16,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -132,19 +133,31 @@ def slope_range(
     off_trim : which of "speed", "pitch", "wind" leave the trim curve; the others stay on it.
     tolerance : excess at each end as a share of the range's width.
     """
-    offsets = [
+    offsets = tuple(
         Interval(-width, width) if what in off_trim else Interval(Fraction(0), Fraction(0))
         for what, width in (
             ("speed", band.speed_band),
             ("pitch", band.pitch_band),
             ("wind", band.wind_band),
         )
-    ]
-    nodes = [exact(v) for v in band.wind.tolist()]
+    )
+    return _range_around(band.turbine, _Curve.of(band), slope, offsets, tolerance)
+
+
+@lru_cache(maxsize=64)
+def _range_around(
+    turbine: Turbine,
+    curve: _Curve,
+    slope: Slope,
+    offsets: tuple[Interval, ...],
+    tolerance: Fraction,
+) -> Range:
+    """Return ``slope_range``.  It is kept: every design of a turbine asks for the same ranges."""
     boxes = [
-        (Interval(first, last), *offsets) for first, last in zip(nodes, nodes[1:], strict=False)
+        (Interval(first, last), *offsets)
+        for first, last in zip(curve.wind, curve.wind[1:], strict=False)
     ]
-    tube = _Tube(band, slope, _Curve.of(band))
+    tube = _Tube(turbine, slope, curve)
     return range_over(tube.enclose_named, boxes, changes=tube.changes, tolerance=tolerance)
 
 
@@ -193,7 +206,7 @@ class _Tube:
     curve; three independent ranges would not.
     """
 
-    band: OperatingBand
+    turbine: Turbine
     slope: Slope
     curve: _Curve
     known_rates: dict[Box, tuple[Interval, ...]] = field(default_factory=dict)
@@ -234,7 +247,7 @@ class _Tube:
         ]
 
     def plain(self, box: Box) -> Interval:
-        return slope_enclosure(self.band.turbine, self.slope, *self._place(box)[0])
+        return slope_enclosure(self.turbine, self.slope, *self._place(box)[0])
 
     def rates(self, box: Box) -> tuple[Interval, ...]:
         """Return the slope's derivatives along the four coordinates over the box.
@@ -243,7 +256,7 @@ class _Tube:
         """
         if box not in self.known_rates:
             place, moved = self._place(box)
-            by_speed, by_pitch, by_wind = slope_gradient(self.band.turbine, self.slope, *place)
+            by_speed, by_pitch, by_wind = slope_gradient(self.turbine, self.slope, *place)
             if moved:
                 by_pitch = by_pitch.hull(0)
             speed_run, pitch_run = self.curve.gradient(box[0])
@@ -256,7 +269,7 @@ class _Tube:
         estimate, speed_error, pitch_error, wind_error = box
         speed, pitch = self.curve.over(estimate)
         free = pitch + pitch_error
-        held = hold(free, (self.band.turbine.pitch_min, self.band.turbine.pitch_max))
+        held = hold(free, (self.turbine.pitch_min, self.turbine.pitch_max))
         return (speed + speed_error, held, estimate + wind_error), held != free
 
 

@@ -169,6 +169,7 @@ def double_integrator() -> GeneralisedPlant:
     )
 
 
+@pytest.mark.slow
 def test_no_controller_of_the_order_is_an_answer() -> None:
     static = hinf_fixed_order(double_integrator(), starts=2)
     dynamic = hinf_fixed_order(double_integrator(), 1, starts=4)

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from takagi.reports.code import ControllerProgram, ExportSettings, read_controller
 from takagi.reports.code.certified_model import certified_model
+from takagi.reports.code.fmu import archive, target
+from takagi.reports.code.fmu.archive import Library
 from takagi.reports.code.fmu.target import export
 from takagi.reports.code.targets import Exported
+
+LIBRARY = archive.library
 
 
 def fmpy() -> Any:
@@ -20,17 +26,37 @@ def fmpy() -> Any:
     return pytest.importorskip("fmpy")
 
 
+@cache
+def _compiled(sources: tuple[tuple[str, str], ...], compiled: tuple[str, ...]) -> Library:
+    return LIBRARY(dict(sources), compiled)
+
+
+def compiled_once(sources: Mapping[str, str], compiled: Iterable[str]) -> Library:
+    """Return the library of these sources, which the compiler is given once in a process."""
+    return _compiled(tuple(sources.items()), tuple(compiled))
+
+
 def exported(
-    gains: Path, without: Sequence[str] = (), **settings: Any
+    gains: Path, without: Sequence[str] = (), *, anew: bool = False, **settings: Any
 ) -> tuple[ControllerProgram, Exported]:
-    """Write the FMUs of a gain file beside it; return its program and what was written."""
+    """Write the FMUs of a gain file beside it; return its program and what was written.
+
+    ``anew`` compiles the sources again that were compiled before.
+    """
     program = read_controller(gains, without=without)
     model = certified_model(gains, None, program)
-    found = export(program, ExportSettings(model=model, **settings))
+    with patch.object(target, "library", LIBRARY if anew else compiled_once):
+        found = export(program, ExportSettings(model=model, **settings))
     for name, content in found.files.items():
         assert isinstance(content, bytes)
         (gains.parent / name).write_bytes(content)
     return program, found
+
+
+def sources_alone(gains: Path, **settings: Any) -> tuple[ControllerProgram, Exported]:
+    """Write the FMUs as where there is no compiler: for what is asked of their other contents."""
+    with patch.object(archive, "COMPILERS", ()):
+        return exported(gains, anew=True, **settings)
 
 
 def simulated(

@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.reports.code import ProgramRun
-from tests.reports.code.fmu_files import exported, fmpy, simulated
+from tests.reports.code.fmu_files import exported, fmpy, simulated, sources_alone
 from tests.reports.test_gain_file_alone import plant_file, plant_law, turbine_file
 
 EXACT = 1e-9
@@ -42,7 +42,11 @@ def compared(gains: Path, time: float, random: Random) -> int:
 
 
 @pytest.mark.parametrize(
-    "name", ["split_range", "truck_trailer", pytest.param("cart_pole", marks=pytest.mark.slow)]
+    "name",
+    [
+        "split_range",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("cart_pole", "truck_trailer")),
+    ],
 )
 def test_a_plant_s_law(name: str, tmp_path: Path) -> None:
     """Rules, a blend with its kept effort, and a law in discrete time."""
@@ -83,7 +87,7 @@ def test_variables_say_what_they_are(tmp_path: Path) -> None:
     fmpy()
     from fmpy import read_model_description
 
-    exported(plant_file("cart_pole", tmp_path), sample_time=0.004)
+    sources_alone(plant_file("cart_pole", tmp_path), sample_time=0.004)
     found = read_model_description(str(tmp_path / "cart_pole_16_rules.fmu"))
     variables = {one.name: one for one in found.modelVariables}
     units = {one.name: one.baseUnit for one in found.unitDefinitions}
