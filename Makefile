@@ -12,13 +12,12 @@ unexport PYTHONDONTWRITEBYTECODE
 MEASURED := measure lmi_layer lmi_growth kim_lee_ladder enclosures certificates
 
 .DEFAULT_GOAL := help
-.PHONY: help design test marked-tests all-tests processors lint format types layers packaging bench \
+.PHONY: help design test marked-tests processors lint format types layers packaging bench \
         campaigns docs check clean
 
 help:
 	@echo "make design      design, prove and report the NREL 5-MW controller in $(OUT)"
 	@echo "make test        run all tests (marked-tests: those that need TeX or minutes)"
-	@echo "make all-tests   run both in one go, which shares what they need: .ci/run does"
 	@echo "make processors  run the tests whose numbers depend on the processor as on three kinds"
 	@echo "make check       lint, types and layers: what a change must pass beside the tests"
 	@echo "make packaging   build the distribution and try it in a clean environment"
@@ -39,10 +38,6 @@ marked-tests: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -m "tex or slow or coq" --numprocesses=auto --dist=loadfile
 
 check: lint types layers
-
-# Campaigns are reduced where TAKAGI_REDUCED=1 is set; what takes longest is said in the end.
-all-tests: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest -m "" --numprocesses=auto --dist=loadfile --durations=40 --durations-min=4
 
 processors: $(VENV)/.installed-dev
 	.ci/processors $(BIN)/python
