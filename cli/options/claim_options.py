@@ -28,8 +28,8 @@ MovingWindAboveRated = Annotated[
         help="Turbines: claim also that above rated wind the loop with its observer keeps a set "
         "around the operating point at the wind that the law works with, and stays below a rotor "
         "speed, while the wind moves several times faster than --moving-wind proves; for the "
-        "NREL 5-MW turbine 0.008 m/s^2 from 12.4 m/s, 0.016 from 13.5 and 0.03 from 15.7 to "
-        "23.5 m/s: six minutes more or longer. Effort-sharing law.",
+        "NREL 5-MW turbine 0.008 m/s^2 from 12.4 m/s, 0.016 from 13.5 and 0.03 from 15.8 to "
+        "23.5 m/s: ten minutes more. Effort-sharing law.",
     ),
 ]
 

@@ -237,7 +237,7 @@ def schedule_claims(
     claims: list[dict[str, Any]] = []
     left_out: dict[str, str] = {}
     for k, one in enumerate(ranges, start=1):
-        head = f"moving wind above rated, {k} of {len(ranges)}"
+        head = f"moving wind, range {k} of {len(ranges)}"
 
         def told(words: str, head: str = head) -> None:
             if tell is not None:

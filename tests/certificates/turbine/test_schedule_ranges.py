@@ -97,7 +97,7 @@ def found_above(document: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> tu
 
     def searched(*given: Any) -> Any:
         within, rate, tell = given[4:]
-        tell("functions, attempt 1 of up to 10")
+        tell("attempt 1 of 10 at most")
         if rate < 0.03:
             raise refusal.Refused("no quadratic function was found about the schedule wind")
         assert within == (F("15.0425"), F("24.0042"))
@@ -119,9 +119,7 @@ def test_what_was_found_is_kept_when_a_range_fails(
         "schedule-rate, 12.1509 to 14.0467 m/s at 0.008 m/s^2": words,
         "schedule-rate, 13.0509 to 16.0382 m/s at 0.016 m/s^2": words,
     }
-    assert told == [
-        f"moving wind above rated, {k} of 3: functions, attempt 1 of up to 10" for k in (1, 2, 3)
-    ]
+    assert told == [f"moving wind, range {k} of 3: attempt 1 of 10 at most" for k in (1, 2, 3)]
 
 
 def test_a_claim_that_the_checker_does_not_prove_is_left_out(
@@ -170,8 +168,8 @@ def test_the_search_keeps_one_range_and_says_why_another_fails(
     document["claims"], why = schedule_claims(*parts(document), told.append)
     assert verdicts(document) == ("PROVED", "PROVED")
     assert list(why) == ["schedule-rate, 9.1632 to 9.6258 m/s at 0.01 m/s^2"]
-    assert told[0] == "moving wind above rated, 1 of 2: functions, attempt 1 of up to 10"
-    assert "moving wind above rated, 1 of 2: proof, cell 2 of 2" in told
+    assert told[0] == "moving wind, range 1 of 2: attempt 1 of 10 at most"
+    assert "moving wind, range 1 of 2: proof, cell 2 of 2" in told
 
 
 # What is told.

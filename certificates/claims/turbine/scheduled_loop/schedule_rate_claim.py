@@ -184,7 +184,7 @@ def _searched(
     gain = _steepest(subject, (winds[0][0], winds[-1][1]))
     boxes = [_sides(subject, gain, first) for _ in winds]
     for k in range(REPETITIONS):
-        tell(f"functions, attempt {k + 1} of up to {REPETITIONS}")
+        tell(f"attempt {k + 1} of {REPETITIONS} at most")
         posed = _pose(subject, winds, boxes, rate)
         places = [_ends(cell, knots) for cell in winds]
         found = functions(posed.loops, places, len(knots), FASTER * DECAY)
