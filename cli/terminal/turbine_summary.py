@@ -103,7 +103,7 @@ def _moving_wind(design: TurbineDesign) -> str:
     if not told:
         return ""
     return (
-        "with the observer in the loop, from a set around its operating point, rotor speed stays "
+        "with the observer in the loop, from a set around the operating point, rotor speed stays "
         f"at or below a share of rated while the wind moves by {told}"
     )
 
