@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from turbine_schedule_rate import of_one_claim
+from turbine_schedule_rate import of_claims
 
 from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine import SpeedAsked, speed_claim
@@ -75,7 +75,7 @@ def main() -> None:
     print(f"search: {time.process_time() - started:.0f} s of processor time {why or ''}")
     if not claims:
         return
-    whole = of_one_claim(document, claims[0])
+    whole = of_claims(document, claims)
     if given.out is not None:
         given.out.write_text(json.dumps(whole), encoding="utf-8")
     started = time.process_time()

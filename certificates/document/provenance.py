@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from importlib.metadata import PackageNotFoundError, version
+from types import MappingProxyType
 from typing import Any
 
 from takagi.models.intervals.interval import Interval
 
+# The metadata of a setting that is left out of the configuration while it has its default: a file
+# without what it asks for is then the same as before there was this setting.
+RECORDED_IF_ASKED: Mapping[str, str] = MappingProxyType({"recorded": "if asked"})
 LIBRARIES = ("takagi", "numpy", "scipy", "sympy", "clarabel", "python-flint")
 
 
@@ -44,7 +48,11 @@ def plain(value: object) -> Any:
     if isinstance(value, Fraction):
         return float(value)
     if is_dataclass(value) and not isinstance(value, type):
-        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
+        return {
+            one.name: plain(getattr(value, one.name))
+            for one in fields(value)
+            if one.metadata != RECORDED_IF_ASKED or getattr(value, one.name) != one.default
+        }
     if isinstance(value, Mapping):
         return {name: plain(item) for name, item in value.items()}
     if isinstance(value, (list, tuple)):

@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.options.claim_options import OF_CLAIMS, MovingWind, Turbulence, turbulence_class
+from takagi.cli.options.claim_options import (
+    OF_CLAIMS,
+    MovingWind,
+    MovingWindAboveRated,
+    Turbulence,
+    turbulence_class,
+)
 from takagi.cli.options.filter_options import (
     OF_FILTERS,
     SpeedFilter,
@@ -170,6 +176,7 @@ def turbine_claims(
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
     moving_wind: MovingWind = False,
+    moving_wind_above_rated: MovingWindAboveRated = False,
     turbulence: Turbulence = None,
 ) -> None:
     """Declare the plants and winds that claims are about: only the signature is read."""
@@ -242,9 +249,14 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     if given["inertia"] is not None:
         span = covered.inertia
         effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
-    moving = bool(given["moving_wind"])
-    rough = turbulence_class(given["turbulence"])
-    asked = replace(asked, effort=effort, uncertainty=covered, moving_wind=moving, turbulence=rough)
+    asked = replace(
+        asked,
+        effort=effort,
+        uncertainty=covered,
+        moving_wind=bool(given["moving_wind"]),
+        moving_wind_above_rated=bool(given["moving_wind_above_rated"]),
+        turbulence=turbulence_class(given["turbulence"]),
+    )
     check_limits(turbine, asked)
     return asked
 

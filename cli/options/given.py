@@ -16,6 +16,7 @@ _OF_GIVEN_GAINS = (
     "power_coefficient",
     "equilibrium_wake",
     "moving_wind",
+    "moving_wind_above_rated",
     "turbulence",
     "choice",
     "solve_rest",

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.loop_claims import low_wind_claims as low_wind_claims
     from takagi.certificates.claims.turbine.loop_claims import moving_claim as moving_claim
     from takagi.certificates.claims.turbine.loop_claims import schedule_claim as schedule_claim
+    from takagi.certificates.claims.turbine.loop_claims import schedule_claims as schedule_claims
     from takagi.certificates.claims.turbine.loop_claims import speed_claim as speed_claim
     from takagi.certificates.claims.turbine.overspeed.speed_candidate import (
         SpeedAsked as SpeedAsked,

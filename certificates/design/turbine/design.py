@@ -74,6 +74,7 @@ def design_turbine(
             files=files,
             controller=observer_members(observer, asked),
             moving_wind=asked.moving_wind,
+            moving_wind_above_rated=asked.moving_wind_above_rated,
             turbulence=asked.turbulence,
             tell=clock.told,
         )

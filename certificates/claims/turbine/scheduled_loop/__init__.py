@@ -2,4 +2,5 @@
 
 schedule_program     the semidefinite programs
 schedule_rate_claim  the search over a range of schedule winds
+schedule_ranges      the ranges of schedule winds, and the rates, that a command searches
 """

@@ -8,7 +8,7 @@ rounded functions.  Nothing is proved here.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -95,6 +95,7 @@ def schedule_rate_claim(
     inertia: Sequence[float],
     within: Span,
     rate: float,
+    tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Return the claim as plain data.
 
@@ -103,17 +104,23 @@ def schedule_rate_claim(
     model, gains, controller, inertia : as ``running_loop_claim`` takes them.
     within : the intervals of the law's tables inside these winds [m/s] are the schedule winds.
     rate : the largest rate of the wind [m/s^2].
+    tell : called with a word before each program is solved, and before each cell.
 
     Raises
     ------
     Refused : the law has no filter of the measured speed or of the wind, no interval of the tables
         lies in the range, or no function was found.
     """
+    said = _silent if tell is None else tell
     head = claim_head(model, gains, controller, inertia)
     subject = loop_subject(model, gains, head)
     winds, knots = _edges(subject, within)
-    tables, boxes = _searched(subject, winds, knots, rate)
-    cells, kept = _stated(subject, winds, knots, tables, boxes, rate)
+    try:
+        tables, boxes = _searched(subject, winds, knots, rate, said)
+        cells, kept = _stated(subject, winds, knots, tables, boxes, rate, said)
+    except np.linalg.LinAlgError as reason:
+        # A solver's function that is singular, or not positive, up to rounding.
+        raise Refused("no quadratic function was found about the schedule wind") from reason
     low = winds[0][0] + _above(kept[0].wind[0])
     high = winds[-1][1] - _above(kept[-1].wind[1])
     if not low < high:
@@ -130,6 +137,10 @@ def schedule_rate_claim(
         ],
         "cells": [_data(cell) for cell in cells],
     }
+
+
+def _silent(words: str) -> None:
+    """Take a word on progress when nobody asked for it."""
 
 
 def _above(square: Fraction) -> Fraction:
@@ -162,13 +173,18 @@ def _edges(subject: Subject, within: Span) -> tuple[list[Span], list[Fraction]]:
 
 
 def _searched(
-    subject: Subject, winds: Sequence[Span], knots: Sequence[Fraction], rate: float
+    subject: Subject,
+    winds: Sequence[Span],
+    knots: Sequence[Fraction],
+    rate: float,
+    tell: Callable[[str], None],
 ) -> tuple[list[Floats], list[ScheduleSides]]:
     """Return P at the knots, and boxes that hold the sets."""
     first = {name: x * rate for name, x in FIRST_BOX.items()}
     gain = _steepest(subject, (winds[0][0], winds[-1][1]))
     boxes = [_sides(subject, gain, first) for _ in winds]
-    for _ in range(REPETITIONS):
+    for k in range(REPETITIONS):
+        tell(f"attempt {k + 1} of {REPETITIONS} at most")
         posed = _pose(subject, winds, boxes, rate)
         places = [_ends(cell, knots) for cell in winds]
         found = functions(posed.loops, places, len(knots), FASTER * DECAY)
@@ -179,6 +195,8 @@ def _searched(
             _filled(loop, names, [_between(place, tables) for place in ends])
             for loop, names, ends in zip(posed.loops, posed.names, places, strict=True)
         ]
+        if not np.all(np.isfinite([list(one.values()) for one in filled])):
+            break
         back = np.linalg.inv(posed.unit)
         if t >= 1:
             fitting = [
@@ -336,6 +354,7 @@ def _stated(
     tables: Sequence[Floats],
     boxes: Sequence[ScheduleSides],
     rate: float,
+    tell: Callable[[str], None],
 ) -> tuple[list[StatedScheduleCell], list[KeptAtSchedule]]:
     """Return the cells with rounded functions and multipliers, and what is proved of each."""
     posed = _pose(subject, winds, boxes, rate)
@@ -345,6 +364,7 @@ def _stated(
     for cell, loop, names, ends in zip(
         winds, posed.loops, posed.factors, [_ends(one, knots) for one in winds], strict=True
     ):
+        tell(f"proof, cell {len(cells) + 1} of {len(winds)}")
         for v, place in zip(cell, ends, strict=True):
             known.setdefault(v, _rounded(_between(place, tables)))
         exact = known[cell[0]], known[cell[1]]
