@@ -14,7 +14,6 @@ import pytest
 from takagi.reports.code import ControllerProgram, ExportSettings, read_controller
 from takagi.reports.code.certified_model import certified_model
 from takagi.reports.code.fmu import archive, target
-from takagi.reports.code.fmu.archive import Library
 from takagi.reports.code.fmu.target import export
 from takagi.reports.code.targets import Exported
 
@@ -27,11 +26,11 @@ def fmpy() -> Any:
 
 
 @cache
-def _compiled(sources: tuple[tuple[str, str], ...], compiled: tuple[str, ...]) -> Library:
+def _compiled(sources: tuple[tuple[str, str], ...], compiled: tuple[str, ...]) -> archive.Library:
     return LIBRARY(dict(sources), compiled)
 
 
-def compiled_once(sources: Mapping[str, str], compiled: Iterable[str]) -> Library:
+def compiled_once(sources: Mapping[str, str], compiled: Iterable[str]) -> archive.Library:
     """Return the library of these sources, which the compiler is given once in a process."""
     return _compiled(tuple(sources.items()), tuple(compiled))
 
