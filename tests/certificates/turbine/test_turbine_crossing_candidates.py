@@ -16,6 +16,7 @@ from takagi.certificates.claims.turbine import (
     crossing_claim,
     crossing_claims,
 )
+from takagi.certificates.claims.turbine.linear_loop import turbine_crossing_claim
 from takagi.cli.main import main
 from takagi.models import ModelError
 from takagi.models.turbine import RotorWind
@@ -69,6 +70,18 @@ def test_pieces_are_cut_until_the_probability_is_shown(document: Data) -> None:
     assert claim["probability"] == 9.5e-4
     document["claims"] = [claim]
     assert verdicts(document) == BOTH
+
+
+def test_no_more_pieces_are_sought_than_the_checker_takes(
+    document: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A certificate with more would be refused: the corners of two pieces are the most here."""
+    monkeypatch.setattr(turbine_crossing_claim, "MOST_WORK", 2 * 32 * 13**4)
+    asked = CrossingAsked(9.0, RotorWind.of_class("B", 9.0), 5e-4, 0.2, pieces=8, depth=3)
+    claims, why = crossing_claim(*_given(document), asked)
+    assert claims == []
+    assert " found on 2 pieces is " in why[KIND]
+    assert why[KIND].endswith("; the checker takes no more")
 
 
 def test_what_has_no_linear_loop_has_no_claim(document: Data) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from takagi.certificates.checker.arithmetic.spline_point import ExactSurface
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.linear_loop.crossing_claim import LinearLoop, piece_failure
 from takagi.certificates.checker.turbine.linear_loop.pieces import (
@@ -55,8 +56,9 @@ class CrossingAsked:
     wind : mean wind [m/s];  turbulence : the rotor-effective wind's.
     probability : that is asked for, within ``horizon`` [s].
     overspeed : as a share of rated speed; None takes the least of ``OVERSPEEDS``.
-    pieces : the most pieces of the parameters;  depth : cuts before covariances are sought, where
-        one for the whole box is not enough.
+    pieces : the most pieces of the parameters, at most those that the checker takes (109 for 13
+        states and five parameters);  depth : cuts before covariances are sought, where one for the
+        whole box is not enough.
     least : claim the least probability that is found, instead of the one asked for.
     """
 
@@ -105,9 +107,11 @@ def turbine_crossing_claim(
     search = Search(linear, asked.horizon)
     rated = float(linear.plant.rated_speed)
     first = search.piece(box)
+    most = min(asked.pieces, _taken(first))
+    depth = min(asked.depth, most.bit_length() - 1)
     for overspeed in OVERSPEEDS if asked.overspeed is None else (asked.overspeed,):
         limit = overspeed * rated
-        found = search.pieces(first, limit, asked.probability, asked.pieces, asked.depth)
+        found = search.pieces(first, limit, asked.probability, most, depth)
         for claim in _stated(search, found, overspeed, limit, asked):
             if not _fails(linear, found, claim, overspeed):
                 return {
@@ -120,7 +124,14 @@ def turbine_crossing_claim(
     raise Refused(
         f"no covariance shows {asked.probability:g} for an overspeed of {100 * overspeed:g} % at "
         f"{asked.wind:g} m/s; the bound found on {len(found)} pieces is {shown}"
+        + ("; the checker takes no more" if len(found) == most < asked.pieces else "")
     )
+
+
+def _taken(piece: Piece) -> int:
+    """Return how many pieces the checker takes: all their corners are inequalities of the order."""
+    corners_each, order = piece.A.shape[:2]
+    return max(MOST_WORK // (int(corners_each) * int(order) ** 4), 1)
 
 
 def linear_loop(
