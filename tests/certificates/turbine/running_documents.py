@@ -45,3 +45,13 @@ def verdicts(document: dict[str, Any]) -> tuple[str, str]:
     except Refusal:
         second = "refused"
     return first, second
+
+
+def everywhere(*path: Any, value: Any) -> Change:
+    """Return a change of the filters, in claim and controller alike."""
+
+    def change(document: Any) -> None:
+        for one in (document["claims"][0], document["controller"]):
+            entry("measurement", *path, value=value)(one)
+
+    return change

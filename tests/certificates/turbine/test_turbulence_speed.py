@@ -11,18 +11,15 @@ from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from flint import fmpq
 from scipy.linalg import expm
 from scipy.special import erfc
 
 from takagi.certificates import CertificateError, check
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.overspeed import (
     rotor_torque as driving,
 )
@@ -33,17 +30,10 @@ from takagi.certificates.checker.turbine.overspeed import (
 from takagi.certificates.checker.turbine.overspeed import (
     speed_claim as verdict,
 )
-from takagi.certificates.claims.turbine import SpeedAsked, low_wind_claims, speed_claim
-from takagi.certificates.cross_check import loads
-from takagi.certificates.cross_check.turbine import numbers
-from takagi.certificates.cross_check.turbine.overspeed import asked
-from takagi.certificates.design import claim_summary
-from takagi.cli.terminal import turbine_summary
-from takagi.models import ModelError, nrel5mw
+from takagi.models import nrel5mw
 from takagi.models.turbine import rotor_torque
-from takagi.reports.sections.turbine import verdict as report_verdict
 from tests.certificates.recorded.answers import recorded
-from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
+from tests.certificates.turbine.running_documents import Change, entry, everywhere, sealed, verdicts
 
 F = Fraction
 TURBINE = nrel5mw()
@@ -120,16 +110,6 @@ def reversed_pitch(document: Any) -> None:
     document["claims"][0]["speed"] = 1.3
     for part in ("model", "gains"):
         document[part] |= {"pitch_min": 0.1, "pitch_max": 0.0}
-
-
-def everywhere(*path: Any, value: Any) -> Change:
-    """Return a change of the filters, in claim and controller alike."""
-
-    def change(document: Any) -> None:
-        for one in (document["claims"][0], document["controller"]):
-            entry("measurement", *path, value=value)(one)
-
-    return change
 
 
 CLAIM = ("claims", 0)
@@ -234,152 +214,6 @@ def test_a_gain_file_with_another_limit_of_the_torques_rate_is_refused(
                 check(certificate, gains=gains)
         else:
             assert check(certificate, gains=gains).verdict.name == "PROVED"
-
-
-# Each condition alone, from both sides, in both checkers: all others hold.
-
-
-def sides(document: dict[str, Any], changes: dict[str, list[Change]]) -> None:
-    """Assert that both checkers give the answer that a list of changes stands under."""
-    for answer, listed in changes.items():
-        for change in listed:
-            changed = deepcopy(document)
-            change(changed)
-            assert verdicts(changed) == (answer, answer)
-
-
-def other(**members: Any) -> Change:
-    """Return a change of members of the claim; those of its wind are named like ``wind_mean``."""
-
-    def change(document: Any) -> None:
-        claim = document["claims"][0]
-        for name, value in members.items():
-            owner, _, part = name.partition("wind_")
-            if part and not owner:
-                claim["wind"][part] = value
-            else:
-                claim[name] = value
-
-    return change
-
-
-def braked(document: dict[str, Any]) -> None:
-    """A law that asks for rated torque at every speed, and a rotor with little torque."""
-    law = document["gains"]
-    law["trim_effort"] = [1.0] * len(law["wind"])
-    document["model"]["torque_constant"] *= 0.01
-
-
-@pytest.mark.parametrize("end", [0, -1])
-def test_the_mean_wind_is_a_schedule_wind(document: dict[str, Any], end: int) -> None:
-    braked(document)
-    at = document["gains"]["wind"][end]
-    near = {"least_estimate": 1.0, "speed": 2.0, "probability": 0.9, "wind_deviation": 0.5}
-    near |= {"highest_wind": at + 2.7}
-    beyond = at - 0.001 if end == 0 else at + 0.001
-    sides(
-        document,
-        {
-            "PROVED": [other(wind_mean=at, **near)],
-            "UNDECIDED": [other(wind_mean=beyond, **near)],
-        },
-    )
-
-
-def test_the_least_estimate_is_the_mean_wind_at_most(document: dict[str, Any]) -> None:
-    sides(
-        document,
-        {"PROVED": [other(least_estimate=5.0)], "UNDECIDED": [other(least_estimate=5.001)]},
-    )
-
-
-def test_the_rotor_starts_below_the_speed(document: dict[str, Any]) -> None:
-    """A reference of one speed, which the rotor's speed is at first."""
-    braked(document)
-    count = len(document["gains"]["wind"])
-    at = [entry("gains", "rotor_speed", value=[speed] * count) for speed in (1.4369, 1.437)]
-    sides(document, {"PROVED": at[:1], "UNDECIDED": at[1:]})
-
-
-def test_the_highest_wind_is_a_deviation_above_the_mean(document: dict[str, Any]) -> None:
-    """The highest wind is 3.723 m/s above the mean; in no time the bound is 0.484."""
-    loose = {"horizon": 1e-6, "probability": 0.99}
-    sides(
-        document,
-        {
-            "PROVED": [other(wind_deviation=3.723, **loose)],
-            "UNDECIDED": [other(wind_deviation=3.724, **loose)],
-        },
-    )
-
-
-def test_the_probability_from_both_sides(document: dict[str, Any]) -> None:
-    wind = document["claims"][0]["wind"]
-    xi = (8.723 - 5) ** 2 / (2 * wind["deviation"] ** 2)
-    crossings = 600 * wind["rate"] / (math.pi * wind["deviation"])
-    bound = math.exp(-xi) * (1 / math.sqrt(math.pi * xi) + crossings)
-    sides(
-        document,
-        {
-            "PROVED": [other(probability=bound * (1 + 1e-7))],
-            "UNDECIDED": [other(probability=bound * (1 - 1e-7))],
-        },
-    )
-
-
-def test_an_inertia_may_have_one_value(document: dict[str, Any]) -> None:
-    document["claims"][0]["uncertainty"]["inertia"] = [0.9, 0.9]
-    assert verdicts(document) == ("PROVED", "PROVED")
-
-
-def short_and_excess(document: dict[str, Any]) -> None:
-    """A window so short that the rate of the rotor's speed before counts, and an excess in it."""
-    document["claims"][0]["window"] = 0.025
-    document["claims"][0]["uncertainty"]["torque_excess"] = 1e-3
-
-
-# A change of the claim, and two speeds a millionth apart: from between them on the rotor is held.
-TURNS: dict[str, tuple[float, float, Change]] = {
-    "as stated": (1.436534, 1.436535, other()),
-    "with an excess": (
-        1.448344,
-        1.448345,
-        entry(*CLAIM, "uncertainty", "torque_excess", value=1e-3),
-    ),
-    "a slow filter": (1.454693, 1.454694, everywhere("speed_filter", value=2.0)),
-    "a short window": (1.679163, 1.679164, other(window=0.025)),
-    "a short window and an excess": (1.70838, 1.708381, short_and_excess),
-    "a wide window": (1.450843, 1.450844, other(window=0.5)),
-    "from 4 m/s on": (1.324491, 1.324492, other(least_estimate=4.0)),
-}
-
-
-@pytest.mark.parametrize("name", TURNS)
-def test_both_checkers_turn_within_a_millionth(document: dict[str, Any], name: str) -> None:
-    low, high, change = TURNS[name]
-    change(document)
-    sides(document, {"PROVED": [other(speed=high)], "UNDECIDED": [other(speed=low)]})
-
-
-def test_both_checkers_have_the_same_least_torque(stored: dict[str, Any]) -> None:
-    """As rational numbers, for a law with columns that rise and fall; below the reference too."""
-    law = deepcopy(stored["gains"])
-    for name, part in (("rotor_speed", 0.03), ("trim_effort", 0.2), ("proportional", 0.3)):
-        law[name] = [round(x * (1 + part * (j % 3)), 6) for j, x in enumerate(law[name])]
-    law["feedforward_limit"] = [0.002 * (j % 4) for j in range(len(law["wind"]) - 1)]
-    law["overlap"] = 0.05
-    read = read_text(json.dumps(law), "law")
-    rotor = numbers.Rotor(loads(json.dumps(stored["model"])), loads(json.dumps(law)))
-    for first in ("3.3", "8", "24"):
-        one = sent.LeastTorque(Law.read(read), F(first))
-        two = asked.Asked(rotor, fmpq(F(first).numerator, F(first).denominator))
-        inside = 0
-        for speed in (F(j, 20) for j in range(8, 40)):
-            found = one.above(speed)
-            again = two.torque(fmpq(speed.numerator, speed.denominator))
-            assert found == F(int(again.p), int(again.q))
-            inside += 0 < found < law["rated_torque"]
-        assert inside > 2
 
 
 # The parts, by other ways.
@@ -516,83 +350,3 @@ def test_the_wind_that_is_claimed_keeps_its_sign(document: dict[str, Any]) -> No
     for highest, answer in ((9.999, "PROVED"), (10.0, "PROVED"), (10.001, "UNDECIDED")):
         claim["highest_wind"] = highest
         assert verdicts(document) == (answer, answer)
-
-
-def test_the_search_says_why_it_finds_none(stored: dict[str, Any]) -> None:
-    claims, why = speed_claim(
-        stored["model"],
-        stored["gains"],
-        stored["controller"],
-        [0.9, 1.1],
-        SpeedAsked(
-            mean=5.0,
-            deviation=2.0,
-            rate=0.05,
-            probability=1e-5,
-            horizon=600.0,
-            least_estimate=3.0,
-        ),
-    )
-    assert claims == []
-    assert why == {"turbulence-speed": "not claimed: no wind is rare enough"}
-
-
-ASKED = SpeedAsked(
-    mean=5.0, deviation=0.7, rate=0.05, probability=1e-3, horizon=600.0, least_estimate=3.0
-)
-
-
-@pytest.mark.parametrize(
-    ("part", "name", "words"),
-    [
-        ("controller", "measurement", "the gain file has no low-pass on the measured speed"),
-        ("gains", "wind_filter", "the law has no filter of the wind estimate"),
-    ],
-)
-def test_a_law_without_a_filter_has_no_claim(
-    document: dict[str, Any], part: str, name: str, words: str
-) -> None:
-    """Such a law may be certified with ``--turbulence``: the provenance says why."""
-    if part == "controller":
-        del document[part][name]
-    else:
-        document[part][name] = 0.0
-    given = document["model"], document["gains"], document["controller"], [0.9, 1.1]
-    assert speed_claim(*given, ASKED) == ([], {"turbulence-speed": f"not claimed: {words}"})
-
-
-@pytest.mark.parametrize("change", [{"probability": 1.0}, {"horizon": -1.0}, {"excess": -0.1}])
-def test_what_no_claim_can_say_is_misuse(stored: dict[str, Any], change: dict[str, float]) -> None:
-    given = stored["model"], stored["gains"], stored["controller"], [0.9, 1.1]
-    with pytest.raises(ModelError, match="no claim of a speed in turbulence can be made: claim"):
-        speed_claim(*given, replace(ASKED, **change))
-
-
-@pytest.mark.slow
-def test_a_design_s_claim_for_low_wind_is_proved_and_told(stored: dict[str, Any]) -> None:
-    parts = stored["model"], stored["gains"], stored["controller"]
-    told: list[str] = []
-    claims, left_out = low_wind_claims(*parts, [0.9, 1.1], "B", told.append)
-    assert (told, left_out) == (["rotor speed in turbulence, at 5 m/s"], {})
-    whole = stored | {"claims": claims}
-    assert verdicts(deepcopy(whole)) == ("PROVED", "PROVED")
-    design: Any = SimpleNamespace(document=whole, checked=check_document(sealed(deepcopy(whole))))
-    (found,) = claim_summary.seldom_reached(design)
-    assert (found.wind, found.probability, found.horizon) == (5.0, 1e-3, 600.0)
-    # docs/turbulence-speed.md
-    assert found.share == pytest.approx(1.0481, abs=5e-4)
-    told_of = turbine_summary._low_wind(design)
-    assert "mean 5 m/s the nonlinear loop's rotor reaches 104.9 % of rated" in told_of
-    assert report_verdict._in_low_wind(design)[0][:2] == (
-        "Turbulence at 5 m/s, nonlinear loop",
-        "\u2264 0.001",
-    )
-
-
-@pytest.mark.slow
-def test_a_speed_far_above_rated_is_not_claimed(stored: dict[str, Any]) -> None:
-    """An inertia of 15 % of nominal and class A."""
-    parts = stored["model"], stored["gains"], stored["controller"]
-    claims, left_out = low_wind_claims(*parts, [0.15, 1.1], "A")
-    assert claims == []
-    assert "% of rated" in left_out["turbulence-speed"]
