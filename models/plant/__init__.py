@@ -6,6 +6,7 @@ file_units        figures in SI in the units that the file is written in
 dimensions        the unit of an expression, where its parts fit
 table_coverage    the arguments of tables must stay inside them on the box
 entries, schema   what a plant file may contain; its JSON Schema, printed
+entry_values      what a single field of it may be
 design_settings the requirements on a design
 
 Plant files are read in ``plant_files``; text, units and tables in ``expressions`` and ``files``.

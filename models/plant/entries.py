@@ -2,100 +2,24 @@
 
 from __future__ import annotations
 
-import re
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-MAX_EXPONENT = 100
-NUMBER = re.compile(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?", re.ASCII)
-FIGURE = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*"
-# An uncertain parameter as a text, such as "[0.9, 1.1] kg".
-RANGE = re.compile(rf"\s*\[{FIGURE},{FIGURE}\](.*)", re.ASCII)
-
-
-def _decimal(value: object) -> object:
-    if isinstance(value, bool) or not isinstance(value, (int, float, Decimal)):
-        raise ValueError("a number is needed, without quotes")
-    number = Decimal(repr(value)) if isinstance(value, float) else Decimal(value)
-    if not number.is_finite() or abs(number.adjusted()) > MAX_EXPONENT:
-        raise ValueError(f"a finite number below 10^{MAX_EXPONENT} is needed")
-    return number
-
-
-Figure = Annotated[Decimal, BeforeValidator(_decimal), WithJsonSchema({"type": "number"})]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
-Text = Annotated[str, Field(max_length=4000)]
-Expression = Annotated[
-    str,
-    Field(
-        max_length=4000,
-        description="numbers, names, + - * / ^ (also **), brackets, pi, sin cos tan asin acos atan "
-        "sinh cosh tanh asinh acosh atanh exp log sqrt abs erf, and the tables of the file",
-    ),
-]
-UnitText = Annotated[
-    str, Field(max_length=60, description='e.g. "rad/s", "N m", "W/(m^2 K)"; "-" for a number')
-]
-
-
-def _time(value: object) -> object:
-    return value if isinstance(value, str) else _decimal(value)
-
-
-Time = Annotated[
-    Decimal | Text,
-    BeforeValidator(_time),
-    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string"}]}),
-]
-
-
-def _number_or_text(value: object) -> object:
-    if isinstance(value, str):
-        if NUMBER.fullmatch(value.strip()):
-            raise ValueError("a number is needed, without quotes")
-        return value
-    if isinstance(value, bool) or not isinstance(value, (int, float, Decimal)):
-        raise ValueError("a number without quotes, or an expression in quotes, is needed")
-    return _decimal(value)
-
-
-def _rest(value: object) -> object:
-    if isinstance(value, dict):
-        if set(value) != {"near"}:
-            raise ValueError("write rest = { near = 350 }: a value from which it is sought")
-        return {"near": _decimal(value["near"])}
-    return _number_or_text(value)
-
-
-def _parameter(value: object) -> object:
-    """Return the fields of a parameter that is a number, an expression or a range alone."""
-    if isinstance(value, list):
-        return {"range": value}
-    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
-        return {"value": value}
-    if not isinstance(value, str):
-        return value
-    ends = RANGE.fullmatch(value)
-    if ends is None:
-        return {"value": value}
-    return {"range": [Decimal(ends[1]), Decimal(ends[2])], "unit": ends[3].strip() or "-"}
-
-
-def _rate(value: object) -> object:
-    if value is None or value == "max":
-        return value
-    if isinstance(value, str):
-        raise ValueError('a number in 1/s without quotes, or "max", is needed')
-    return _decimal(value)
-
-
-Rate = Annotated[
-    Decimal | Literal["max"] | None,
-    BeforeValidator(_rate),
-    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, {"const": "max"}]}),
-]
+from takagi.models.plant.entry_values import (
+    Expression,
+    Figure,
+    Name,
+    Rate,
+    Text,
+    Time,
+    UnitText,
+    measured_given,
+    parameter_given,
+    rest_given,
+    value_given,
+)
 
 
 class _Entry(BaseModel):
@@ -118,7 +42,7 @@ class VariableEntry(_Entry):
     ] = None
     rest: Annotated[
         Figure | NearEntry | Expression,
-        BeforeValidator(_rest),
+        BeforeValidator(rest_given),
         Field(
             description="value at the operating point that the model is written around; an "
             'expression of parameters, in SI; "solve" or { near = value } to have it found'
@@ -141,7 +65,7 @@ class ParameterEntry(_Entry):
 
     value: Annotated[
         Figure | Expression | None,
-        BeforeValidator(_number_or_text),
+        BeforeValidator(value_given),
         Field(
             description="a number in the unit, or an expression of other parameters, in SI; of an "
             "uncertain parameter the number that simulations take, the middle of its range if left "
@@ -171,14 +95,6 @@ class MeasuredEntry(_Entry):
     name: Name
     expression: Expression | None = None
     unit: UnitText = "-"
-
-
-def _measured(value: object) -> object:
-    if not isinstance(value, list):
-        raise ValueError('a list is needed, such as measured = ["angle"]')
-    if any(not isinstance(one, (str, dict)) for one in value):
-        raise ValueError("each is a name in quotes, or { name, expression, unit }")
-    return [{"name": one} if isinstance(one, str) else one for one in value]
 
 
 class ArgumentEntry(_Entry):
@@ -352,7 +268,7 @@ class PlantEntry(_Entry):
             "needs a range"
         ),
     ] = {}
-    parameters: dict[Name, Annotated[ParameterEntry, BeforeValidator(_parameter)]] = {}
+    parameters: dict[Name, Annotated[ParameterEntry, BeforeValidator(parameter_given)]] = {}
     tables: dict[Name, TableEntry] = {}
     equations: Annotated[dict[Name, Expression], Field(description="state -> its derivative")]
     mass: Annotated[
@@ -362,7 +278,7 @@ class PlantEntry(_Entry):
     outputs: dict[Name, OutputEntry] = {}
     measured: Annotated[
         list[MeasuredEntry] | None,
-        BeforeValidator(_measured),
+        BeforeValidator(measured_given),
         Field(
             description="what the law has instead of all states: names of outputs or states, or "
             "{ name, expression, unit }"
