@@ -195,9 +195,13 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         unread = str(reason)
     for claim, kind in zip(claims, kinds, strict=True):
         if kind in OF_TURBINES:
-            from takagi.certificates.cross_check.turbine.members import no_other_members
+            from takagi.certificates.cross_check.turbine.members import (
+                no_other_members,
+                nothing_unread,
+            )
 
             no_other_members(claim, str(kind))
+            nothing_unread(document)
         if unread:
             yield str(kind), _abstained(unread)
         elif kind in WITH_OBSERVER:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import member, number, read_json
+from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.design.given.runnable_law import law_from_gains
 from takagi.models.errors import ModelError
@@ -54,12 +54,21 @@ def filed_laws(
             "leave --law baseline out"
         )
     document = read_json(Path(path))
-    stated = member(document, "observer", str(path))
-    l1, l2 = (float(number(stated, name, f"{path}: observer")) for name in ("l1", "l2"))
+    observer = _observer(turbine, member(document, "observer", str(path)), path)
     laws = {law.name: law, **{name: BaselineLaw(turbine) for name in beside}}
     return _as_held(turbine, held), ChosenLaws(
-        laws, WindObserver(turbine, l1, l2), _speed_filter(document, law.name, path)
+        laws, observer, _speed_filter(document, law.name, path)
     )
+
+
+def _observer(turbine: Turbine, stated: Any, path: Path) -> WindObserver:
+    """Return the file's observer; files without limits of the wind have those of the turbine."""
+    where = f"{path}: observer"
+    l1, l2 = (float(number(stated, name, where)) for name in ("l1", "l2"))
+    if "wind_limits" not in stated:
+        return WindObserver(turbine, l1, l2)
+    low, high = (float(one) for one in numbers(stated, "wind_limits", where, 2))
+    return WindObserver(turbine, l1, l2, (low, high))
 
 
 def _speed_filter(document: Any, law: str, path: Path) -> dict[str, SpeedFilter]:

@@ -20,7 +20,7 @@ from takagi.reports import ci_formats
 # What such a line has to name, whatever else it names.
 NEEDED = (
     "start with V <= 1",
-    "torque at once and without rate limit",
+    "torque at once, and what is sent without rate limit",
     "first-order pitch drive",
     "rigid shaft",
     "wake without states",

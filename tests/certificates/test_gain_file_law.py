@@ -116,6 +116,13 @@ def test_a_file_of_version_1_feeds_nothing_forward(tmp_path: Path) -> None:
         law_from_gains(stored(data, tmp_path, version=2))
 
 
+def test_a_stated_feedforward_runs_whatever_the_version(tmp_path: Path) -> None:
+    """The checkers prove the law with it: one without it is another."""
+    law = default_law()
+    assert law.feedforward.acts
+    require_same(law, law_from_gains(stored(effort_sharing_law_data(law), tmp_path, version=1)))
+
+
 @pytest.mark.slow
 def test_laws_of_the_paper_come_back_with_their_turbine(
     turbine_design: TurbineDesign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -8,10 +8,13 @@ from typing import Any
 
 import pytest
 
+from takagi.certificates import CertificateError
 from takagi.certificates.document import effort_sharing_law_data
 from takagi.cli.main import main
+from takagi.models import ModelError
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
 from takagi.models.turbine import Turbine, derated, nrel5mw
+from takagi.reports.simulation.filed_law import filed_laws
 
 Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--scenario", "step", "--duration", "4", "--json")
@@ -46,6 +49,34 @@ def test_a_law_comes_from_its_file(tmp_path: Path, capsys: Capture) -> None:
     assert list(alone["laws"]) == ["coherent"]
     assert list(beside["laws"]) == ["coherent", "baseline"]
     assert alone["rows"] == [row for row in beside["rows"] if row["law"] == "coherent"]
+
+
+@pytest.mark.parametrize("limits", [None, [2.0, 12.0]])
+def test_the_observer_has_the_limits_of_its_file(
+    tmp_path: Path, limits: list[float] | None
+) -> None:
+    """A loop whose estimate stops at 12 m/s has other margins above, and was measured without.
+
+    A file without limits has an observer with those that follow from cut-in and cut-out.
+    """
+    turbine = nrel5mw()
+    path = gain_file(turbine, tmp_path)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    content["observer"] |= {"wind_limits": limits} if limits else {}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    seen: Any = filed_laws(turbine, path)[1].observer
+    assert seen.limits == (tuple(limits) if limits else (1.5, 37.5))
+    assert seen.wind_estimate([1.2, 20.0]) == (12.0 if limits else 20.0)
+
+
+@pytest.mark.parametrize("limits", [[12.0, 2.0], [0.0, 12.0], [2.0], "all", None])
+def test_limits_of_the_estimate_that_are_none_are_refused(tmp_path: Path, limits: Any) -> None:
+    path = gain_file(nrel5mw(), tmp_path)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    content["observer"]["wind_limits"] = limits
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises((CertificateError, ModelError), match=r"wind.limits"):
+        filed_laws(nrel5mw(), path)
 
 
 def test_a_derated_law_gives_its_power(tmp_path: Path, capsys: Capture) -> None:

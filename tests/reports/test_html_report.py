@@ -161,7 +161,7 @@ def test_the_page_names_what_the_verdict_assumes(turbine_design: TurbineDesign, 
     """The checker's own line, once, above what is left out."""
     line = escape("; ".join(turbine_design.checked.assumes))
 
-    assert "torque at once and without rate limit" in line
+    assert "torque at once, and what is sent without rate limit" in line
     assert html.count(f"<b>Assumes:</b> {line}.") == 1
     assert html.index(line) < html.index('id="left-out"')
 

@@ -7,14 +7,14 @@ older certificate without that member covers the law alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.controller.content import FORMAT, file_content
 from takagi.certificates.checker.files.differences import Difference, differences_between, shown
-from takagi.certificates.checker.kernel.reader import member, number, read_json
+from takagi.certificates.checker.kernel.reader import member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGains
 
 # The versions of gain files before this form: law and names, but no program.
@@ -35,6 +35,8 @@ RATES = {
     "schedule-rate": ("torque_rate", "pitch_rate"),
     "turbulence-speed": ("torque_rate",),
 }
+# What the observer knows of the rotor.
+ROTOR = ("torque_constant", "radius", "inertia", "gear_ratio", "torque_coefficient")
 # The number of differences that are reported, and that are counted.
 MOST_TOLD, MOST_COUNTED = 3, 1000
 
@@ -50,7 +52,7 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     file = read_json(Path(gains))
     stated_law(file, str(gains))
     whole = "controller" in data
-    if not whole or not set(BOTH) <= set(file):
+    if not _is_computed(data.get("controller")) or not set(BOTH) <= set(file):
         _require_observers(file, data, str(gains))
     expected = expected_file(data) if whole else {"law": data.get("gains")}
     found = list(islice(_differences(file, expected, whole=whole), MOST_COUNTED))
@@ -87,13 +89,22 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
     return f"{gains}: {'; '.join(told)}" if told else ""
 
 
+def _is_computed(controller: Any) -> bool:
+    """Return whether the gain file follows from model, law and this ``controller``.
+
+    One of an earlier version is the file's content itself, but for the law: nothing is computed.
+    """
+    return isinstance(controller, dict) and "version" not in controller
+
+
 def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
     """Refuse a file with another observer or other filters than a claim states, or without them.
 
-    Limits of rates that a claim has must be those of the file, too.
+    Limits of rates that a claim has, the rotor that its observer knows, and the programs must be
+    those of the loop, where the file has them.
 
-    With a ``controller`` the claim has been compared with it, and so is what the file says: then
-    only a file that leaves a member out can be another.
+    With a ``controller`` from which the file follows the claim has been compared with it, and so is
+    what the file says: then only a file that leaves a member out can be another.
     """
     for claim in member(data, "claims", "certificate"):
         kind = claim.get("kind") if isinstance(claim, dict) else None
@@ -108,17 +119,49 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
             ):
                 told = other.replace("the controller's", "the gain file's")
                 raise _other_loop(gains, told)
-            for name in RATES.get(kind, ()):
-                if other := _other_rate(file.get("limits"), data.get("model"), name):
-                    raise _other_loop(gains, other)
+            parts = {"limits": RATES.get(kind, ())}
+            if "observer" in OBSERVED[kind]:
+                parts["rotor"] = ROTOR
+            for other in _other_than_the_loop(file, _loop(data, claim), parts):
+                raise _other_loop(gains, f"{other} is not the certificate's")
 
 
-def _other_rate(limits: Any, model: Any, name: str) -> str:
-    """Return where a file's limit of a rate differs from the model's; a file may have none."""
-    if not isinstance(limits, dict) or name not in limits:
-        return ""
-    there, here = number(limits, name, "limits"), number(model, f"{name}_limit", "model")
-    return "" if there == here else f"limits.{name} is not the certificate's"
+def _loop(data: dict[str, Any], claim: Any) -> dict[str, Any]:
+    """Return the computed part of the gain file of a claim, but for the observer's gains.
+
+    Raises
+    ------
+    CertificateError : it does not follow from model, law and the claim's filters.
+    """
+    from takagi.certificates.checker.controller.turbine_content import turbine_content
+
+    own = {"observer": {}, "measurement": claim["measurement"]}
+    try:
+        return turbine_content(data["model"], data["gains"], own)
+    except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
+        raise _no_file(error) from error
+
+
+def _other_than_the_loop(
+    file: Any, loop: dict[str, Any], parts: Mapping[str, Sequence[str]]
+) -> Iterator[str]:
+    """Yield where the file differs from a loop in these members of its parts, or in a program.
+
+    A file may have none of them.
+    """
+    for part, names in parts.items():
+        stated = file.get(part)
+        if stated is not None and not isinstance(stated, dict):
+            yield part
+            continue
+        for name in names:
+            if stated is not None and name in stated:
+                path = part, name
+                for one in differences_between(stated[name], loop[part][name], path):
+                    yield one.place
+    if "programs" in file:
+        for one in differences_between(file["programs"], loop["programs"], ("programs",)):
+            yield one.place
 
 
 def _other_loop(gains: str, why: str) -> OtherGains:
@@ -178,10 +221,14 @@ def expected_file(data: dict[str, Any], *, called: bool = False) -> dict[str, An
     except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         if isinstance(error, CertificateError):
             raise
-        raise CertificateError(
-            f"certificate: no gain file follows from its model, gains and controller "
-            f"({type(error).__name__}: {error}); make it again with 'takagi certify'"
-        ) from error
+        raise _no_file(error) from error
+
+
+def _no_file(error: Exception) -> CertificateError:
+    return CertificateError(
+        f"certificate: no gain file follows from its model, gains and controller "
+        f"({type(error).__name__}: {error}); make it again with 'takagi certify'"
+    )
 
 
 def _require_earlier(own: dict[str, Any]) -> None:

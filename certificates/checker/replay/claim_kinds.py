@@ -96,8 +96,8 @@ def replay(
     outcome: Outcome = function(claim, *given, where)
     if module.startswith("turbine."):
         # Imported here: other claims need no list of their members.
-        from takagi.certificates.checker.turbine.members import refuse_further
+        from takagi.certificates.checker.turbine.members import refuse_unread
 
         listed = f"takagi.certificates.checker.{module.rpartition('.')[0]}.members"
-        refuse_further(import_module(listed).OF, claim, where)
+        refuse_unread(import_module(listed).OF, claim, data, where)
     return outcome

@@ -2,12 +2,14 @@
 
 A checker reads members by their names.  A further one would be passed over: an uncertainty that no
 condition has, or a filter of another form, would stand in a claim that is PROVED.  Every room of
-this folder lists in its ``members`` what its claims have.
+this folder lists in its ``members`` what its claims have, and those of the two laws what these
+have.  Here are the members of turbine and observer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any, TypeAlias
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
@@ -19,6 +21,44 @@ Members: TypeAlias = "Mapping[str, Members | None]"
 def plain(names: str) -> dict[str, Members | None]:
     """Return members that are no objects."""
     return {name: {} for name in names.split()}
+
+
+# What takagi writes of a turbine.  ``name`` and ``formula`` are words for the reader; the contents
+# and hashes of the model's files are compared with the files.
+MODEL: Members = {
+    **plain(
+        "kind name units torque_constant rotor_radius rotor_inertia generator_inertia gear_ratio "
+        "rated_rotor_speed pitch_time_constant pitch_rate_limit pitch_min pitch_max "
+        "torque_rate_limit"
+    ),
+    "torque_surface": plain("formula tip_speed_ratio_knots pitch_knots coefficients"),
+    "model_file": None,
+    "files_sha256": None,
+}
+UNITS = "SI, angles in rad, generator inertia on the high-speed shaft"
+# ``decay_rate`` is that of the observer's design, and ``equations`` are words.
+OBSERVER = plain("l1 l2 wind_limits decay_rate equations")
+
+
+def refuse_unread(of: Mapping[str, Members], claim: Any, data: Any, where: str) -> None:
+    """Refuse a claim, a turbine, a law or an observer with a further member, and other units.
+
+    Parameters
+    ----------
+    of : what the claims of its room have.
+    data : the whole file; the claim has been read, so that it has a turbine and a turbine's law.
+    """
+    refuse_further(of, claim, where)
+    _refuse(data["model"], MODEL, "model")
+    if data["model"].get("units", UNITS) != UNITS:
+        raise CertificateError(f"model.units: {UNITS!r} is needed")
+    room = "effort_sharing" if data["gains"]["name"] == "coherent" else "published"
+    # Imported here: only one of the two laws is needed.
+    law = import_module(f"takagi.certificates.checker.turbine.{room}.members").LAW
+    _refuse(data["gains"], law, "gains")
+    controller = data.get("controller")
+    if isinstance(controller, dict):
+        _refuse(controller.get("observer"), OBSERVER, "controller.observer")
 
 
 def refuse_further(of: Mapping[str, Members], claim: Any, where: str) -> None:

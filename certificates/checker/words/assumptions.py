@@ -8,7 +8,8 @@ print this list.
 from __future__ import annotations
 
 RIGID = ("rigid shaft, tower and blades", "wake without states of its own")
-DRIVES = ("torque at once and without rate limit", "first-order pitch drive")
+# A gain file's program limits the rates of torque and pitch; these kinds have the drive's alone.
+DRIVES = ("torque at once, and what is sent without rate limit", "first-order pitch drive")
 PROGRAM = ("continuous time", "exact speed")
 IN_THE_SET = "start with V <= 1 and pitch at or above its lower limit"
 OUTSIDE = "wind estimate from outside, within the stated class"

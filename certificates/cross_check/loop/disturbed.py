@@ -238,10 +238,10 @@ def stays(kept: Kept, loop: VertexLoop) -> Obligations:
 def disturbances_in_box(loop: VertexLoop, way: str, pushes: list[fmpq]) -> Obligations:
     """The model's disturbances are in their ranges: bounded by the claim, or 0."""
     for name, side in loop.other_sides.items():
-        if way == "disturbances" and _pushes(loop, name):
+        if way == "disturbances" and moves_states(loop, name):
             fits = pushes[loop.pushes.index(name)] <= _reach_of(side)
             yield Fact("the disturbance stays in the box", fits)
-        elif way != "disturbances" and _pushes(loop, name):
+        elif way != "disturbances" and moves_states(loop, name):
             yield Fact("no disturbance stays in the box", _reach_of(side) >= 0)
 
 
@@ -257,7 +257,8 @@ def _loads(kept: Kept) -> Iterator[fmpq_mat]:
             yield fmpq_mat([[first], *([s * b] for s, b in zip(signs, rest, strict=True))])
 
 
-def _pushes(loop: VertexLoop, name: str) -> bool:
+def moves_states(loop: VertexLoop, name: str) -> bool:
+    """Return whether a signal has a nonzero column of E; one without only sets the weights."""
     if name not in loop.pushes:
         return False
     k = loop.pushes.index(name)

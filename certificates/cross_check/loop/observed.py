@@ -47,7 +47,7 @@ from takagi.certificates.cross_check.kernel.reading import (
     table,
 )
 from takagi.certificates.cross_check.loop.decay import decrease, rate_of
-from takagi.certificates.cross_check.loop.disturbed import largest_extent
+from takagi.certificates.cross_check.loop.disturbed import largest_extent, moves_states
 from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, pick, single
 from takagi.certificates.cross_check.loop.observing import is_seen
 from takagi.certificates.cross_check.loop.pieces import mixtures, pieces
@@ -137,8 +137,9 @@ def observed_loop(claim: Any, loop: VertexLoop) -> Obligations:
     for k, G in enumerate(_systems(claim, loop, law)):
         yield Definite(f"decrease along matrix {k + 1}", decrease(loop, P, G, rate))
     for name, side in loop.other_sides.items():
-        if name in loop.pushes:
-            yield Fact(f"{name} at rest is in the box", side[0] <= 0 <= side[1])
+        # Without disturbance 0 has to be in the range, but for a signal that only sets the weights.
+        if moves_states(loop, name):
+            yield Fact("no disturbance lies in the box", side[0] <= 0 <= side[1])
     most = rationals(claim, "input_limits", loop.K[0].nrows()) if "input_limits" in claim else []
     for label, row, side in _limited(loop, law, [(-one, one) for one in most]):
         yield from largest_extent(P, c, row, min(-side[0], side[1]), label)

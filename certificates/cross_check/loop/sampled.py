@@ -34,7 +34,11 @@ from takagi.certificates.cross_check.kernel.exact import (
 from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import Refusal, rational, stack, table
 from takagi.certificates.cross_check.loop.decay import exponential
-from takagi.certificates.cross_check.loop.disturbed import largest_extent, within_box
+from takagi.certificates.cross_check.loop.disturbed import (
+    largest_extent,
+    moves_states,
+    within_box,
+)
 from takagi.certificates.cross_check.loop.loop import VertexLoop, pick
 
 HIGHEST = 20  # degree of Q
@@ -65,9 +69,8 @@ def sampled_loop(claim: Any, loop: VertexLoop) -> Obligations:
         for k, one in enumerate(_bernstein(_fall(powers, scaled(T, M)))):
             yield Definite(f"rule {i + 1} between samples, {k + 1}", one, strict=False)
     for name, other in loop.other_sides.items():
-        if name in loop.pushes:
-            pushing = any(E[i, loop.pushes.index(name)] != 0 for E in loop.E for i in range(n))
-            yield Fact("no disturbance lies in the box", not pushing or other[0] <= 0 <= other[1])
+        if moves_states(loop, name):
+            yield Fact("no disturbance lies in the box", other[0] <= 0 <= other[1])
     yield from within_box(loop, P, c)
     for k, side in enumerate(loop.sides):
         if side is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from flint import fmpq
@@ -58,7 +59,9 @@ class Rotor:
             raise Refusal("gains: the claim is about the law named coherent")
         self.wind = rationals(gains, "wind")
         n = len(self.wind)
-        if n < 2 or any(a >= b for a, b in zip(self.wind, self.wind[1:], strict=False)):
+        # A program computes with floats, in which two winds must not be one.
+        floats = [int(v.p) / int(v.q) for v in self.wind]
+        if n < 2 or any(a >= b for a, b in pairwise(floats)):
             raise Refusal("wind: two winds or more that increase are needed")
         self.speed = rationals(gains, "rotor_speed", n)
         self.effort = rationals(gains, "trim_effort", n)

@@ -86,12 +86,12 @@ def _require_format(document: Any, path: Path) -> None:
 
 
 def _completed(data: Any, document: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the law's data; a law of version 1 gets a feed-forward of zero."""
+    """Return the law's data; a law of version 1 that has no feed-forward gets one of zero."""
     if str(document["version"]) != "1" or not isinstance(data, Mapping):
         return data  # type: ignore[no-any-return]
     intervals = len(numbers(data, "wind", "law")) - 1
     none = Number("0")
-    return {**data, **{key: [none] * intervals for key in SINCE_2}, "pitch_lead": none}
+    return {**{key: [none] * intervals for key in SINCE_2}, "pitch_lead": none, **data}
 
 
 def _published_law(turbine: Turbine, name: str, data: Any, path: Path) -> PublishedLaw:

@@ -208,6 +208,17 @@ def test_no_disturbance_is_in_its_range(side: list[float], verdict: str) -> None
     assert ("w [-] is bounded less tightly" in found[2]) == (verdict == "UNDECIDED")
 
 
+@pytest.mark.parametrize(("entry", "verdict"), [(0, "PROVED"), (1e-9, "UNDECIDED")])
+def test_a_signal_that_moves_no_state_need_not_be_at_zero(entry: float, verdict: str) -> None:
+    """It only sets the weights, and the sentence says that it stays in its range."""
+    model, gains, claim = line()
+    pushed = model | {"E": [[[entry]]], "disturbance_names": ["w [-]"]}
+    pushed["box"] = {"x1 [-]": [-1, 1], "w [-]": [1, 2]}
+    found = both(pushed, gains, claim)
+    assert found[:2] == (verdict, verdict)
+    assert ("while w [-] stays in the model's box" in found[2]) == (verdict == "PROVED")
+
+
 @pytest.mark.parametrize(
     ("C", "D", "seen"),
     [

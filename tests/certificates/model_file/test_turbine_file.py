@@ -8,12 +8,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.interpolate import BSpline, insert
+from scipy.linalg import null_space
 
+from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
-from takagi.certificates.checker.files.model_content import OtherModel
+from takagi.certificates.checker.files.model_content import OtherModel, model_content
+from takagi.certificates.checker.files.turbine_file import compare_turbine
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.document import content_of
+from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 from takagi.models.turbine import load_turbine, model_files
 from tests.certificates.model_file.rewrites import Rewrite, all_of, replaced, reversed_sections
 
@@ -135,3 +142,83 @@ def test_a_model_with_a_mark_of_byte_order_is_loaded(
 ) -> None:
     """As editors of some systems write it."""
     assert load_turbine(turbine(lambda text: "\ufeff" + text)).name == "NREL 5-MW"
+
+
+def test_a_surface_with_more_knots_than_the_table_gives_is_another(
+    rotor: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    """It goes through every entry, and falls and rises again between two of them.
+
+    Of the turbine of the file, with one rest at 15 m/s, the second checker proved several.
+    """
+    path, surface = turbine(lambda text: text), rotor["model"]["torque_surface"]
+    assert compare_model(rotor, path) == ""
+    knots = np.array(surface["pitch_knots"], dtype=float)
+    rows = np.array(surface["coefficients"], dtype=float)
+    entries = np.unique([*knots, *np.radians([-4, 29])])
+    one_more = float(np.radians(10.45))
+    more = np.sort(np.append(knots, one_more))
+    (none,) = null_space(BSpline.design_matrix(entries, more, 3).toarray()).T
+    wave = none / np.abs(BSpline(more, none, 3)(np.linspace(knots[0], knots[-1], 4000))).max()
+    wider = np.array([insert(one_more, (knots, row, 3))[1][: len(more) - 4] for row in rows])
+    wider[4:9] += 0.03 * wave
+    surface["pitch_knots"] = [*surface["pitch_knots"], Number(repr(one_more))]
+    surface["pitch_knots"].sort(key=float)
+    surface["coefficients"] = [[Number(f"{c:.15f}") for c in row] for row in wider]
+    with pytest.raises(OtherModel, match="entries in pitch are not those of the certificate's"):
+        compare_model(rotor, path)
+
+
+@pytest.mark.parametrize("names", ["tip-speed ratio", "pitch"])
+def test_a_table_with_fewer_entries_is_another(
+    names: str, rotor: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    """Also where the certificate says that it is of this file: they have another spline."""
+    path = turbine(lambda text: text)
+    table = path.with_name("nrel5mw_cp.csv")
+    lines = table.read_text(encoding="utf-8").splitlines()
+    if names == "pitch":
+        lines = [line if line[0] == "#" else line.rpartition(",")[0] for line in lines]
+    table.write_text("\n".join(lines if names == "pitch" else lines[:-1]), encoding="utf-8")
+    rotor["model"]["model_file"] = model_content(path)
+    with pytest.raises(OtherModel, match=f"entries in {names} are not those"):
+        compare_model(rotor, path)
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (["t,0,1", "2,0.1,0.2", "2,0.1,0.2"], "must increase|stands twice"),
+        (["t,1,0", "2,0.1,0.2"], "must increase"),
+        (["t,0,1"], "not a coefficient table|stands twice"),
+    ],
+)
+def test_a_table_that_is_none_is_refused(
+    rows: list[str], words: str, rotor: Document, turbine: Callable[[Rewrite], Path]
+) -> None:
+    path = turbine(lambda text: text)
+    path.with_name("nrel5mw_cp.csv").write_text("\n".join(rows), encoding="utf-8")
+    with pytest.raises(CertificateError, match=words):
+        compare_model(rotor, path)
+
+
+@pytest.mark.parametrize(
+    ("winds", "below"), [((11.4, 12.0, 13.0), False), ((11.4, 12.15, 13.0), False),
+                         ((11.4, 12.17, 13.0), True), ((11.4, 13.0), True)]
+)  # fmt: skip
+def test_the_wake_between_the_winds_of_a_law(
+    winds: tuple[float, ...], below: bool, rotor: Document
+) -> None:
+    """At 12 m/s a line from 11.4 m/s to 12.15 is 4.9 % below the file's column, to 12.17 5.4 %."""
+    machine = load_turbine(TURBINE)
+    limits = [f"{frozen_wake_effectiveness(machine, v):.7f}" for v in winds]
+    law = {
+        "rated_torque": rotor["gains"]["rated_torque"],
+        "wind": [Number(repr(v)) for v in winds],
+        "effectiveness_limit": [*map(Number, limits)],
+    }
+    if not below:
+        assert compare_turbine(rotor["model"], law, TURBINE) == ""
+        return
+    with pytest.raises(OtherModel, match="pitch effectiveness at 12 m/s"):
+        compare_turbine(rotor["model"], law, TURBINE)

@@ -1,6 +1,7 @@
 """Members of a turbine's claim that no condition reads: both checkers refuse them, at every place.
 
-An uncertainty or a filter that is passed over would stand in a claim that is PROVED.
+An uncertainty or a filter that is passed over would stand in a claim that is PROVED.  So would a
+delay of the turbine, or a limit of the law: these parts are looked at in the same way.
 """
 
 from __future__ import annotations
@@ -15,10 +16,17 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.replay import claim_kinds
 from takagi.certificates.checker.turbine import members as first
+from takagi.certificates.checker.turbine.effort_sharing import members as effort_sharing
+from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
+from takagi.certificates.checker.turbine.published.inputs import PublishedLaw
 from takagi.certificates.cross_check import Refusal, opinion
+from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.turbine import members as second
+from takagi.certificates.cross_check.turbine.numbers import Rotor
 from tests.certificates.pinned.turbine import inputs
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
@@ -174,3 +182,112 @@ def test_an_observer_with_a_further_gain_is_refused(kind: str, place: tuple[Any,
         at = at[key]
     at["l3"] = 0.1
     assert verdicts(document) == ("refused", "refused")
+
+
+# The parts that the claims are about.
+
+
+def test_both_checkers_know_the_same_members_of_turbine_law_and_observer() -> None:
+    """But for the content of the model's files, which no condition reads and no file leaves out."""
+    files = {("model_file",), ("model_file", "*"), ("files_sha256",), ("files_sha256", "*")}
+    assert set(ways(first.MODEL)) - files == second.PARTS["model"]
+    assert set(ways(effort_sharing.LAW)) == second.PARTS["gains"]
+    assert set(ways(first.OBSERVER)) == second.PARTS["observer"]
+    assert first.UNITS == second.SI
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        ("model", "pitch_delay"),
+        ("model", "torque_surface", "spread"),
+        ("gains", "notch"),
+        ("controller", "observer", "l3"),
+    ],
+    ids=str,
+)
+def test_a_further_member_beside_the_claims_is_refused(way: Way) -> None:
+    document = json.loads(next(recorded("turbine-crossing"))[1])
+    assert verdicts(document) == ("PROVED", "PROVED")
+    at = document
+    for key in way[:-1]:
+        at = at[key]
+    at[way[-1]] = 0
+    assert verdicts(document) == ("refused", "refused")
+
+
+@pytest.mark.parametrize("units", ["SI, angles in deg", None, 1])
+def test_other_units_are_refused(units: Any) -> None:
+    document = json.loads(next(recorded("turbulence-speed"))[1])
+    document["model"]["units"] = units
+    assert verdicts(document) == ("refused", "refused")
+    del document["model"]["units"]
+    assert verdicts(document) == ("PROVED", "PROVED")
+
+
+@pytest.mark.parametrize("name", ["paper", "paper-two-integrators"])
+def test_a_published_law_has_the_listed_members(name: str) -> None:
+    """The second checker has no reading of a published law."""
+    data = inputs.read(name)
+    law = data["gains"]
+    places = [way for way, _ in objects(law)]
+    assert ("partial", "premises") in places
+    claim = {"kind": "paper-loop", "name": "none"}
+    first.refuse_unread(listed("paper-loop"), claim, data, "claim")
+    for way in places:
+        changed = deepcopy(law)
+        next(at for here, at in objects(changed) if here == way)["further"] = None
+        with pytest.raises(CertificateError, match="'further' is not known"):
+            first.refuse_unread(listed("paper-loop"), claim, {**data, "gains": changed}, "claim")
+
+
+# What a program of the gain file makes of the numbers.
+
+
+def _with(law: Any, region: str, name: str, ends: tuple[str, str] | None) -> Any:
+    changed = deepcopy(law)
+    changed[region]["premises"].pop(name)
+    if ends:
+        changed[region]["premises"][name] = [*map(Number, ends)]
+    return changed
+
+
+@pytest.mark.parametrize("region", ["partial", "full"])
+def test_a_premise_has_a_range_in_floats(region: str) -> None:
+    """In a program one whose ends are one float has the weight 0, whatever its value."""
+    law = inputs.read("paper")["gains"]
+    near, one = ("0.25", "0.2500000000000001"), ("0.25", "0.25000000000000000001")
+    PublishedLaw.read(_with(law, region, "a", near))
+    with pytest.raises(CertificateError, match="lower < upper"):
+        PublishedLaw.read(_with(law, region, "a", one))
+
+
+@pytest.mark.parametrize("region", ["partial", "full"])
+def test_a_law_states_all_its_premises(region: str) -> None:
+    """A program adds up the gains of all rules: without d those of both corners of d."""
+    law = inputs.read("paper")["gains"]
+    with pytest.raises(CertificateError, match="'d' is missing"):
+        PublishedLaw.read(_with(law, region, "d", None))
+
+
+@pytest.mark.parametrize(
+    ("wind", "read"),
+    [("25.00000000000001", True), ("25.000000000000000000001", False)],
+)
+def test_winds_of_the_law_differ_as_floats(wind: str, read: bool) -> None:
+    """At the tables' end a program would divide by the width of an empty interval."""
+    document = json.loads(next(recorded("turbulence-speed"))[1])
+    law = document["gains"]
+    for name in set(effort_sharing.LAW) & {key for key in law if isinstance(law[key], list)}:
+        law[name].append(law[name][-1])
+    law["wind"][-1] = "mine"
+    written = json.dumps(document).replace('"mine"', wind)
+    one, other = read_text(written, "mine"), loads(written)
+    if read:
+        assert Law.read(one["gains"]).wind[-1] > 25
+        assert Rotor(other["model"], other["gains"]).wind[-1] > 25
+        return
+    with pytest.raises(CertificateError, match="must increase"):
+        Law.read(one["gains"])
+    with pytest.raises(Refusal, match="increase"):
+        Rotor(other["model"], other["gains"])

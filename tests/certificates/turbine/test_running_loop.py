@@ -7,6 +7,8 @@ of the NREL 5-MW turbine.
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
@@ -21,6 +23,7 @@ from scipy.integrate import solve_ivp
 
 from takagi.certificates import Verdict, check
 from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker.controller.turbine_content import turbine_content
 from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
@@ -37,6 +40,7 @@ from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
     loop_subject,
     running_loop_claim,
 )
+from takagi.certificates.controller.content import plain
 from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
@@ -164,6 +168,56 @@ def test_a_gain_file_with_another_observer_is_refused(
     controller["observer"]["l1"] = 1.8
     gains.write_text(json.dumps({"law": document["gains"], **controller}), encoding="utf-8")
     with pytest.raises(OtherGains, match="observer.l1 is not the gain file's"):
+        check(certificate, gains=gains)
+
+
+OTHER_LOOPS: dict[str, Callable[[Any], None]] = {
+    "limits.torque_rate": lambda file: file["limits"].update(torque_rate=1.0),
+    "limits.pitch_rate": lambda file: file["limits"].update(pitch_rate=1e-4),
+    "rotor.inertia": lambda file: file["rotor"].update(inertia=3 * file["rotor"]["inertia"]),
+    "programs[3].send[0].formula": lambda file: file["programs"][3]["send"][0].update(
+        formula="torque"
+    ),
+    "rotor": lambda file: file.update(rotor=[]),
+}
+
+
+@pytest.mark.parametrize(
+    ("early", "place"),
+    [
+        (early, place)
+        for early in (False, True)
+        for place in OTHER_LOOPS
+        if not (early and place.startswith("programs"))
+    ],
+)
+def test_a_gain_file_of_another_loop_is_refused(
+    document: dict[str, Any], tmp_path: Path, early: bool, place: str
+) -> None:
+    """Nothing of the file follows from a certificate without ``controller``, or with an early one.
+
+    An early one is the content of the file itself, which had no programs then.
+    """
+    own = document.pop("controller")
+    whole = plain(turbine_content(document["model"], document["gains"], own))
+    file = {**own, **{part: whole[part] for part in ("limits", "rotor", "programs")}}
+    head: dict[str, Any] = {"law": document["gains"]}
+    if early:
+        del file["programs"]
+        head |= {"format": "takagi-gains"}
+        file["version"] = 2
+    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
+
+    def written() -> None:
+        beside = {"controller": file} if early else {}
+        certificate.write_text(json.dumps(sealed({**document, **beside})), encoding="utf-8")
+        gains.write_text(json.dumps({**head, **file}), encoding="utf-8")
+
+    written()
+    assert check(certificate, gains=gains).verdict.name == "PROVED"
+    OTHER_LOOPS[place](file)
+    written()
+    with pytest.raises(OtherGains, match=f"{re.escape(place)} is not the certificate's"):
         check(certificate, gains=gains)
 
 

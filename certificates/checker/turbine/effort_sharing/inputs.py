@@ -104,7 +104,8 @@ class Law:
         if text(gains, "name", "gains") != NAME:
             raise CertificateError(f"gains.name: a claim about the law {NAME!r}")
         wind = numbers(gains, "wind", "gains")
-        increasing(wind, "gains.wind")
+        # As floats, which a program has: in them no interval may be empty.
+        increasing([Fraction(float(v)) for v in wind], "gains.wind")
         count = len(wind)
         if not 2 <= count <= MOST_WINDS:
             raise CertificateError(f"gains.wind: {count} winds; 2 to {MOST_WINDS} are needed")

@@ -1,4 +1,4 @@
-"""The members of the claim about the effort-sharing loop, and of those that depend on it."""
+"""The members of the effort-sharing law, of the claim about it, and of those that depend on it."""
 
 from __future__ import annotations
 
@@ -27,3 +27,8 @@ OF: dict[str, Members] = {
         "cells": plain("pitch_rate signal_rate torque_rate schedule_bend"),
     },
 }
+LAW = plain(
+    "name wind rotor_speed trim_effort effectiveness effectiveness_limit overlap proportional "
+    "integral_rate inertia_feedforward feedforward_limit pitch_lead rated_torque effort_torque "
+    "pitch_min pitch_max wind_filter integral_limit"
+)

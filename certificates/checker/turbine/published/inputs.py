@@ -50,7 +50,8 @@ class Region:
     def read(cls, owner: Any, where: str, premises: int) -> Region:
         """Return a region; refuses gains that differ between the corners of d."""
         wind = numbers(owner, "wind", where)
-        increasing(wind, f"{where}.wind")
+        # As floats, which a program has: in them no interval may be empty.
+        increasing([Fraction(float(v)) for v in wind], f"{where}.wind")
         if not 1 < len(wind) <= MOST_WINDS or wind[0] <= 0:
             raise CertificateError(f"{where}.wind: 2 to {MOST_WINDS} winds above 0 are needed")
         speed = numbers(owner, "rotor_speed", where, len(wind))
@@ -58,8 +59,11 @@ class Region:
         names = "ab"[:premises]
         stated = member(owner, "premises", where)
         bounds = [numbers(stated, name, f"{where}.premises", 2) for name in names]
-        if any(low >= high for low, high in bounds):
+        # The program of a gain file gives a premise without a range, in its floats, the weight 0.
+        if any(float(low) >= float(high) for low, high in bounds):
             raise CertificateError(f"{where}.premises: lower < upper is needed")
+        # A law without d would add up the gains of both its corners.
+        numbers(stated, "d", f"{where}.premises", 2)
         rules = matrix(owner, "rules", where)
         if [tuple(rule) for rule in rules] != list(product((0, 1), repeat=premises + 1)):
             raise CertificateError(f"{where}.rules: all corners in order are needed")

@@ -179,10 +179,19 @@ def of_turbines() -> Named:
     for power in (F(2, 5) + slack, F(2, 5) + slack + step, F(1, 5) - slack, F(1, 5) - slack - step):
         with (
             patch.object(turbine_file, "Spline", lambda *_: spline),
-            patch.object(turbine_file, "_entries", lambda _, p=power: [(F(2), F(1), p)]),
+            patch.object(turbine_file, "_entries", lambda _, p=power: ([F(1)], {F(2): [p]})),
+            patch.object(turbine_file, "_are_not_a_knot", lambda *_: True),
         ):
             found = said(turbine_file._compare_surface, model, file, PATH)
         yield f"power {power}", found if isinstance(found, str) else "the same"
+    breaks, far = [F(0), F(2), F(3), F(5)], turbine_file.RELATIVE
+    for off in (F(0), far, far + step):
+        points = [F(0), F(1), F(2) + off, F(3), F(4), F(5)]
+        yield f"knots off {float(off)}", turbine_file._are_not_a_knot(breaks, points)
+    for count in (3, 4, 5):
+        ends = [F(0), F(5)]
+        points = [F(0), *map(F, range(1, count - 1)), F(5)]
+        yield f"{count} points", turbine_file._are_not_a_knot(ends, points)
     figures = ("rotor_inertia", "generator_inertia", "gear_ratio", "rated_rotor_speed")
     inertia, generator, gear, speed = (F(model[name]) for name in figures)
     scale = speed * (inertia + gear**2 * generator)
@@ -190,6 +199,13 @@ def of_turbines() -> Named:
         gains = {"wind": [Number("8")], "effectiveness_limit": [Number(limit)]}
         given = model, gains, [F(8)], [-scale / 10], PATH
         yield f"limit {limit}", said(turbine_file._compare_limit, *given)
+    gains = {name: [Number("1"), Number("1")] for name in ("effectiveness_limit",)}
+    gains["wind"] = [Number("8"), Number("10")]
+    shortfall = turbine_file.WAKE_SHORTFALL
+    for beyond in (F(0), F(1, 10**9)):
+        most = -scale / (1 - shortfall - beyond)
+        given = model, gains, [F(8), F(9), F(10)], [-scale, most, -scale], PATH
+        yield f"between {float(beyond)}", said(turbine_file._compare_limit, *given)
 
 
 def of_programs() -> Named:
