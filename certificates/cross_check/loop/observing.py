@@ -30,6 +30,8 @@ def observer(claim: Any, loop: VertexLoop) -> Obligations:
     """The observer's error decays along every combination of rules."""
     L = _gains(claim, loop)
     if "secants" in claim:
+        if loop.of_plant:
+            raise Refusal("secants: the model is a whole plant, and has no part f besides")
         secants = stack(claim, "secants")
         if (secants[0].nrows(), secants[0].ncols()) != (loop.n, loop.n):
             raise Refusal("secants: square matrices of the states are needed")

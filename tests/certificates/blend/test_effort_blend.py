@@ -69,6 +69,20 @@ def test_the_blend_is_proved_by_both_checkers() -> None:
     assert "cooling keeps [0, 1.5] and moves the plant 0.9 to 1.1 times" in text
 
 
+def test_a_sampled_law_moves_its_effort_in_steps() -> None:
+    """The model's effort moves between the samples, that of the law at them alone."""
+    document = changed(lambda _: None)
+    n, m = (len(document["model"][key]) for key in ("states", "inputs"))
+    P, Q = (np.eye(size).tolist() for size in (n, n + m))
+    claim = {"name": "s", "kind": "sampled-loop", "sample_time": 1, "level": 1, "decay_rate": 0}
+    document["claims"].append(claim | {"P": P, "functions": [Q, Q]})
+    document = resealed(document)
+
+    with pytest.raises(CertificateError, match="blending: the law has a state of its own"):
+        check_document(document)
+    assert second(document) == ["REFUSED"]
+
+
 def share_range(low: str, high: str) -> Callable[[Data], None]:
     def change(document: Data) -> None:
         signals = document["model"]["disturbances"]
