@@ -69,6 +69,19 @@ def test_the_blend_is_proved_by_both_checkers() -> None:
     assert "cooling keeps [0, 1.5] and moves the plant 0.9 to 1.1 times" in text
 
 
+def test_the_error_that_is_covered_is_rounded_inward() -> None:
+    """6/7 is 0.857142..., and 8/7 is 1.142857...: nothing is said of an error beyond them."""
+
+    def sevenths(document: Data) -> None:
+        for signal in document["model"]["disturbances"]:
+            if signal["name"] != "share" and signal["range"] is not None:
+                signal["range"] = ["-1/7", "1/7"]
+
+    text = check_document(changed(sevenths)).claims[1].text
+
+    assert "moves the plant 0.857143 to 1.14285 times as much as told" in text
+
+
 def test_a_sampled_law_moves_its_effort_in_steps() -> None:
     """The model's effort moves between the samples, that of the law at them alone."""
     document = changed(lambda _: None)
