@@ -155,6 +155,15 @@ class PlantWriting:
                     self.names[rest] = (f"signals.{k}.rest", variable["unit"])
                     self.steps.append(step(symbol, variable["unit"], f"{name} - {rest}"))
 
+    def read_also(self, used: set[str]) -> None:
+        """Read the signals among these names that no premise has made the program read."""
+        there = {one["name"] for one in self.reads}
+        self.reads += [
+            read(v["name"], v["unit"], "measured")
+            for v in self.model["disturbances"]
+            if v["name"] in used - there
+        ]
+
     def errors(self) -> set[str]:
         sides = (self.blending or {}).get("low"), (self.blending or {}).get("high")
         return {str(side["error"]) for side in sides if side and side["error"]}
@@ -255,6 +264,7 @@ class PlantWriting:
             name, known = actuator["input"], actuator["effectiveness"]
             for parameter in sorted(names_in([known]) & set(self.model.get("parameters", {}))):
                 self.names[parameter] = (f"parameters.{parameter}", "SI")
+            self.read_also(names_in([known]))
             known = self.tables(known)
             idle = self.own(f"{name}_idle")
             self.names[idle] = (f"law.blending.{side}.idle", actuator["unit"])
