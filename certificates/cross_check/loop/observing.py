@@ -44,7 +44,7 @@ def observer(claim: Any, loop: VertexLoop) -> Obligations:
         plain = len(single(L)) == 1 or len(loop.C) == 1
         found = (
             mean(pick(one.A, i) - pick(one.beside[0], j) * pick(one.C, i) for i, j in pairs)
-            for one in pieces(claim, replace(loop, together=True, beside=(L,)))
+            for one in pieces(claim, replace(loop, K=(), together=True, beside=(L,)))
             for pairs in _pairs(one, plain)
         )
     yield from _falling(claim, loop, loop.n, found)
