@@ -217,6 +217,9 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
     if not isinstance(gains, dict):
         return
     loops = kinds & {*LOOPS, "tracking"}
+    # An effort or an integral that the law computes is held between its samples, in the model not.
+    if "sampled-loop" in kinds and {"blending", "references"} & set(gains):
+        raise Refusal("a sampled law with a state of its own, which the model moves all the time")
     if "blending" in gains and loops and "effort-blend" not in kinds:
         raise Refusal("the law has two actuators, and no claim says what they are to the model")
     if "observer" in gains:

@@ -210,3 +210,9 @@ def _require_held_command(loop: ClaimedLoop) -> None:
             f"model {loop.model.name!r} has an effort that the law integrates: a claim about a "
             "command that is held does not cover it yet; leave the sample time out"
         )
+    if "references" in (loop.gains_data or {}):
+        raise ModelError(
+            f"the law of model {loop.model.name!r} integrates what follows its references, once in "
+            "a sample: a claim about a command that is held does not cover it yet; leave the "
+            "sample time out"
+        )

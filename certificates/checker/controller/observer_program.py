@@ -82,6 +82,8 @@ class _ObserverWriting(PlantWriting):
             rest = self.own(f"{v['name']}_rest")
             self.steps.append(step(deviations[-1], v["unit"], f"{kept[-1]} - {rest}"))
         weights = self.weights() if self.law.get("premises") else []
+        self.require_one(self.law.get("K", []), weights)
+        self.require_one(observer.get("L", []), weights)
         pushes = []
         for k, u in enumerate(inputs):
             self.command(k, u, inputs, states, deviations, weights)

@@ -20,8 +20,10 @@ from takagi.certificates.checker.controller.language import (
     send,
     step,
 )
+from takagi.certificates.checker.controller.numbers import exact
 from takagi.certificates.checker.controller.table_calls import with_splines
 from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
 def plant_program(model: Any, law: Any, own: Any, *, called: bool = False) -> Part:
@@ -68,12 +70,27 @@ class PlantWriting:
         inputs = variables_of(self.model, "inputs")
         for k, variable in enumerate(inputs):
             self.command(k, variable, inputs, variables, deviations, weights)
+        self.require_one(self.law.get("K", []), weights)
         if self.blending:
             self.actuators()
         for one in self.references:
             self.integral(one, inputs, variables)
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
+
+    def require_one(self, stack: Any, weights: list[str]) -> None:
+        """Refuse different matrices without weights: the program would use the first of them.
+
+        Raises
+        ------
+        CertificateError : a law of several gains that does not say how it blends them.
+        """
+        rows = [[list(map(exact, row)) for row in one] for one in stack]
+        if not weights and any(one != rows[0] for one in rows):
+            raise CertificateError(
+                "gains.premises: gains that differ, and no premises that say how they are blended: "
+                "no program follows from them; name the premises, or give one gain"
+            )
 
     def own(self, name: str) -> str:
         """Return a name of the program's own: one that the plant does not have."""
@@ -97,6 +114,8 @@ class PlantWriting:
         found = []
         for name in sorted(names_in(formulas) & set(self.model.get("parameters", {}))):
             self.names[name] = (f"parameters.{name}", "SI")
+        if len({p["name"] for p in premises}) != len(premises):
+            raise CertificateError("gains.premises: different names are needed, also in a program")
         self.names[self.own("rules")] = ("law.rules", "-")
         for k, (premise, formula) in enumerate(zip(premises, formulas, strict=True)):
             name, unit = premise["name"], premise["unit"]
@@ -113,7 +132,7 @@ class PlantWriting:
             self.names[low] = (f"law.premises.{k}.lower", unit)
             self.names[high] = (f"law.premises.{k}.upper", unit)
             share = f"limit(({name} - {low})/({high} - {low}), 0, 1)"
-            flat = premise["lower"] == premise["upper"]
+            flat = exact(premise["lower"]) == exact(premise["upper"])
             self.steps.append(step(weight, "-", "0" if flat else share))
             found.append(weight)
         return found
@@ -135,6 +154,15 @@ class PlantWriting:
                     rest = self.own(f"{name}_rest")
                     self.names[rest] = (f"signals.{k}.rest", variable["unit"])
                     self.steps.append(step(symbol, variable["unit"], f"{name} - {rest}"))
+
+    def read_also(self, used: set[str]) -> None:
+        """Read the signals among these names that no premise has made the program read."""
+        there = {one["name"] for one in self.reads}
+        self.reads += [
+            read(v["name"], v["unit"], "measured")
+            for v in self.model["disturbances"]
+            if v["name"] in used - there
+        ]
 
     def errors(self) -> set[str]:
         sides = (self.blending or {}).get("low"), (self.blending or {}).get("high")
@@ -236,6 +264,7 @@ class PlantWriting:
             name, known = actuator["input"], actuator["effectiveness"]
             for parameter in sorted(names_in([known]) & set(self.model.get("parameters", {}))):
                 self.names[parameter] = (f"parameters.{parameter}", "SI")
+            self.read_also(names_in([known]))
             known = self.tables(known)
             idle = self.own(f"{name}_idle")
             self.names[idle] = (f"law.blending.{side}.idle", actuator["unit"])

@@ -22,7 +22,7 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 # Kinds with matrices in the claim itself: a gain or model file says nothing about them.
 SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
 # Kinds about the model alone, which say nothing about the loop.
-NO_LOOP = ("sector-embedding", "secant-embedding", "effort-blend")
+NO_LOOP = ("sector-embedding", "secant-embedding", "slope-embedding", "effort-blend")
 LARGEST_FILE = 64_000_000
 EARLIER = (
     "only what the claims are about is compared: the certificate, of an earlier version, does not "

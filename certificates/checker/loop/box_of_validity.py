@@ -46,6 +46,8 @@ def outside_of(
     one = Matrix.identity(loop.order)
     if len({*loop.states, *loop.inputs}) < len(loop.states) + len(loop.inputs):
         return "a state and an input have one name, so that the box does not say which it bounds"
+    if not {*loop.states}.isdisjoint(loop.disturbances):
+        return "a state and a disturbance have one name, and the box does not say which it bounds"
     bounded(len(loop.box) + len(bounded_inputs(loop)) * len(loop.K), loop.order + 1)
     for k, side in enumerate(loop.box):
         if side is not None and not reaches_at_most(P, level, row_of(one, k), _half(side)):

@@ -302,7 +302,7 @@ def closed_by(plain: PolytopicLoop, gains: Any, where: str) -> PolytopicLoop:
     # premises nothing else is known about them.
     if corners and (own or (gains.get("premises") and len(K) > 1 and not shared)):
         _require_every_corner(gains.get("premises"), corners, where)
-    return replace(plain, K=K, shared_weights=known)
+    return replace(plain, K=K, inputs=inputs, shared_weights=known)
 
 
 def _require_every_corner(premises: Any, corners: tuple[tuple[int, ...], ...], where: str) -> None:

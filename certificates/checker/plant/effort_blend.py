@@ -15,6 +15,7 @@ checker proves:
    U it lies between its values at the ends, and these lie in the range of the signal ``share``.
 2. b > 0 on the box, and psi_max / b is at most the room from the actuator's idle position to its
    limit.  psi increases with U, so that b >= psi_max / room on the box is enough for every U.
+   The law divides by b: it depends on no signal that the law does not know.
 3. The equations with both actuators' positions inserted are those of the model, as functions, where
    the state lies in the box; U' is the input.  Share and errors are in A and B only, and their
    columns of E are 0: a claim without disturbance holds however they change.
@@ -88,7 +89,7 @@ def _proved(plant: PlantNodes, blend: Blend) -> tuple[Fraction, Fraction]:
     _check_share(plant, blend, low, high)
     _check_schedules(plant, blend)
     for acting in blend.actuators:
-        _check_acts(ranges, blend, acting)
+        _check_acts(plant, ranges, blend, acting)
     _check_equations(plant, blend, algebra, ranges)
     return low, high
 
@@ -128,8 +129,11 @@ def _check_schedules(plant: PlantNodes, blend: Blend) -> None:
             raise Refused(f"{signal.name} moves the state as a disturbance does, not in A or B")
 
 
-def _check_acts(ranges: Ranges, blend: Blend, acting: Acting) -> None:
+def _check_acts(plant: PlantNodes, ranges: Ranges, blend: Blend, acting: Acting) -> None:
     """Prove b > 0 on the box, and b >= psi_max / room where the actuator has limits."""
+    hidden = {v.symbol for v in plant.disturbances if v.unknown}
+    if hidden & plant.graph.variables(acting.effectiveness):
+        raise Refused(f"the law commands {acting.name} by what it does not know")
     least = LEAST
     if acting.side is not None:
         upward = acting.sign * acting.direction > 0

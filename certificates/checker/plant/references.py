@@ -66,6 +66,9 @@ def read_references(model: Any, plant: PlantNodes, where: str) -> list[Following
 
 def check_following(plant: PlantNodes, follow: list[Following], algebra: Algebra) -> None:
     """Prove xi' = h(x) - r with the h that is written, in states that are no integrals."""
+    # In discrete time the row gives xi(t + T), and a mass matrix may add other rates to xi'.
+    if plant.sample_time is not None or plant.mass is not None:
+        raise Refused("an integral xi' = h - r is of x' = f, without a mass matrix")
     g = plant.graph
     integrals = {one.row for one in follow}
     measured = {v.symbol for i, v in enumerate(plant.states) if i not in integrals}

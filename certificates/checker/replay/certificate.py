@@ -90,7 +90,7 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
         from takagi.certificates.checker.replay.model_loop import read_model_loop
 
         loop = read_model_loop(model, gains)
-    if isinstance(gains, dict) and ("observer" in gains or "blending" in gains):
+    if isinstance(gains, dict) and {"observer", "blending", "references"} & gains.keys():
         # Imported here: most laws are gains alone.
         from takagi.certificates.checker.replay.whole_law import require_whole_law
 

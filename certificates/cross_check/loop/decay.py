@@ -265,6 +265,7 @@ def box_enlargement(claim: Any, loop: VertexLoop) -> Obligations:
         K=loop.K,
         step=loop.step,
         together=False,
+        stated=loop.rules,
     )
     yield from decay(claim, wider)
 

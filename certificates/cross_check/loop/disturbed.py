@@ -282,6 +282,9 @@ def within_box(
 
     ``added`` is a bound of what a disturbance adds to each input.
     """
+    # The box has ranges by name: one that is also an input's or a disturbance's bounds two signals.
+    others = {*loop.inputs, *loop.pushes}
+    yield Fact("no state has the name of another signal", others.isdisjoint(loop.states))
     one = identity(loop.n)
     for k, side in enumerate(loop.sides):
         if side is not None:

@@ -46,6 +46,7 @@ class VertexLoop:
     ``stated`` : the model's count of rules, also where a claim leaves some matrices out.
     ``averages`` : the weights are means over the segment from rest to the state, as for a secant
     model; no law, observer or output can know them.
+    ``of_plant`` : the model is that of a plant's equations, which leave nothing besides.
     ``beside`` : further stacks that a claim needs, by rule.
     ``observer`` : of a law with output feedback; C and D have the outputs that it measures.
     """
@@ -69,6 +70,7 @@ class VertexLoop:
     together: bool = True
     stated: int = 1
     averages: bool = False
+    of_plant: bool = False
     beside: tuple[Stack, ...] = ()
     observer: Any = None
 
@@ -315,4 +317,5 @@ def close(loop: VertexLoop, gains: Any) -> VertexLoop:
     same = same and not loop.averages and len(K) in (1, loop.rules)
     if len(K) > 1 and any(name in loop.inputs for name in loop.seen_by):
         same = False  # A premise is the command itself: the law cannot know it before it acts.
-    return replace(loop, K=K, together=same)
+    # Names that the law alone states: the box may have ranges of these inputs.
+    return replace(loop, K=K, inputs=loop.inputs or inputs, together=same)

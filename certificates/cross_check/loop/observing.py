@@ -30,6 +30,8 @@ def observer(claim: Any, loop: VertexLoop) -> Obligations:
     """The observer's error decays along every combination of rules."""
     L = _gains(claim, loop)
     if "secants" in claim:
+        if loop.of_plant:
+            raise Refusal("secants: the model is a whole plant, and has no part f besides")
         secants = stack(claim, "secants")
         if (secants[0].nrows(), secants[0].ncols()) != (loop.n, loop.n):
             raise Refusal("secants: square matrices of the states are needed")
@@ -42,7 +44,7 @@ def observer(claim: Any, loop: VertexLoop) -> Obligations:
         plain = len(single(L)) == 1 or len(loop.C) == 1
         found = (
             mean(pick(one.A, i) - pick(one.beside[0], j) * pick(one.C, i) for i, j in pairs)
-            for one in pieces(claim, replace(loop, together=True, beside=(L,)))
+            for one in pieces(claim, replace(loop, K=(), together=True, beside=(L,)))
             for pairs in _pairs(one, plain)
         )
     yield from _falling(claim, loop, loop.n, found)

@@ -8,7 +8,8 @@ rest:
 
 As psi is convex, F lies between its values at the ends of U's range.  The conditions are:
 
-1. b > 0 and psi_max <= b times the room that an actuator has, on the box, by bisection.
+1. b > 0 and psi_max <= b times the room that an actuator has, on the box, by bisection; the law
+   commands by b, so no signal that it does not know is in b.
 2. The equations with v, or with v* + (1 + delta)(v - v*) for an actuator with a relative error
    delta, are those of the model, by algebra.
 3. The law does not know delta: rules that differ only in premises with delta have equal gains.
@@ -97,7 +98,9 @@ def effort_blend_obligations(model: Any, gains: Any) -> Obligations:
     differences.append(plus(plant.f[alone], minus(meaning[rate.name])))
     algebra = Algebra([*differences, *(one.b for one in sides)])
     search = Search(algebra, {v.symbol: v.side for v in plant.variables})
+    unknown = {v.symbol for v in plant.pushes if v.unknown}
     for one in sides:
+        yield Fact("the law knows the effectiveness", unknown.isdisjoint(names_in(one.b)))
         yield from _within_limits(search, one, max(ramp(one.way * end, e) for end in ends))
     for row in rows:
         yield Fact("an equation is defined", search.holds(row, lambda found: True))

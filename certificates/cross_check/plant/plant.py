@@ -333,6 +333,7 @@ def plant_loop(model: Any) -> VertexLoop:
         # Counted here: a claim may put aside the only matrices that differ between the rules.
         stated=max(map(len, stacks.values())),
         averages=plant.form == "secant",
+        of_plant=True,
     )
 
 

@@ -59,6 +59,9 @@ def references_of(model: Any, plant: TreePlant) -> list[tuple[Variable, int, Tre
 
 def integrals(plant: TreePlant, follow: list[tuple[Variable, int, Tree]]) -> Obligations:
     """Yield that each xi' is h - r, and that no other equation has xi or r."""
+    # Else the rows of f are not the rates of the integrals.
+    plain = plant.step is None and plant.mass is None
+    yield Fact("integrals are in continuous time, without a mass matrix", plain)
     box = {v.symbol: v.side for v in plant.variables}
     rows = {row for _, row, _ in follow}
     inner = {plant.states[row].symbol for row in rows}

@@ -19,6 +19,7 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models.plant import PlantSettings
+from takagi.reports.gains_file import plant_gain_file
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.models.blending.plants import ROOM, plant_of
@@ -67,6 +68,70 @@ def test_the_blend_is_proved_by_both_checkers() -> None:
     assert "heating has a share between 0.0416666 and 0.958334 of its motion" in text
     assert "heating keeps [0, 3] and moves the plant 0.8 to 1.2 times as much as told" in text
     assert "cooling keeps [0, 1.5] and moves the plant 0.9 to 1.1 times" in text
+
+
+def test_the_error_that_is_covered_is_rounded_inward() -> None:
+    """6/7 is 0.857142..., and 8/7 is 1.142857...: nothing is said of an error beyond them."""
+
+    def sevenths(document: Data) -> None:
+        for signal in document["model"]["disturbances"]:
+            if signal["name"] != "share" and signal["range"] is not None:
+                signal["range"] = ["-1/7", "1/7"]
+
+    text = check_document(changed(sevenths)).claims[1].text
+
+    assert "moves the plant 0.857143 to 1.14285 times as much as told" in text
+
+
+@cache
+def draughty() -> PlantDesign:
+    """The room with heating that is as effective as the air outside allows, which is measured."""
+    changes = {
+        "a": "[inputs] -> [scheduling]\nair = { range = [1.8, 2.2], rest = 2 }\n\n[inputs]",
+        "b": "(2 + x)*heating -> (air + x)*heating",
+        "c": 'effectiveness = "2 + x", error = 0.2 -> effectiveness = "air + x"',
+        "d": "effort = { range = [-3, 3] -> effort = { range = [-2, 2]",
+    }
+    with TemporaryDirectory() as folder:
+        plant = plant_of(Path(folder), **changes)
+    return certify_plant(plant, lambda model: np.array([GAIN] * len(model.A)), PlantSettings())
+
+
+def test_the_law_knows_what_it_divides_by() -> None:
+    """heating = psi(U)/(air + x): an unknown air could not be commanded by."""
+    document = copy.deepcopy(dict(draughty().document))
+    document["claims"] = [c for c in document["claims"] if c["kind"] in (*ABOUT, "decay")]
+    document = resealed(document)
+    assert verdicts(document) == second(document) == ["PROVED"] * 3
+
+    air = next(s for s in document["model"]["disturbances"] if s["name"] == "air")
+    air["unknown"] = True
+    document = resealed(document)
+
+    assert verdicts(document) == second(document) == ["PROVED", "UNDECIDED", "UNDECIDED"]
+    assert "by what it does not know" in check_document(document).claims[1].text
+
+
+def test_a_program_reads_what_it_divides_by() -> None:
+    """No premise depends on the air, and the command of heating does."""
+    program = plant_gain_file(draughty())["programs"][0]
+
+    assert [one["name"] for one in program["read"]] == ["x", "air"]
+    assert "/(air + x)" in program["send"][-1]["formula"]
+
+
+def test_a_sampled_law_moves_its_effort_in_steps() -> None:
+    """The model's effort moves between the samples, that of the law at them alone."""
+    document = changed(lambda _: None)
+    n, m = (len(document["model"][key]) for key in ("states", "inputs"))
+    P, Q = (np.eye(size).tolist() for size in (n, n + m))
+    claim = {"name": "s", "kind": "sampled-loop", "sample_time": 1, "level": 1, "decay_rate": 0}
+    document["claims"].append(claim | {"P": P, "functions": [Q, Q]})
+    document = resealed(document)
+
+    with pytest.raises(CertificateError, match="blending: the law has a state of its own"):
+        check_document(document)
+    assert second(document) == ["REFUSED"]
 
 
 def share_range(low: str, high: str) -> Callable[[Data], None]:

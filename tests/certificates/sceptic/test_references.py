@@ -74,7 +74,7 @@ def verdicts(whole: Data, gains: Data | None = None) -> tuple[str, str]:
     document = certificate_document(
         model=whole,
         gains=gains or law(whole.get("references")),
-        claims=[{"name": "embedding", "kind": "secant-embedding"}],
+        claims=[{"name": "embedding", "kind": f"{whole['embedding']['form']}-embedding"}],
         provenance={},
     )
     try:
@@ -243,6 +243,32 @@ def test_models_with_other_integrals_are_not_proved(change: Callable[[Data], Non
 
     assert verdicts(alone, gains) == ("PROVED", "PROVED")
     assert "PROVED" not in verdicts(whole)
+
+
+def in_samples(whole: Data) -> None:
+    """The row gives xi(t + T) = x - p; the law adds T (x - p) to what it has."""
+    whole["sample_time"] = 0.1
+
+
+def with_another_rate(whole: Data) -> None:
+    """M = 1 but for one entry: xi' + x' = x - p, and xi' = 2 x - u - p."""
+    whole["mass"] = [["1" if i == j else "0" for j in range(4)] for i in range(4)]
+    whole["mass"][2][0] = "1"
+    whole["embedding"]["form"] = "sector"
+    whole["embedding"]["A"][2] = ["2", "0", "0", "0"]
+    whole["embedding"]["B"][2] = ["-1", "0"]
+
+
+@pytest.mark.parametrize("change", [in_samples, with_another_rate])
+def test_rows_that_are_no_rates_are_no_integrals(change: Callable[[Data], None]) -> None:
+    """Each row of an integral is h - r, and each embedding alone is right."""
+    whole = changed(change)
+    alone = {k: v for k, v in whole.items() if k != "references"}
+    gains = law(model()["references"]) | {"sample_time": whole["sample_time"]}
+    plain = {k: v for k, v in gains.items() if k != "references"}
+
+    assert verdicts(alone, plain) == ("PROVED", "PROVED")
+    assert verdicts(whole, gains) == ("UNDECIDED", "UNDECIDED")
 
 
 @pytest.mark.parametrize(

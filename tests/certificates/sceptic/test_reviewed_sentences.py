@@ -300,3 +300,27 @@ def test_a_gain_file_that_no_claim_is_about_is_not_proved(tmp_path: Path) -> Non
     found, messages = verdict(gains | {"K": [[[2]]]}, own("quadratic-decay"), decay)
     assert found == "PROVED"
     assert messages[-1] == "about matrices inside the claim alone: claims[0]"
+
+
+def test_slopes_of_a_plant_are_no_claim_about_its_loop(tmp_path: Path) -> None:
+    """x' = x under u = 0: embedding, slopes and a claim about x' = -x of its own are all true."""
+    slopes: Data = {"premises": [], "A": [["1"]]}
+    model: Data = {"kind": "plant", "sample_time": None, "equations": ["x"], "slopes": slopes}
+    model |= {"states": [{"name": "x", "unit": "-", "rest": 0, "range": [-1, 1]}]}
+    model |= {"inputs": [{"name": "u", "unit": "-", "rest": 0}], "embedding": slopes | {}}
+    for one in (slopes, model["embedding"]):
+        one["B"] = [["0"]]
+    gains: Data = {"name": "pdc", "sample_time": None, "state_names": ["x [-]"], "K": [[[0]]]}
+    gains["trim"] = {"state": [0], "input": [0]}
+    claims = [{"name": kind, "kind": f"{kind}-embedding"} for kind in ("sector", "slope")]
+    claims.append(own("quadratic-decay"))
+    document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
+    law, path = tmp_path / "gains.json", tmp_path / "certificate.json"
+    law.write_text(json.dumps({"law": gains}))
+    path.write_text(json.dumps(document))
+
+    found = check(path, gains=law)
+
+    assert [claim.verdict.name for claim in found.claims] == ["PROVED"] * 3
+    assert found.verdict.name == "UNDECIDED"
+    assert found.messages[-1].endswith("no claim is about the loop of the given files")

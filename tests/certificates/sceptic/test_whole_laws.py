@@ -21,7 +21,8 @@ from takagi.certificates.document import (
     plant_data,
     slopes_data,
 )
-from takagi.models import Interval, Output, Plant, Variable, sector_model
+from takagi.certificates.requests import ClaimedLoop, SampledLoop
+from takagi.models import Interval, Output, Plant, TSModel, Variable, sector_model
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.kinds.tracking_documents import arm
@@ -141,6 +142,37 @@ def test_a_blend_needs_its_claim_whatever_is_written(blending: Any) -> None:
     assert follows(LOOP, lambda gains: gains.update(blending=blending), "decay") == REFUSED
     both = {"blending": blending, "observer": OBSERVER}
     assert follows(BOTH, lambda gains: gains.update(both), "observed-loop") == REFUSED
+
+
+def sampled_follower(change: Callable[[Data], object]) -> tuple[Any, Any]:
+    """Return the verdicts on x' = u, xi' = x - r, u = -x - 1.5 xi held for a second at a time."""
+    model, gains = follower()
+    model["equations"][0] = "u"
+    model["embedding"]["A"][0] = ["0", "0"]
+    gains["K"] = [[[1, 1.5]]]
+    change(gains)
+    loop = TSModel([[[0.0, 0.0], [1.0, 0.0]]], [[[1.0], [0.0]]])
+    held = SampledLoop(1.0).attempt(ClaimedLoop.of(loop, np.array([[1.0, 1.5]])))
+    assert held.proved
+    claim = dict(held.claim) | {"level": 1e-3}
+    claims: list[Data] = [{"name": "e", "kind": "sector-embedding"}, claim]
+    document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
+    return verdicts(document), second(document)
+
+
+def test_the_integral_of_a_sampled_law_is_a_sum() -> None:
+    """A second of xi' = x adds x(t_k) + u/2, and the product of the eigenvalues is 3/4.
+
+    The program of a law with references adds x(t_k) alone: then it is 3/2, and the loop unstable.
+    """
+    integrated = np.array([[0.0, -1.5], [0.5, 0.25]])
+    summed = np.array([[0.0, -1.5], [1.0, 1.0]])
+    largest = [np.abs(np.linalg.eigvals(one)).max() ** 2 for one in (integrated, summed)]
+    assert largest == pytest.approx([0.75, 1.5])
+    references = {"references": follower()[0]["references"]}
+
+    assert sampled_follower(lambda gains: None) == PROVED
+    assert sampled_follower(lambda gains: gains.update(references)) == REFUSED
 
 
 x, u = sp.symbols("x u", real=True)

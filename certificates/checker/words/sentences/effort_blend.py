@@ -37,7 +37,8 @@ def _acts(acting: Acting) -> str:
         kept += "" if acting.unit == "-" else f" {acting.unit}"
     if acting.error is not None and acting.error.side is not None:
         down, up = acting.error.side
-        wrong = f" moves the plant {at_least(1 + down, 6)} to {at_most(1 + up, 6)} times as "
+        # An assumption, as the box is: rounded inward, so that the sentence claims no more.
+        wrong = f" moves the plant {at_most(1 + down, 6)} to {at_least(1 + up, 6)} times as "
         wrong += "much as told from its position at rest"
     if not kept and not wrong:
         return ""
