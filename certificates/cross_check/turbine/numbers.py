@@ -60,9 +60,8 @@ class Rotor:
         self.wind = rationals(gains, "wind")
         n = len(self.wind)
         # A program computes with floats, in which two winds must not be one.
-        floats = [int(v.p) / int(v.q) for v in self.wind]
-        if n < 2 or any(a >= b for a, b in pairwise(floats)):
-            raise Refusal("wind: two winds or more that increase are needed")
+        if n < 2 or any(b - a <= max(abs(a), abs(b)) / 2**50 for a, b in pairwise(self.wind)):
+            raise Refusal("wind: two winds or more that increase, also as floats, are needed")
         self.speed = rationals(gains, "rotor_speed", n)
         self.effort = rationals(gains, "trim_effort", n)
         self.effectiveness = rationals(gains, "effectiveness", n)

@@ -15,12 +15,12 @@ from scipy.linalg import null_space
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.files import model_content, turbine_file
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
-from takagi.certificates.checker.files.model_content import OtherModel, model_content
-from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.files.model_content import OtherModel
+from takagi.certificates.checker.kernel import reader
 from takagi.certificates.document import content_of
-from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
+from takagi.models.laws.effort_sharing import frozen_wake_effectiveness
 from takagi.models.turbine import load_turbine, model_files
 from tests.certificates.model_file.rewrites import Rewrite, all_of, replaced, reversed_sections
 
@@ -162,9 +162,9 @@ def test_a_surface_with_more_knots_than_the_table_gives_is_another(
     wave = none / np.abs(BSpline(more, none, 3)(np.linspace(knots[0], knots[-1], 4000))).max()
     wider = np.array([insert(one_more, (knots, row, 3))[1][: len(more) - 4] for row in rows])
     wider[4:9] += 0.03 * wave
-    surface["pitch_knots"] = [*surface["pitch_knots"], Number(repr(one_more))]
+    surface["pitch_knots"] = [*surface["pitch_knots"], reader.Number(repr(one_more))]
     surface["pitch_knots"].sort(key=float)
-    surface["coefficients"] = [[Number(f"{c:.15f}") for c in row] for row in wider]
+    surface["coefficients"] = [[reader.Number(f"{c:.15f}") for c in row] for row in wider]
     with pytest.raises(OtherModel, match="entries in pitch are not those of the certificate's"):
         compare_model(rotor, path)
 
@@ -180,7 +180,7 @@ def test_a_table_with_fewer_entries_is_another(
     if names == "pitch":
         lines = [line if line[0] == "#" else line.rpartition(",")[0] for line in lines]
     table.write_text("\n".join(lines if names == "pitch" else lines[:-1]), encoding="utf-8")
-    rotor["model"]["model_file"] = model_content(path)
+    rotor["model"]["model_file"] = model_content.model_content(path)
     with pytest.raises(OtherModel, match=f"entries in {names} are not those"):
         compare_model(rotor, path)
 
@@ -214,11 +214,11 @@ def test_the_wake_between_the_winds_of_a_law(
     limits = [f"{frozen_wake_effectiveness(machine, v):.7f}" for v in winds]
     law = {
         "rated_torque": rotor["gains"]["rated_torque"],
-        "wind": [Number(repr(v)) for v in winds],
-        "effectiveness_limit": [*map(Number, limits)],
+        "wind": [reader.Number(repr(v)) for v in winds],
+        "effectiveness_limit": [*map(reader.Number, limits)],
     }
     if not below:
-        assert compare_turbine(rotor["model"], law, TURBINE) == ""
+        assert turbine_file.compare_turbine(rotor["model"], law, TURBINE) == ""
         return
     with pytest.raises(OtherModel, match="pitch effectiveness at 12 m/s"):
-        compare_turbine(rotor["model"], law, TURBINE)
+        turbine_file.compare_turbine(rotor["model"], law, TURBINE)

@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 
 from takagi.certificates import Verdict, check
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.controller.turbine_content import turbine_content
+from takagi.certificates.checker.controller import turbine_content
 from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell
@@ -40,7 +40,7 @@ from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
     loop_subject,
     running_loop_claim,
 )
-from takagi.certificates.controller.content import plain
+from takagi.certificates.controller import content
 from takagi.certificates.cross_check import loads
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
@@ -199,7 +199,9 @@ def test_a_gain_file_of_another_loop_is_refused(
     An early one is the content of the file itself, which had no programs then.
     """
     own = document.pop("controller")
-    whole = plain(turbine_content(document["model"], document["gains"], own))
+    whole = content.plain(
+        turbine_content.turbine_content(document["model"], document["gains"], own)
+    )
     file = {**own, **{part: whole[part] for part in ("limits", "rotor", "programs")}}
     head: dict[str, Any] = {"law": document["gains"]}
     if early:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.checker.kernel.reader import (
-    increasing,
     matrix,
     member,
     number,
@@ -20,6 +21,14 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 
 MOST_WINDS = 2000
 NAME = "coherent"  # of the effort-sharing law in a file
+# Numbers that differ by a larger share of their size are two floats.
+FINEST = Fraction(1, 2**50)
+
+
+def increasing_in_floats(values: Sequence[Fraction], where: str) -> None:
+    """Refuse a row that does not increase, or not in floats: a program has no other numbers."""
+    if any(b - a <= FINEST * max(abs(a), abs(b)) for a, b in pairwise(values)):
+        raise CertificateError(f"{where}: the numbers must increase, also as floats")
 
 
 @dataclass(frozen=True)
@@ -104,8 +113,7 @@ class Law:
         if text(gains, "name", "gains") != NAME:
             raise CertificateError(f"gains.name: a claim about the law {NAME!r}")
         wind = numbers(gains, "wind", "gains")
-        # As floats, which a program has: in them no interval may be empty.
-        increasing([Fraction(float(v)) for v in wind], "gains.wind")
+        increasing_in_floats(wind, "gains.wind")
         count = len(wind)
         if not 2 <= count <= MOST_WINDS:
             raise CertificateError(f"gains.wind: {count} winds; 2 to {MOST_WINDS} are needed")

@@ -8,7 +8,6 @@ from itertools import product
 from typing import Any
 
 from takagi.certificates.checker.kernel.reader import (
-    increasing,
     integer,
     matrix,
     member,
@@ -17,6 +16,7 @@ from takagi.certificates.checker.kernel.reader import (
     text,
 )
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.turbine.effort_sharing.inputs import increasing_in_floats
 
 LAWS = {"paper": 3, "paper-two-integrators": 4}
 SHAPES = ("smooth", "linear")
@@ -50,8 +50,7 @@ class Region:
     def read(cls, owner: Any, where: str, premises: int) -> Region:
         """Return a region; refuses gains that differ between the corners of d."""
         wind = numbers(owner, "wind", where)
-        # As floats, which a program has: in them no interval may be empty.
-        increasing([Fraction(float(v)) for v in wind], f"{where}.wind")
+        increasing_in_floats(wind, f"{where}.wind")
         if not 1 < len(wind) <= MOST_WINDS or wind[0] <= 0:
             raise CertificateError(f"{where}.wind: 2 to {MOST_WINDS} winds above 0 are needed")
         speed = numbers(owner, "rotor_speed", where, len(wind))
@@ -60,8 +59,8 @@ class Region:
         stated = member(owner, "premises", where)
         bounds = [numbers(stated, name, f"{where}.premises", 2) for name in names]
         # The program of a gain file gives a premise without a range, in its floats, the weight 0.
-        if any(float(low) >= float(high) for low, high in bounds):
-            raise CertificateError(f"{where}.premises: lower < upper is needed")
+        for ends in bounds:
+            increasing_in_floats(ends, f"{where}.premises")
         # A law without d would add up the gains of both its corners.
         numbers(stated, "d", f"{where}.premises", 2)
         rules = matrix(owner, "rules", where)
