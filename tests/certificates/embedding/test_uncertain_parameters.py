@@ -144,6 +144,14 @@ def test_a_forged_one_is_not_proved(damage: Callable[[Data], None]) -> None:
     assert second(document)[0] != "PROVED"
 
 
+def test_a_gain_for_no_rule_is_refused_by_both() -> None:
+    def one_more(document: Data) -> None:
+        document["gains"]["K"].append(document["gains"]["K"][0])
+        del document["gains"]["rules"], document["gains"]["premises"]
+
+    assert verdicts(changed(one_more)) == second(changed(one_more)) == ["REFUSED"]
+
+
 def test_the_plant_file_says_which_parameters_are_uncertain(tmp_path: Path) -> None:
     """The same in other words passes; a wider range, a known value or another J do not."""
     model = by_rules().document["model"]

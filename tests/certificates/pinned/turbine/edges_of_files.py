@@ -226,6 +226,7 @@ def of_programs() -> Named:
                 "direction": Number(direction)}  # fmt: skip
         at.blending = {"effort": "U", "unit": "-", "rate": "r", "low": side, "high": side}
         at.keeps, at.model, at.tables = [], {}, lambda formula: formula
+        at.read_also = lambda used: None
         plant_program.PlantWriting.actuators(at)
         yield f"direction {direction}", [str(entry) for entry in at.sends]
     with patch.object(plant_program, "_split", lambda _: ("x", "m", "s")):
