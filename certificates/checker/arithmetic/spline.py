@@ -28,9 +28,6 @@ NARROWEST = Fraction(1, 1000)
 MOST_KNOTS = 1000
 Row = list[Fraction]
 Net = list[list[int]]
-Cell = tuple[int, int, int, int]  # its place in both directions, and the order of the derivative
-Part = tuple[int, int]
-WHOLE = 0, ONE
 
 
 class _Axis:
@@ -74,18 +71,11 @@ class _Axis:
 
     def local(self, cell: int, value: int, up: bool) -> int:
         """Return (value - a) / (b - a) over 10^36, rounded outward and held in [0, 1]."""
-        a, b = self._integers[cell + DEGREE], self._integers[cell + DEGREE + 1]
+        a, b = self._integers[cell + DEGREE : cell + DEGREE + 2]
         # ((value / 10^36) - a) / (b - a) times 10^36, with a and b over their denominator.
-        top, bottom = value * self._over - a * ONE, b - a
-        share = -(-top // bottom) if up else top // bottom
+        top = value * self._over - a * ONE
+        share = -(-top // (b - a)) if up else top // (b - a)
         return min(max(share, 0), ONE)
-
-    def parts(self, over: Interval) -> list[tuple[int, Part]]:
-        """Return each cell that meets a range, and the part of it that lies in the range."""
-        return [
-            (cell, (self.local(cell, over[0], False), self.local(cell, over[1], True)))
-            for cell in self.cells(*over)
-        ]
 
     def differences(self, net: Net, cell: int, order: int) -> Net:
         """Return the net of the derivative of this order from that of the one before."""
@@ -131,29 +121,28 @@ class Spline:
         self._rows = [[_fixed(c) for c in row] for row in rows]
         if any(abs(c) > LARGEST_ENTRY >> 10 for row in self._rows for c in row):
             raise CertificateError("surface: a coefficient beyond 1000 in size")
-        self._nets: dict[Cell, Net] = {}
-        self._kept: dict[tuple[Cell, Part], Part] = {}
+        self._nets: dict[tuple[int, ...], Net] = {}
+        self._kept: dict[tuple[int, ...], list[int]] = {}
 
     def bounds(self, x: Interval, y: Interval, dx: int = 0, dy: int = 0) -> Interval:
         """Return a bracket of the (dx, dy) derivative over the rectangle x times y."""
-        rows, columns = self.x.parts(x), self.y.parts(y)
-        ends = [
-            self._ends((i, j, dx, dy), along, across) for i, along in rows for j, across in columns
-        ]
-        return Interval(min(low for low, _ in ends) - PAD, max(high for _, high in ends) + PAD)
-
-    def _ends(self, cell: Cell, along: Part, across: Part) -> Part:
-        """Return the least and the greatest entry of the net over a part of a cell."""
-        # Ranges of a first argument that hold whole cells are many: those answers are kept.
-        key = cell, across
-        if along == WHOLE and key in self._kept:
-            return self._kept[key]
-        net = _restricted(self._net(*cell), *along)
-        net = _restricted(_transposed(net), *across)
-        ends = min(map(min, net)), max(map(max, net))
-        if along == WHOLE:
-            self._kept[key] = ends
-        return ends
+        entries: list[int] = []
+        for i in self.x.cells(*x):
+            sx, tx = self.x.local(i, x[0], False), self.x.local(i, x[1], True)
+            for j in self.y.cells(*y):
+                sy, ty = self.y.local(j, y[0], False), self.y.local(j, y[1], True)
+                key = (i, j, dx, dy, sy, ty)
+                # Long ranges of x share their whole cells, of which the ends are kept.
+                if key in self._kept and sx == 0 and tx == ONE:
+                    entries += self._kept[key]
+                    continue
+                net = _restricted(self._net(i, j, dx, dy), sx, tx)
+                net = _restricted(_transposed(net), sy, ty)
+                ends = [min(map(min, net)), max(map(max, net))]
+                if sx == 0 and tx == ONE:
+                    self._kept[key] = ends
+                entries += ends
+        return Interval(min(entries) - PAD, max(entries) + PAD)
 
     def _net(self, i: int, j: int, dx: int, dy: int) -> Net:
         key = (i, j, dx, dy)
