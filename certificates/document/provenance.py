@@ -6,6 +6,7 @@ import platform
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from types import MappingProxyType
 from typing import Any
@@ -26,19 +27,22 @@ def provenance(settings: object, solver_words: Mapping[str, str]) -> dict[str, A
     return {
         "configuration": plain(settings),
         "solver": dict(solver_words),
-        "versions": {"python": platform.python_version(), **_versions()},
+        "versions": {"python": platform.python_version(), **dict(_versions())},
     }
 
 
-def _versions() -> dict[str, str]:
-    found = {}
-    for name in LIBRARIES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            # A source tree that is imported without installation has no metadata.
-            found[name] = "not installed"
-    return found
+@cache
+def _versions() -> tuple[tuple[str, str], ...]:
+    """Return (library, version); read once, since each is a file to be parsed."""
+    return tuple((name, _version(name)) for name in LIBRARIES)
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        # A source tree that is imported without installation has no metadata.
+        return "not installed"
 
 
 def plain(value: object) -> Any:

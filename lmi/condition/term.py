@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
@@ -174,16 +175,22 @@ class LMI:
 
     def spans(self, at: Position | None) -> tuple[slice, slice]:
         """Return the rows and the columns of a block, or of the whole."""
-        if at is None:
-            return slice(0, self.size), slice(0, self.size)
-        first, second = (sum(self.blocks[:k]) for k in at)
-        return slice(first, first + self.blocks[at[0]]), slice(second, second + self.blocks[at[1]])
+        return _spans(self.blocks, at)
 
     def label(self, item: int) -> str:
         """Return the name of one item."""
         if self.labels:
             return self.labels[item]
         return self.name if self.count == 1 else f"{self.name} {item + 1} of {self.count}"
+
+
+@lru_cache(maxsize=1024)
+def _spans(blocks: tuple[int, ...], at: Position | None) -> tuple[slice, slice]:
+    """Return ``LMI.spans``; kept, since each term and constant asks at every evaluation."""
+    if at is None:
+        return slice(0, sum(blocks)), slice(0, sum(blocks))
+    first, second = (sum(blocks[:k]) for k in at)
+    return slice(first, first + blocks[at[0]]), slice(second, second + blocks[at[1]])
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

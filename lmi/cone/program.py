@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from takagi.lmi.cone.assemble import Assembled, Cone
-from takagi.models.arrays import Floats
+from takagi.models.arrays import Floats, Indices
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,16 +55,23 @@ def cone_program(
     ----------
     margin : None keeps t as the last variable; a number fixes it, then y = x.
     """
-    G = assembled.matrix()
+    G, first = assembled.matrix().tocoo(), len(rows)
     b = assembled.constant
+    # (row, column, value) of A, put together once: stacking sparse matrices takes longer.
+    entries: list[tuple[Indices, Indices, Floats]] = [
+        (np.asarray(first + G.row, dtype=np.intp), np.asarray(G.col, dtype=np.intp), -G.data)
+    ]
     if margin is None:
-        G = sp.hstack([G, -sp.csc_array(assembled.margin_column[:, None])], format="csc")
+        at = np.flatnonzero(assembled.margin_column)
+        entries.append((first + at, np.full_like(at, G.shape[1]), assembled.margin_column[at]))
     else:
         b = b - margin * assembled.margin_column
     if rows:
-        extra = sp.csc_array(np.array([row.coefficients for row in rows]))
-        A = sp.vstack([extra, -G], format="csc")
-    else:
-        A = -G
+        extra = np.array([row.coefficients for row in rows])
+        row_of, column_of = np.nonzero(extra)
+        entries.append((row_of, column_of, extra[row_of, column_of]))
+    row, column, value = (np.concatenate(axis) for axis in zip(*entries, strict=True))
+    shape = first + G.shape[0], G.shape[1] + (margin is None)
+    A = sp.csc_array((value, (row, column)), shape=shape)
     bounds = np.array([row.bound for row in rows])
     return ConeProgram(minimise, A, np.concatenate([bounds, b]), len(rows), assembled.cones)

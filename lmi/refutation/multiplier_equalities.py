@@ -45,11 +45,14 @@ class Equalities:
     def coefficients(self) -> tuple[tuple[Indices, Floats], ...]:
         """Of each multiplier: the equalities that it is in, and its symmetric matrices in them."""
         columns = self.matrix.tocsc()
+        places = np.repeat(np.arange(columns.shape[1]), np.diff(columns.indptr))
         found = []
         for part, size in self.parts():
-            own = columns[:, part].tocsr()
-            used = np.flatnonzero(np.diff(own.indptr))
-            found.append((used, unpack(own[used].toarray(), size)))
+            own = slice(columns.indptr[part.start], columns.indptr[part.stop])
+            used, row = np.unique(columns.indices[own], return_inverse=True)
+            packed = np.zeros((len(used), part.stop - part.start))
+            packed[row, places[own] - part.start] = columns.data[own]
+            found.append((used.astype(np.intp), unpack(packed, size)))
         return tuple(found)
 
     def spread(self, z: Floats, count: int) -> Floats:
@@ -165,8 +168,10 @@ def _equalities(program: ConeProgram, alive: NDArray[np.bool_]) -> Equalities | 
 
 
 def _of_length_one(matrix: sp.csr_array) -> sp.csr_array:
-    size = np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
-    return sp.csr_array(sp.diags_array(1.0 / size) @ matrix)
+    """Return the matrix with rows of length 1; each of them has an entry."""
+    size = np.sqrt(np.add.reduceat(matrix.data**2, matrix.indptr[:-1]))
+    data = matrix.data * np.repeat(1.0 / size, np.diff(matrix.indptr))
+    return sp.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
 def _independent(matrix: sp.csr_array) -> Indices:

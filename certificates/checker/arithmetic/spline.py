@@ -15,6 +15,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from fractions import Fraction
 from itertools import pairwise
+from math import lcm
 
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
 from takagi.certificates.checker.kernel.reader import increasing
@@ -44,6 +45,9 @@ class _Axis:
             raise CertificateError(f"{where}: cells narrower than {NARROWEST}")
         self.knots, self.breaks = knots, inner
         self.breaks_fixed = [_fixed(knot) for knot in inner]
+        # Over one denominator knots are integers, which need no greatest common divisors.
+        self._over = lcm(*(knot.denominator for knot in knots))
+        self._integers = [int(knot * self._over) for knot in knots]
         self._maps: dict[int, list[list[int]]] = {}
 
     def cells(self, low: int, high: int) -> range:
@@ -59,23 +63,18 @@ class _Axis:
     def map(self, cell: int) -> list[list[int]]:
         """Return (4, 4): row i maps the cell's coefficients to Bernstein ordinate i."""
         if cell not in self._maps:
-            a, b = self.breaks[cell], self.breaks[cell + 1]
-            local = self.knots[cell + 1 : cell + 7]
+            local = self._integers[cell + 1 : cell + 7]
+            a, b = local[DEGREE - 1 : DEGREE + 1]
             ends = [(a,) * (DEGREE - i) + (b,) * i for i in range(DEGREE + 1)]
-            units = [[Fraction(int(i == j)) for i in range(DEGREE + 1)] for j in range(DEGREE + 1)]
-            self._maps[cell] = [
-                [_fixed(_blossom(unit, local, at)) for unit in units] for at in ends
-            ]
+            self._maps[cell] = [_blossom(local, at) for at in ends]
         return self._maps[cell]
 
     def local(self, cell: int, value: int, up: bool) -> int:
         """Return (value - a) / (b - a) over 10^36, rounded outward and held in [0, 1]."""
-        a = self.breaks[cell]
-        width = self.breaks[cell + 1] - a
-        # ((value / 10^36) - a) / width times 10^36, with the fractions written out: half the time.
-        top = (value * a.denominator - a.numerator * ONE) * width.denominator
-        bottom = a.denominator * width.numerator
-        share = -(-top // bottom) if up else top // bottom
+        a, b = self._integers[cell + DEGREE : cell + DEGREE + 2]
+        # ((value / 10^36) - a) / (b - a) times 10^36, with a and b over their denominator.
+        top = value * self._over - a * ONE
+        share = -(-top // (b - a)) if up else top // (b - a)
         return min(max(share, 0), ONE)
 
     def differences(self, net: Net, cell: int, order: int) -> Net:
@@ -90,15 +89,25 @@ def _fixed(value: Fraction) -> int:
     return value.numerator * ONE // value.denominator
 
 
-def _blossom(d: list[Fraction], knots: list[Fraction], at: tuple[Fraction, ...]) -> Fraction:
-    """Return the blossom of a cubic segment with local knots t_1 ... t_6 at three arguments."""
-    d = list(d)
+def _blossom(knots: list[int], at: tuple[int, ...]) -> list[int]:
+    """Return, over 10^36, the weights of a cubic segment's coefficients in its blossom.
+
+    Parameters
+    ----------
+    knots : the local knots t_1 ... t_6;  at : the three arguments; all over one denominator.
+    """
+    # Row i holds d_i, a sum of the four coefficients: their weights, and the denominator of these.
+    d = [([int(i == j) for j in range(DEGREE + 1)], 1) for i in range(DEGREE + 1)]
     for level, u in enumerate(at, start=1):
         for i in range(DEGREE, level - 1, -1):
             low, high = knots[i - 1], knots[i + DEGREE - level]
-            share = (u - low) / (high - low)
-            d[i] = d[i - 1] + (d[i] - d[i - 1]) * share
-    return d[DEGREE]
+            (before, p), (after, q) = d[i - 1], d[i]
+            pairs = zip(before, after, strict=True)
+            # d_i = ((high - u) d_{i-1} + (u - low) d_i) / (high - low)
+            weights = [(high - u) * q * a + (u - low) * p * b for a, b in pairs]
+            d[i] = weights, (high - low) * p * q
+    weights, denominator = d[DEGREE]
+    return [weight * ONE // denominator for weight in weights]
 
 
 class Spline:
@@ -112,7 +121,8 @@ class Spline:
         self._rows = [[_fixed(c) for c in row] for row in rows]
         if any(abs(c) > LARGEST_ENTRY >> 10 for row in self._rows for c in row):
             raise CertificateError("surface: a coefficient beyond 1000 in size")
-        self._nets: dict[tuple[int, int, int, int], Net] = {}
+        self._nets: dict[tuple[int, ...], Net] = {}
+        self._kept: dict[tuple[int, ...], list[int]] = {}
 
     def bounds(self, x: Interval, y: Interval, dx: int = 0, dy: int = 0) -> Interval:
         """Return a bracket of the (dx, dy) derivative over the rectangle x times y."""
@@ -121,9 +131,17 @@ class Spline:
             sx, tx = self.x.local(i, x[0], False), self.x.local(i, x[1], True)
             for j in self.y.cells(*y):
                 sy, ty = self.y.local(j, y[0], False), self.y.local(j, y[1], True)
+                key = (i, j, dx, dy, sy, ty)
+                # Long ranges of x share their whole cells, of which the ends are kept.
+                if key in self._kept and sx == 0 and tx == ONE:
+                    entries += self._kept[key]
+                    continue
                 net = _restricted(self._net(i, j, dx, dy), sx, tx)
                 net = _restricted(_transposed(net), sy, ty)
-                entries += [min(map(min, net)), max(map(max, net))]
+                ends = [min(map(min, net)), max(map(max, net))]
+                if sx == 0 and tx == ONE:
+                    self._kept[key] = ends
+                entries += ends
         return Interval(min(entries) - PAD, max(entries) + PAD)
 
     def _net(self, i: int, j: int, dx: int, dy: int) -> Net:

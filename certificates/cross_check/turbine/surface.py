@@ -23,12 +23,14 @@ from functools import cache
 from math import comb, prod
 from typing import Any
 
-from flint import fmpq, fmpq_mat, fmpq_poly
+from flint import fmpq, fmpq_mat, fmpq_poly, fmpz, fmpz_mat
 
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal, rationals, table
 
 DEGREE, BITS, MOST_PATCHES = 3, 80, 400
 MOST_FUNCTIONS = 128  # basis functions in one direction
+# A matrix as integers over their common denominator: products need no greatest common divisors.
+Ratio = tuple[fmpz_mat, fmpz]
 # What the format allows: knots at least a thousandth apart, and coefficients up to 1024, far more
 # than a torque coefficient, which is below 1.
 NARROWEST, LARGEST = fmpq(1, 1000), 1024
@@ -177,18 +179,18 @@ def _shares(order: int) -> list[list[list[tuple[int, int, fmpq]]]]:
     ]
 
 
-def _to_bernstein(order: int, start: fmpq, width: fmpq) -> fmpq_mat:
+def _to_bernstein(order: int, start: fmpq, width: fmpq) -> Ratio:
     """Return the map from powers of u to the Bernstein coefficients of a derivative."""
     of_start, of_width = ([x**k for k in range(DEGREE + 1)] for x in (start, width))
-    return fmpq_mat(
+    entries = [
         [
-            [
-                sum((share * of_start[p] * of_width[q] for p, q, share in parts), fmpq(0))
-                for parts in row
-            ]
-            for row in _shares(order)
+            sum((share * of_start[p] * of_width[q] for p, q, share in parts), fmpq(0))
+            for parts in row
         ]
-    )
+        for row in _shares(order)
+    ]
+    found: Ratio = fmpq_mat(entries).numer_denom()
+    return found
 
 
 def _steep(u: fmpq) -> list[fmpq]:
@@ -205,6 +207,7 @@ class CoefficientSurface:
         if any(abs(c) > LARGEST for c in self.c.entries()):
             raise Refusal(f"coefficients: one beyond {LARGEST} in size")
         self._patches: dict[tuple[int, int], fmpq_mat] = {}
+        self._integers: dict[tuple[int, int], Ratio] = {}
 
     def over(self, x: NumberRange, y: NumberRange, dx: int = 0, dy: int = 0) -> NumberRange:
         """Return a span that holds d^(dx+dy) s / dx^dx dy^dy over a rectangle.
@@ -213,17 +216,7 @@ class CoefficientSurface:
         ------
         Outside : the rectangle leaves the table.
         """
-        columns, rows = self.y.patches(y), self.x.patches(x)
-        if len(columns) * len(rows) > MOST_PATCHES:
-            raise NotReplayed("a range over more patches of the surface than are enclosed here")
-        across = [(j, _to_bernstein(dy, *part).transpose()) for j, *part in columns]
-        ends = []
-        for i, *part in rows:
-            along = _to_bernstein(dx, *part)
-            for j, right in across:
-                found = (along * self._patch(i, j) * right).entries()
-                ends += [min(found), max(found)]
-        return NumberRange.of(*ends).rounded()
+        return Band(self, y, dy).over(x, dx)
 
     def at(self, x: fmpq, y: fmpq) -> tuple[fmpq, fmpq, fmpq]:
         """Return s, ds/dx and ds/dy at a point, exactly.
@@ -247,3 +240,49 @@ class CoefficientSurface:
             local = fmpq_mat([[self.c[i + k, j + m] for m in range(n)] for k in range(n)])
             self._patches[i, j] = self.x.basis(i).transpose() * local * self.y.basis(j)
         return self._patches[i, j]
+
+    def integers(self, i: int, j: int) -> Ratio:
+        """Return the coefficients of a patch's polynomial by powers of u (rows) and of v."""
+        if (i, j) not in self._integers:
+            self._integers[i, j] = self._patch(i, j).numer_denom()
+        return self._integers[i, j]
+
+
+class Band:
+    """The surface, or a derivative by y, over one range of y: what all ranges of x share."""
+
+    def __init__(self, surface: CoefficientSurface, y: NumberRange, dy: int = 0) -> None:
+        self.surface = surface
+        self._columns = [(j, _to_bernstein(dy, *part)) for j, *part in surface.y.patches(y)]
+        self._whole: dict[tuple[int, int], NumberRange] = {}
+
+    def over(self, x: NumberRange, dx: int = 0) -> NumberRange:
+        """Return a span that holds the derivative by x of this order over a range of x.
+
+        Raises
+        ------
+        Outside : the rectangle leaves the table.
+        """
+        rows = self.surface.x.patches(x)
+        if len(self._columns) * len(rows) > MOST_PATCHES:
+            raise NotReplayed("a range over more patches of the surface than are enclosed here")
+        spans = [self._on_row(*row, dx) for row in rows]
+        return NumberRange(
+            min(span.low for span in spans), max(span.high for span in spans)
+        ).rounded()
+
+    def _on_row(self, i: int, start: fmpq, width: fmpq, dx: int) -> NumberRange:
+        """Return the span over the patches (i, j), where u goes from start to start + width."""
+        a, b = self.surface.x.breaks[i : i + 2]
+        whole = start == 0 and width == b - a
+        if whole and (i, dx) in self._whole:
+            return self._whole[i, dx]
+        (along, p), ends = _to_bernstein(dx, start, width), []
+        for j, (across, q) in self._columns:
+            c, r = self.surface.integers(i, j)
+            found = (along * c * across.transpose()).entries()
+            ends += [fmpq(min(found), p * q * r), fmpq(max(found), p * q * r)]
+        span = NumberRange.of(*ends)
+        if whole:
+            self._whole[i, dx] = span
+        return span

@@ -20,7 +20,7 @@ STRICT = (
     "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Wstrict-prototypes",
     "-Wmissing-prototypes", "-Werror",
 )  # fmt: skip
-SANITIZED = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZED = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 # For inputs within their ranges; outside them a premise may be 1/0, which the step then catches.
 NO_DIVISION_BY_ZERO = ("-fsanitize=float-divide-by-zero",)
 
@@ -72,7 +72,7 @@ class Compiled:
         folder: Path,
         *,
         precision: Precision = "double",
-        flags: Sequence[str] = ("-O1",),
+        flags: Sequence[str] = ("-O0",),
     ) -> None:
         settings = ExportSettings(precision=precision)
         self.c = c_source(program, settings)

@@ -27,7 +27,9 @@ def fmpy() -> Any:
 
 @cache
 def _compiled(sources: tuple[tuple[str, str], ...], compiled: tuple[str, ...]) -> archive.Library:
-    return LIBRARY(dict(sources), compiled)
+    # What it computes does not depend on the optimisation, which takes most of the compiler's time.
+    with patch.object(archive, "FLAGS", (*archive.FLAGS, "-O0")):
+        return LIBRARY(dict(sources), compiled)
 
 
 def compiled_once(sources: Mapping[str, str], compiled: Iterable[str]) -> archive.Library:

@@ -12,7 +12,6 @@ interval of the tables.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
 
@@ -22,8 +21,8 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 
 PARTS = 8
 NIL = Fraction(0)
-# Of a part of an interval: the greatest omega*, the least q*, both ends of gamma, and g.
-Part = tuple[Fraction, Fraction, Fraction, Fraction, Fraction]
+# Of a part of an interval: the greatest omega*, the least q*, and both ends of gamma.
+Part = tuple[Fraction, Fraction, Fraction, Fraction]
 
 
 class LeastTorque:
@@ -36,7 +35,8 @@ class LeastTorque:
 
     def __init__(self, law: Law, least: Fraction) -> None:
         self.law = law
-        self.parts: list[Part] = []
+        # The parts of each interval of the tables, with g there.
+        self.intervals: list[tuple[list[Part], Fraction]] = []
         low, high = max(least, law.wind[0]), law.wind[-1]
         if not low < high:
             raise Refused("no schedule wind of the law's tables is left")
@@ -44,26 +44,31 @@ class LeastTorque:
         for start, stop in pairwise([low, *inner, high]):
             k = bisect_right(law.wind, start) - 1
             width = (stop - start) / PARTS
-            for i in range(PARTS):
-                ends = start + width * i, start + width * (i + 1)
-                speed, effort, gamma = (
-                    [_at(law, column, k, v) for v in ends]
-                    for column in (law.speed, law.effort, law.gamma)
-                )
-                fed = law.inertia_limit[k]
-                self.parts.append((max(speed), min(effort), min(gamma), max(gamma), fed))
+            winds = [start + width * i for i in range(PARTS + 1)]
+            columns = [_along(law, c, k, winds) for c in (law.speed, law.effort, law.gamma)]
+            parts = [
+                (max(speed), min(effort), min(gamma), max(gamma))
+                for speed, effort, gamma in zip(*map(pairwise, columns), strict=True)
+            ]
+            self.intervals.append((parts, law.inertia_limit[k]))
 
     def above(self, measured: Fraction) -> Fraction:
         """Return the torque on the high-speed shaft [N m] for a least measured speed [rad/s]."""
-        return min(self._of(part, measured - self.law.integral_limit) for part in self.parts)
+        signal = measured - self.law.integral_limit
+        return min(self._of(parts, fed, signal) for parts, fed in self.intervals)
 
-    def _of(self, part: Part, signal: Fraction) -> Fraction:
-        law, (speed, effort, low, high, fed) = self.law, part
-        s = signal - speed
-        U = effort + (low if s >= 0 else high) * s
+    def _of(self, parts: list[Part], fed: Fraction, signal: Fraction) -> Fraction:
+        """Return the least torque of an interval, which is that of the part with the least U."""
+        law = self.law
+        U = min(
+            effort + (low if signal >= speed else high) * (signal - speed)
+            for speed, effort, low, high in parts
+        )
         asked = law.rated_torque - law.effort_torque * (psi(-U, law.overlap) + fed)
         return min(max(asked, NIL), law.rated_torque)
 
 
-def _at(law: Law, column: Sequence[Fraction], k: int, wind: Fraction) -> Fraction:
-    return column[k] + law.slope(list(column), k) * (wind - law.wind[k])
+def _along(law: Law, column: list[Fraction], k: int, winds: list[Fraction]) -> list[Fraction]:
+    """Return the values of a column at winds of interval k."""
+    slope = law.slope(column, k)
+    return [column[k] + slope * (wind - law.wind[k]) for wind in winds]

@@ -140,13 +140,13 @@ def of_least_torque() -> Named:
             if isinstance(asked, str):
                 yield name, asked
                 continue
-            yield name, asked.parts
+            yield name, [(*part, fed) for parts, fed in asked.intervals for part in parts]
             for speed in (F(1, 2), F(9, 10), F(13, 10), F(3, 2), F(3)):
                 yield f"{name}, above {speed}", asked.above(speed)
         asked = LeastTorque(law, F(1))
-        part = F(-1, 20), F(1, 5), F(3, 10), F(1, 100)
+        part = F(1), F(-1, 20), F(1, 5), F(3, 10)
         for signal in (F(2), F(1), F(19, 20), F(9, 10), F(-9)):
-            yield f"{words}, signal {signal}", asked._of((F(1), *part), signal)
+            yield f"{words}, signal {signal}", asked._of([part], F(1, 100), signal)
 
 
 def of_driving(pitch_min: Fraction) -> Named:
