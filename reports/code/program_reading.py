@@ -25,6 +25,7 @@ from takagi.reports.code.controller_program import (
 )
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
 from takagi.reports.code.limit_order import require_order
+from takagi.reports.code.node_order import require_nodes
 
 
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:
@@ -125,6 +126,7 @@ class _Reading:
                 if name not in known:
                     raise ModelError(f"a formula names {name!r}, which nothing in the file sets")
         require_order(found)
+        require_nodes(found, "double")
         return found
 
     def _reads(self) -> dict[str, Any]:

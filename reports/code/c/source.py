@@ -11,6 +11,7 @@ from takagi.reports.code.c.sample import needed_names, sample_function
 from takagi.reports.code.c.words import HELPERS, RESERVED, comment, file_name_word, helpers
 from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
 from takagi.reports.code.identifiers import file_word, identifiers
+from takagi.reports.code.node_order import require_nodes
 from takagi.reports.code.sampling import longest_sample, start_sample_time
 from takagi.reports.code.targets import ExportSettings
 
@@ -77,6 +78,7 @@ def c_source(program: ControllerProgram, settings: ExportSettings) -> CSource:
     ------
     ModelError : a name or number that C cannot hold.
     """
+    require_nodes(program, settings.precision)
     word = file_name_word(file_word(program.plant))
     suffix = "F" if settings.precision == "float" else ""
     reserved = {

@@ -1,4 +1,7 @@
-"""Gain files whose limits are in the wrong order: the program would send one value at all times."""
+"""Gain files whose limits are in the wrong order: the program would send one value at all times.
+
+Or nodes of a table, as floats: it would divide by zero between two of them.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,8 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.design.given import effort_sharing_law_from_data
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.reports.code import ProgramRun, program_reading
+from takagi.reports.code import ProgramRun, program_reading, targets
+from takagi.reports.code.c import source
 from tests.certificates.recorded.answers import recorded
 
 Document = dict[str, Any]
@@ -123,3 +127,41 @@ def test_a_law_is_refused(change: dict[str, float], words: str) -> None:
     law = effort_sharing_law_from_data(data["gains"])
     with pytest.raises(ModelError, match=f"{words} were given; the lower one must not be above"):
         replace(law, **change)  # type: ignore[arg-type]
+
+
+def with_one_wind_more(turbine: Document, wind: str) -> Document:
+    """Return the file with one interval more, of equal numbers."""
+    changed = deepcopy(turbine)
+    law = changed["law"]
+    for row in (one for one in law.values() if isinstance(one, list)):
+        row.append(row[-1])
+    law["wind"][-1] = Decimal(wind)
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("wind", "double", "single"),
+    [
+        ("25.00001", True, True),
+        ("25.0000001", True, False),
+        ("25.00000000000001", True, False),
+        ("25.000000000000001", False, False),
+        ("25", False, False),
+    ],
+)
+def test_nodes_that_are_one_float_are_refused(
+    turbine: Document, tmp_path: Path, wind: str, double: bool, single: bool
+) -> None:
+    """At 25 m/s the program computed 0/0, and sent what it had sent before."""
+    changed = with_one_wind_more(turbine, wind)
+    if not double:
+        with pytest.raises(ModelError, match=r"^law\.wind: nodes 70 and 71 .* type double"):
+            program_reading.controller_program(changed)
+        return
+    program = program_reading.controller_program(changed)
+    assert source.c_source(program, targets.ExportSettings("double")).source
+    if single:
+        assert source.c_source(program, targets.ExportSettings("float")).source
+        return
+    with pytest.raises(ModelError, match=r"^law\.wind: .* type float.* --precision double"):
+        source.c_source(program, targets.ExportSettings("float"))
