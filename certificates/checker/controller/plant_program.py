@@ -20,6 +20,7 @@ from takagi.certificates.checker.controller.language import (
     send,
     step,
 )
+from takagi.certificates.checker.controller.numbers import exact
 from takagi.certificates.checker.controller.table_calls import with_splines
 from takagi.certificates.checker.kernel.reader import Number
 
@@ -113,7 +114,8 @@ class PlantWriting:
             self.names[low] = (f"law.premises.{k}.lower", unit)
             self.names[high] = (f"law.premises.{k}.upper", unit)
             share = f"limit(({name} - {low})/({high} - {low}), 0, 1)"
-            flat = premise["lower"] == premise["upper"]
+            # In the floats of a program: there the share would be 0/0.
+            flat = float(exact(premise["lower"])) == float(exact(premise["upper"]))
             self.steps.append(step(weight, "-", "0" if flat else share))
             found.append(weight)
         return found
