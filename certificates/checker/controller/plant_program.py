@@ -132,7 +132,14 @@ class PlantWriting:
             self.names[low] = (f"law.premises.{k}.lower", unit)
             self.names[high] = (f"law.premises.{k}.upper", unit)
             share = f"limit(({name} - {low})/({high} - {low}), 0, 1)"
-            flat = exact(premise["lower"]) == exact(premise["upper"])
+            lower, upper = exact(premise["lower"]), exact(premise["upper"])
+            flat = lower == upper
+            if not flat and float(lower) == float(upper):
+                raise CertificateError(
+                    f"gains.premises: the bounds of {name} are one number in the floats of a "
+                    "program, where the share would be 0/0; give bounds that are further apart, or "
+                    "one bound twice"
+                )
             self.steps.append(step(weight, "-", "0" if flat else share))
             found.append(weight)
         return found
