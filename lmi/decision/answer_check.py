@@ -34,17 +34,20 @@ EXACT = 1200
 
 def judged(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
     """Check the solver's numbers from scratch; its status is not read."""
+    found = weighed(data, program, raw)
+    if found.status == "unknown" and says_no(data, found) and _excluded(data, program, raw):
+        return replace(found, status="infeasible")
+    return found
+
+
+def weighed(data: Assembled, program: ConeProgram, raw: Raw) -> Outcome:
+    """Return the same without a search for a no: what is no candidate is "unknown"."""
     values = values_of(data, raw)
     held = margin(data.condition, values) if values else -np.inf
     bound, packed = margin_bound(program, raw)
     multipliers = data.multipliers(packed) if len(packed) else {}
-    found = Outcome("unknown", values, held, bound, multipliers, ())
-    status: Status = "unknown"
-    if holds(data.condition, held):
-        status = "candidate"
-    elif says_no(data, found) and _excluded(data, program, raw):
-        status = "infeasible"
-    return replace(found, status=status)
+    status: Status = "candidate" if holds(data.condition, held) else "unknown"
+    return Outcome(status, values, held, bound, multipliers, ())
 
 
 def says_no(data: Assembled, found: Outcome) -> bool:

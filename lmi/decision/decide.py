@@ -26,7 +26,13 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.duality import least_objective_bound
 from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
-from takagi.lmi.decision.answer_check import exactly_judged, judged, says_no, values_of
+from takagi.lmi.decision.answer_check import (
+    exactly_judged,
+    judged,
+    says_no,
+    values_of,
+    weighed,
+)
 from takagi.lmi.decision.outcome import (
     Outcome,
     better,
@@ -93,14 +99,7 @@ def decide(
             lambda free: decide(free, cap=cap, session=session, most=most),
         )
     data = _program_data(condition, parameters, assembled)
-    variables = len(data.objective)
-    t = np.eye(variables + 1)[variables]
-    # The largest t is the last variable, so the cost -t maximises it; the row t <= cap keeps the
-    # program bounded where the condition can be scaled up.
-    limits = [SolverRow(t, cap)]
-    for name, bound in (rows or {}).items():
-        limits.append(SolverRow(np.eye(variables + 1)[data.offsets[name]], bound))
-    program = cone_program(data, -t, tuple(limits))
+    program = _largest_margin(data, cap, rows or {})
     best: Outcome | None = None
     tries: list[Try] = []
     doubtful = 0
@@ -119,6 +118,31 @@ def decide(
             break
     assert best is not None  # attempts yields at least one
     return replace(best, tries=tuple(tries))
+
+
+def first_weighed(data: Assembled, session: Session) -> Outcome:
+    """Return the first solver's answer to ``decide``, without equalities and never "infeasible".
+
+    For a search that reads values, bound and multipliers: whether these leave no unknowns at all
+    takes longer than the solver.
+    """
+    data = _program_data(data.condition, None, data)
+    program = _largest_margin(data, 1.0, {})
+    raw = next(attempts(program, session))
+    found = weighed(data, program, raw)
+    return replace(found, tries=(_try(raw, found.margin),))
+
+
+def _largest_margin(data: Assembled, cap: float, rows: Mapping[str, float]) -> ConeProgram:
+    """Return: maximise t <= cap, with an upper bound for each scalar unknown of ``rows``."""
+    variables = len(data.objective)
+    t = np.eye(variables + 1)[variables]
+    # The largest t is the last variable, so the cost -t maximises it; the row t <= cap keeps the
+    # program bounded where the condition can be scaled up.
+    limits = [SolverRow(t, cap)]
+    for name, bound in rows.items():
+        limits.append(SolverRow(np.eye(variables + 1)[data.offsets[name]], bound))
+    return cone_program(data, -t, tuple(limits))
 
 
 def improve(condition: Condition, start: Outcome, *, assembled: Assembled | None = None) -> Outcome:

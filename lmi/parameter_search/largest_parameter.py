@@ -29,7 +29,7 @@ from takagi.lmi.answer import Try
 from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import decide
+from takagi.lmi.decision.decide import decide, first_weighed
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.parameter_search.multiplier_bound import excluded_from
 from takagi.lmi.parameter_search.parameter_path import follow_path
@@ -269,7 +269,7 @@ class _Ascent:
         """Return what the unknowns of the largest t allow, them, and the bound that t sets."""
         pencil, d = self.pencil, self.pencil.d
         data = pencil.weighed(best, self.tau, d * score)
-        outcome = decide(data.condition, session=self.session, assembled=data, most=1)
+        outcome = first_weighed(data, self.session)
         self.tries.extend(outcome.tries)
         bound = d * excluded_from(data.condition, pencil.name, outcome.multipliers, largest=d > 0)
         if outcome.bound < NOTHING and self.bounded(best):

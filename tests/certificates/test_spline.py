@@ -71,6 +71,20 @@ def test_bounds_agree_with_the_exact_ones(surface: Surface, spline: Spline) -> N
                 assert high - theirs.upper <= slack + abs(theirs.width)
 
 
+def test_what_was_asked_before_changes_nothing(surface: Surface) -> None:
+    """Parts of a cell, then the whole of it, then parts: each as a new spline bounds it."""
+    asked = spline_of(surface)
+    a, b, c = sorted(set(decimals(surface.x_knots)))[4:7]
+    low, high = sorted(set(decimals(surface.y_knots)))[5:7]
+    third, middle = (high - low) / 3, (a + b) / 2
+    across = [(low, high), (low, low + third), (low + third, high), (low + third, high - third)]
+    for x in [(middle, b), (a, middle), (a, b), (a, c), (middle, c), (a, b), (middle, b)]:
+        for y in across:
+            for order in ORDERS:
+                found = asked.bounds(enclose(*x), enclose(*y), *order)
+                assert found == spline_of(surface).bounds(enclose(*x), enclose(*y), *order)
+
+
 def test_points_agree_with_exact_values(surface: Surface, spline: Spline) -> None:
     """At a rational point the bracket holds the exact derivative and is 2^-38 wide."""
     rng = random.Random(6)

@@ -131,16 +131,15 @@ class Spline:
             sx, tx = self.x.local(i, x[0], False), self.x.local(i, x[1], True)
             for j in self.y.cells(*y):
                 sy, ty = self.y.local(j, y[0], False), self.y.local(j, y[1], True)
-                key = (i, j, dx, dy, sy, ty)
-                # Long ranges of x share their whole cells, of which the ends are kept.
-                if key in self._kept and sx == 0 and tx == ONE:
-                    entries += self._kept[key]
-                    continue
-                net = _restricted(self._net(i, j, dx, dy), sx, tx)
-                net = _restricted(_transposed(net), sy, ty)
-                ends = [min(map(min, net)), max(map(max, net))]
-                if sx == 0 and tx == ONE:
-                    self._kept[key] = ends
+                key = (i, j, dx, dy, sx, tx, sy, ty)
+                ends = self._kept.get(key)
+                if ends is None:
+                    net = _restricted(self._net(i, j, dx, dy), sx, tx)
+                    net = _restricted(_transposed(net), sy, ty)
+                    ends = [min(map(min, net)), max(map(max, net))]
+                    # Long ranges of x share their whole cells; other parts hardly come again.
+                    if sx == 0 and tx == ONE:
+                        self._kept[key] = ends
                 entries += ends
         return Interval(min(entries) - PAD, max(entries) + PAD)
 

@@ -16,6 +16,7 @@ from scipy.interpolate import BSpline
 from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.arithmetic.spline import Spline
 from takagi.certificates.cross_check import judge_document, loads
+from takagi.certificates.cross_check.turbine import surface as surfaces
 from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange, Outside
 from takagi.certificates.document import dumps
 from tests.certificates.kinds.test_damage import resealed
@@ -71,6 +72,17 @@ def test_surface_is_the_spline_of_scipy(short: Data, surface: CoefficientSurface
             assert values.max() <= number(span.high) + slack, (dx, dy)
             if a == b and c == d:
                 assert number(span.high - span.low) < 1e-9
+
+
+def test_a_band_forgets_what_it_was_asked_before(surface: CoefficientSurface) -> None:
+    """Parts of a patch, then the whole of it, then parts: each as the surface itself has it."""
+    a, b, c = surface.x.breaks[4:7]
+    middle, y = (a + b) / 2, NumberRange(*surface.y.breaks[5:7])
+    bands = {dy: surfaces.Band(surface, y, dy) for dy in (0, 1, 2)}
+    for low, high in [(middle, b), (a, middle), (a, b), (a, c), (middle, c), (a, b), (middle, b)]:
+        for dx, dy in ORDERS:
+            x = NumberRange(low, high)
+            assert bands[dy].over(x, dx) == surface.over(x, y, dx, dy), (low, high, dx, dy)
 
 
 def test_surface_has_the_first_checker_s_ranges(short: Data, surface: CoefficientSurface) -> None:
