@@ -69,8 +69,8 @@ def held(
         found = None if boxed is None else _functions(subject, boxed, first, stay)
         if boxed is None or found is None:
             return None
-        chain, functions = boxed, found
-        cells = list(_stated(subject, chain, functions))
+        chain, (least, functions) = boxed, found
+        cells = list(_stated(subject, chain, functions)) if least >= 1 else []
         if len(cells) == len(chain):
             return cells
     return None
@@ -96,8 +96,8 @@ def _functions(
     chain: Sequence[Asked],
     first: Mapping[Fraction, Rows],
     stay: Mapping[Fraction, Rows],
-) -> list[Rows] | None:
-    """Return P at each end of the cells, or None."""
+) -> tuple[float, list[Rows]] | None:
+    """Return how well the sets fit the boxes, and P at each end of the cells, or None."""
     links = []
     unit: Floats | None = None
     for one in chain:
@@ -120,8 +120,10 @@ def _functions(
     found = joint_functions(links, known, given)
     if found is None:
         return None
-    return [
-        stay[v] if v in stay else in_decimals(P / scale) for v, P in zip(winds, found, strict=True)
+    least, functions = found
+    return least, [
+        stay[v] if v in stay else in_decimals(P / scale)
+        for v, P in zip(winds, functions, strict=True)
     ]
 
 

@@ -3,12 +3,13 @@ r"""Functions of a chain of cells in moving wind, all at once: a semidefinite pr
 For given boxes, alpha and rates of the wind the claim's inequalities are affine in the functions at
 the winds between the cells, the multipliers and the weights of the inputs together, and
 
-    h P^-1 h' <= bound^2 / t       <=>       P >= t (h / bound)' (h / bound) ,       t >= 1 .
+    h P^-1 h' <= bound^2 / t       <=>       P >= t (h / bound)' (h / bound) .
 
-``joint_functions`` finds functions at the winds where none is given, so a cell that has no
-multipliers with the least sets of its neighbours gets ends that suit it, and its neighbours keep
-what they have.  The program is posed in units of the states in which the mean of the inverses of
-first functions is the identity; in units of the boxes a solver fails.  Nothing is proved here.
+With t >= 1 the sets fit the box.  ``joint_functions`` finds functions at the winds where none is
+given: a cell that has no multipliers with the least sets of its neighbours gets ends that suit it,
+and its neighbours keep their rates.  The program is posed in units of the states in which the mean
+of the inverses of first functions is the identity; in units of the boxes a solver fails.
+Nothing is proved here.
 """
 
 from __future__ import annotations
@@ -55,8 +56,10 @@ class Link:
 
 def joint_functions(
     chain: Sequence[Link], known: Mapping[int, Floats], first: Sequence[Floats]
-) -> list[Floats] | None:
-    """Return P at every end of the chain's cells, or None.
+) -> tuple[float, list[Floats]] | None:
+    """Return the least t, and P at every end of the chain's cells, or None.
+
+    With t >= 1 the sets fit the boxes.
 
     Parameters
     ----------
@@ -90,7 +93,7 @@ def joint_functions(
             functions.append(back.T @ P @ back)
         else:
             functions.append(known[end])
-    return functions
+    return float(found[least]), functions
 
 
 def _box(
