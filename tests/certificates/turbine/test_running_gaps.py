@@ -19,7 +19,12 @@ from takagi.certificates.checker import read_text
 from takagi.certificates.checker.turbine.running_loop import (
     carried,
     equations,
+    factors,
+    moving,
     stated,
+)
+from takagi.certificates.checker.turbine.running_loop import (
+    cell as one_cell,
 )
 from takagi.certificates.checker.turbine.running_loop import (
     moving_claim as checked,
@@ -133,6 +138,22 @@ def test_a_cell_gets_the_room_that_entering_it_needs(stored: Stored) -> None:
     assert certified(stored.document, found) == ("PROVED", "PROVED")
 
 
+def test_a_box_is_widened_by_the_moves(stored: Stored) -> None:
+    """By no more than they need; signal and effort lose to a longer side of the schedule wind."""
+    cell, subject = stored.cells[1], stored.subject
+    moves = {"schedule": 0.05, "effort": 0.001}
+    sides = moving_cell.with_moves(subject, cell.winds, cell.sides, cell.ends, moves)
+    at = one_cell.Cell(subject.plant, subject.law, subject.machine, cell.winds, sides)
+    sets = [np.linalg.inv(np.array(moving.in_units(at, P), dtype=np.float64)) for P in cell.ends]
+    for name, (h, bound) in equations.rows(at, factors.factors(at)).items():
+        row = np.array(h, dtype=np.float64)
+        left = float(bound) - max(float(np.sqrt(row @ Q @ row)) for Q in sets)
+        if name in moves:
+            assert moves[name] < left < 1.05 * moves[name]
+        else:
+            assert left > 0
+
+
 def test_the_room_is_what_the_checker_asks_for(stored: Stored) -> None:
     """The checker turns where a set is as far from its bound as the moves are long."""
     given = stored.subject.plant, stored.subject.law, stored.subject.machine
@@ -156,17 +177,21 @@ def test_the_room_is_what_the_checker_asks_for(stored: Stored) -> None:
         assert needing and failing == ([] if enough else needing)
 
 
-def test_a_least_set_has_width_in_pitch_where_nothing_moves_it(stored: Stored) -> None:
-    """At 7 m/s the share of pitch is 0 and the set would have none."""
+def test_a_set_has_width_in_pitch_where_nothing_moves_it(stored: Stored) -> None:
+    """At 7 m/s the share of pitch is 0, and the least set has none: P could not change to one."""
     winds = stored.subject.law.wind
-    k = next(k for k, v in enumerate(winds) if v > 7)
+    low = next(v for v in winds if v > 7)
+    at = (low, low + F("0.05"))
     box = candidate.box_of_size(stored.subject, F(1, 10))
-    posed, why = moving_cell.pose(stored.subject, (winds[k], winds[k] + F("0.05")), box, 0.002)
+    posed, why = moving_cell.pose(stored.subject, at, box, 0.002)
     assert posed is not None, why
-    Q = moving_program.least_set(posed.loops, posed.rows, *moving_cell.USUAL)
-    assert Q is not None
+    least = moving_program.least_set(posed.loops, posed.rows, *moving_cell.USUAL)
+    assert least is not None and np.sqrt(least[equations.P, equations.P]) < 0.01
+    given, why = moving_cell.function_at(stored.subject, [moving_cell.Fitted(at, 0.002, box)])
+    assert given is not None, why
+    found = np.linalg.inv(np.array(given, dtype=np.float64) * np.outer(posed.unit, posed.unit))
     for state in (equations.P, equations.ETA):
-        assert np.sqrt(Q[state, state]) > 0.99 * moving_program.THINNEST
+        assert np.sqrt(found[state, state]) > 0.99 * moving_cell.THINNEST
 
 
 @pytest.mark.slow

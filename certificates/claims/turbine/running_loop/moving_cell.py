@@ -46,6 +46,8 @@ Moves = dict[str, float]
 Cuts = Sequence[float]
 # A box is this much wider than the set in it, and is accepted below this share.
 WIDER, FILLED = 1.15, 0.95
+# The least half width in pitch and in the wake's pitch of a set between cells, in the box's units.
+THINNEST = 0.15
 # How much wider a box is made than the sets at the ends of its cell, the least of that, and by how
 # much the room for moves is larger than the moves.
 CLOSE, LEAST_ROOM, MORE = 1.06, 1.01, 1.03
@@ -248,7 +250,7 @@ def function_at(subject: Subject, around: Sequence[Fitted]) -> tuple[Rows | None
         unit = posed.unit
         loops += posed.loops
         widths.append(posed.rows)
-    Q = least_set(loops, np.vstack(widths), *min(one.pace for one in around))
+    Q = least_set(loops, np.vstack(widths), *min(one.pace for one in around), THINNEST)
     if Q is None or unit is None:
         return None, "no quadratic function was found"
     return in_decimals(np.linalg.inv(Q) / np.outer(unit, unit)), ""

@@ -10,8 +10,8 @@ change is, after a congruence,
 
 with 1/a + 1/b <= 1, which is (a - 1)(b - 1) >= 1.  It is affine in Q, S, a and b.  ``least_set``
 asks for a larger alpha in the first block, by ``faster``: that is left for the change of P with
-the wind.  It also keeps the set ``THINNEST`` wide in pitch and in the wake's pitch.  Where torque
-alone follows the effort nothing moves these two, and a set without width in them would have to grow
+the wind.  It can also keep a least width in pitch and in the wake's pitch.  Where torque alone
+follows the effort nothing moves these two, and a set without width in them would have to grow
 without end up to the wind at which pitch begins.  For given P the claim's inequalities are affine
 in tau, alpha and the weights of the inputs: ``multipliers_of`` finds these.
 Nothing is proved here.
@@ -37,9 +37,6 @@ from takagi.lmi.cone.assemble import Cone
 from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
-
-# The least half width of a set in pitch and in the wake's pitch, in units of the box.
-THINNEST = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +86,11 @@ class _Program:
 
 
 def least_set(
-    loops: Sequence[MovingLoop], sides: Floats, decay: float, faster: float
+    loops: Sequence[MovingLoop],
+    sides: Floats,
+    decay: float,
+    faster: float,
+    thinnest: float = 0.0,
 ) -> Floats | None:
     """Return Q of the set that is least by the sum of its squared widths, or None.
 
@@ -97,6 +98,7 @@ def least_set(
     ----------
     sides : rows h over their bounds, in which the widths are measured.
     decay, faster : alpha, and by how much the first block is asked to decay faster [1/s].
+    thinnest : the least half width in pitch and in the wake's pitch, in units of the states.
     """
     n = sides.shape[1]
     pairs = [(i, j) for j in range(n) for i in range(j + 1)]
@@ -113,7 +115,7 @@ def least_set(
             parts[variable] = np.outer(along, along) / (2 * decay)
         program.below(parts, np.zeros((n + len(loop.outer),) * 2))
     thin = np.zeros(n)
-    thin[[PITCH, ETA]] = THINNEST**2
+    thin[[PITCH, ETA]] = thinnest**2
     program.below({p: -E for p, E in enumerate(basis)}, -np.diag(thin))
     corner = np.diag([1.0, 0.0]), np.diag([0.0, 1.0])
     program.below({one: -corner[0], other: -corner[1]}, np.array([[-1.0, 1.0], [1.0, -1.0]]))

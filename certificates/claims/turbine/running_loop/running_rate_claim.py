@@ -250,7 +250,10 @@ def without_gaps(subject: Subject, cells: list[MovingCell], within: Span) -> lis
     A range that becomes longer needs more room where its cells are entered.
     """
     nodes = [v for v in subject.law.wind if within[0] <= v <= within[1]]
-    for gap in reversed(gaps(cells, (nodes[0], nodes[-1]))):
+    # From the top: a filled gap may leave out a cell below it.
+    while left := [gap for gap in gaps(cells, (nodes[0], nodes[-1])) if gap[1] <= within[1]]:
+        gap = left[-1]
+        within = (within[0], gap[0])
         beside = [float(one.wind_rate) for one in cells if set(one.winds) & set(gap)]
         own = own_cells(subject, gap, max(beside))
         filled = bridged(subject, cells, own, _moves(subject, cells, own)) if own else None
