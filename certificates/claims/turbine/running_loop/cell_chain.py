@@ -18,6 +18,7 @@ from takagi.certificates.checker.turbine.running_loop.signals import Rows
 from takagi.certificates.claims.turbine.running_loop.candidate import Subject
 from takagi.certificates.claims.turbine.running_loop.joint_program import Link, joint_functions
 from takagi.certificates.claims.turbine.running_loop.moving_cell import (
+    GROWTH,
     Fitted,
     Moves,
     in_decimals,
@@ -82,7 +83,7 @@ def _boxed(
     """Return the chain with boxes that hold the sets, and have room for the moves, or None."""
     found = []
     for one, pair in zip(chain, pairwise(functions), strict=True):
-        at = refitted(subject, one.at, pair)
+        at = refitted(subject, one.at, pair, GROWTH)
         try:
             sides = with_moves(subject, at.winds, at.sides, pair, one.moves)
         except Refused:

@@ -262,10 +262,12 @@ def in_decimals(P: Floats) -> Rows:
     return [[decimal((P[i, j] + P[j, i]) / 2) for j in range(n)] for i in range(n)]
 
 
-def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows]) -> Fitted:
+def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows], most: float = np.inf) -> Fitted:
     """Return the cell with a box that holds the sets at both ends, by its present ranges.
 
-    No side grows by more than ``GROWTH``.
+    Parameters
+    ----------
+    most : the largest factor of a side.
     """
     posed, _ = pose(subject, at.winds, at.sides, at.rate, cuts=at.cuts)
     if posed is None:
@@ -275,7 +277,7 @@ def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows]) -> Fitted:
         np.sqrt(np.einsum("ri,ij,rj->r", posed.rows, Q, posed.rows))
         for Q in (np.linalg.inv(np.array(P, dtype=np.float64) * unit) for P in ends)
     ]
-    wider = np.minimum(np.maximum(*filled) * CLOSE, GROWTH)
+    wider = np.minimum(np.maximum(*filled) * CLOSE, most)
     return replace(at, sides=resized(subject, at.sides, posed.by_side(wider)))
 
 
