@@ -7,9 +7,10 @@ a candidate: only the checker's verdict on the file counts.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from takagi.certificates.checker.turbine.running_loop.equations import ETA, P, r
 from takagi.certificates.checker.turbine.running_loop.inputs import Sides, Span
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
 from takagi.certificates.checker.turbine.running_loop.moving import (
+    in_units,
     moving_equations,
     moving_factors,
 )
@@ -38,18 +40,38 @@ from takagi.certificates.claims.turbine.running_loop.moving_program import (
 )
 from takagi.models.arrays import Floats
 
+# By how much a side of the box moves while torque or pitch lag behind the law (``entered_cells``).
+Moves = dict[str, float]
 # Where the side "schedule" is divided, as shares of it from -1 to 1.
 Cuts = Sequence[float]
-# alpha, and the part of it that remains for the change of P with the wind [1/s].
-DECAY, FASTER = 0.012, 0.008
 # A box is this much wider than the set in it, and is accepted below this share.
 WIDER, FILLED = 1.15, 0.95
-# How much wider a box is made than the sets at the ends of its cell.
-CLOSE = 1.06
+# The least half width in pitch and in the wake's pitch of a set between cells, in the box's units.
+THINNEST = 0.15
+# How much wider a box is made than the sets at the ends of its cell, the least of that, and by how
+# much the room for moves is larger than the moves.
+CLOSE, LEAST_ROOM, MORE = 1.06, 1.01, 1.03
 # Repetitions until a box fits its set, and by how much a box may grow in one.
 REPETITIONS, GROWTH = 5, 2.0
 # A side is at least this share of a side of the usual shape, which has the same schedule wind.
 FLATTEST = 0.1
+
+
+class Pace(NamedTuple):
+    """How fast motions must settle [1/s].
+
+    Attributes
+    ----------
+    decay : alpha.
+    faster : what remains of the decay for the change of P with the wind.
+    """
+
+    decay: float
+    faster: float
+
+
+# The second is asked for where the first is not found.
+USUAL, SLOW = Pace(0.012, 0.008), Pace(0.008, 0.004)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +82,22 @@ class Fitted:
     rate: float
     sides: Sides
     cuts: Cuts = ()
+    pace: Pace = USUAL
+
+
+def as_fitted(cell: MovingCell) -> Fitted:
+    """Return a stated cell as one with a rate and a box."""
+    cuts = tuple(float(cut / cell.sides.schedule) for cut in cell.cuts)
+    return Fitted(cell.winds, float(cell.wind_rate), cell.sides, cuts)
 
 
 def fitted(
-    subject: Subject, winds: Span, rate: float, sides: Sides, cuts: Cuts = ()
+    subject: Subject,
+    winds: Span,
+    rate: float,
+    sides: Sides,
+    cuts: Cuts = (),
+    pace: Pace = USUAL,
 ) -> tuple[Fitted | None, str]:
     """Return the cell with a box that fits, from a first box, or None and the reason.
 
@@ -76,14 +110,15 @@ def fitted(
         posed, why = pose(subject, winds, sides, rate, cuts=cuts)
         if posed is None:
             return None, why
-        Q = least_set(posed.loops, posed.rows, DECAY, FASTER)
+        Q = least_set(posed.loops, posed.rows, *pace)
         if Q is None:
             return None, "no quadratic function was found"
         filled = np.sqrt(np.einsum("ri,ij,rj->r", posed.rows, Q, posed.rows))
         if filled.max() <= FILLED:
             # A smaller box has narrower ranges, so the set fits it, too.
             tight = np.minimum(filled * WIDER, 1)
-            return Fitted(winds, rate, resized(subject, sides, posed.by_side(tight)), cuts), ""
+            fit = resized(subject, sides, posed.by_side(tight))
+            return Fitted(winds, rate, fit, cuts, pace), ""
         if filled.max() > 40:
             break
         wider = np.clip(filled * WIDER, 1 / GROWTH, GROWTH)
@@ -107,16 +142,23 @@ def resized(subject: Subject, sides: Sides, factors: Mapping[str, float]) -> Sid
     })  # fmt: skip
 
 
+def enlarged(subject: Subject, sides: Sides, factor: float) -> Sides:
+    """Return the box with every side times a factor."""
+    return resized(subject, sides, {one.name: factor for one in fields(Sides)})
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CellInUnits:
     """A cell in units of the solver: its pieces, its box by rows, and units with pitch in rad.
 
     ``names`` are the sides of the rows; each piece of the schedule wind has a row of each.
+    ``bounds`` are those that the rows are divided by.
     """
 
     loops: list[MovingLoop]
     rows: Floats
     names: list[str]
+    bounds: Floats
     factors: list[list[str]]
     unit: Floats
 
@@ -161,13 +203,14 @@ def pose(
     to_cell[[P, ETA]] = float(cell.b0)
     unit = units(cell) / to_cell if unit is None else unit
     own = unit * to_cell
-    box, names = [], []
+    box, names, bounds = [], [], []
     for part, span in zip(parts, spans, strict=True):
         for name, (h, bound) in rows(part, span).items():
             if bound <= 0:
                 return None, "the ranges are wider than the box"
             box.append(np.array(h, dtype=np.float64) * own / float(bound))
             names.append(name)
+            bounds.append(float(bound))
     loops, factors = [], []
     for part, span in zip(parts, spans, strict=True):
         for held in pieces(part):
@@ -176,7 +219,7 @@ def pose(
             Z = np.array([signals.row(one) for one in signals.outer], dtype=np.float64)
             loops.append(_in_units(F, Z, own, rate))
             factors.append(signals.names)
-    return CellInUnits(loops, np.array(box), names, factors, unit), ""
+    return CellInUnits(loops, np.array(box), names, np.array(bounds), factors, unit), ""
 
 
 def _in_units(F: Floats, Z: Floats, unit: Floats, rate: float) -> MovingLoop:
@@ -207,16 +250,25 @@ def function_at(subject: Subject, around: Sequence[Fitted]) -> tuple[Rows | None
         unit = posed.unit
         loops += posed.loops
         widths.append(posed.rows)
-    Q = least_set(loops, np.vstack(widths), DECAY, FASTER)
+    Q = least_set(loops, np.vstack(widths), *min(one.pace for one in around), THINNEST)
     if Q is None or unit is None:
         return None, "no quadratic function was found"
-    found = np.linalg.inv(Q) / np.outer(unit, unit)
-    n = len(found)
-    return [[decimal((found[i, j] + found[j, i]) / 2) for j in range(n)] for i in range(n)], ""
+    return in_decimals(np.linalg.inv(Q) / np.outer(unit, unit)), ""
 
 
-def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows]) -> Fitted:
-    """Return the cell with a box that holds the sets at both ends, by its present ranges."""
+def in_decimals(P: Floats) -> Rows:
+    """Return a symmetric matrix in decimals."""
+    n = len(P)
+    return [[decimal((P[i, j] + P[j, i]) / 2) for j in range(n)] for i in range(n)]
+
+
+def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows], most: float = np.inf) -> Fitted:
+    """Return the cell with a box that holds the sets at both ends, by its present ranges.
+
+    Parameters
+    ----------
+    most : the largest factor of a side.
+    """
     posed, _ = pose(subject, at.winds, at.sides, at.rate, cuts=at.cuts)
     if posed is None:
         return at
@@ -225,8 +277,32 @@ def refitted(subject: Subject, at: Fitted, ends: tuple[Rows, Rows]) -> Fitted:
         np.sqrt(np.einsum("ri,ij,rj->r", posed.rows, Q, posed.rows))
         for Q in (np.linalg.inv(np.array(P, dtype=np.float64) * unit) for P in ends)
     ]
-    wider = np.maximum(*filled) * CLOSE
-    return Fitted(at.winds, at.rate, resized(subject, at.sides, posed.by_side(wider)), at.cuts)
+    wider = np.minimum(np.maximum(*filled) * CLOSE, most)
+    return replace(at, sides=resized(subject, at.sides, posed.by_side(wider)))
+
+
+def with_moves(
+    subject: Subject, winds: Span, sides: Sides, ends: tuple[Rows, Rows], moves: Moves
+) -> Sides:
+    """Return the box with room for moves beside the sets at both ends, by side.
+
+    Schedule wind, signal and effort: each takes from the bounds of those that come later.
+
+    Raises
+    ------
+    Refused : the checker refuses a cell with such a box.
+    """
+    for name in ("schedule", "signal", "effort"):
+        cell = Cell(subject.plant, subject.law, subject.machine, winds, sides)
+        h, bound = rows(cell, moving_factors(cell))[name]
+        row = np.array(h, dtype=np.float64)
+        sets = (np.linalg.inv(np.array(in_units(cell, P), dtype=np.float64)) for P in ends)
+        reach = max(float(np.sqrt(row @ Q @ row)) for Q in sets)
+        more = max(reach * LEAST_ROOM, reach + MORE * moves.get(name, 0.0)) - float(bound)
+        if more > 0:
+            side = float(getattr(sides, name)) + more
+            sides = replace(sides, **{name: Fraction(f"{side:.5g}")})
+    return sides
 
 
 def stated_cell(

@@ -10,8 +10,11 @@ change is, after a congruence,
 
 with 1/a + 1/b <= 1, which is (a - 1)(b - 1) >= 1.  It is affine in Q, S, a and b.  ``least_set``
 asks for a larger alpha in the first block, by ``faster``: that is left for the change of P with
-the wind.  For given P the claim's inequalities are affine in tau, alpha and the weights of the
-inputs: ``multipliers_of`` finds these.  Nothing is proved here.
+the wind.  It can also keep a least width in pitch and in the wake's pitch.  Where torque alone
+follows the effort nothing moves these two, and a set without width in them would have to grow
+without end up to the wind at which pitch begins.  For given P the claim's inequalities are affine
+in tau, alpha and the weights of the inputs: ``multipliers_of`` finds these.
+Nothing is proved here.
 """
 
 from __future__ import annotations
@@ -22,6 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from takagi.certificates.checker.turbine.running_loop.equations import ETA
+from takagi.certificates.checker.turbine.running_loop.equations import P as PITCH
 from takagi.certificates.claims.turbine.running_loop.cell_program import (
     by_function,
     by_multipliers,
@@ -81,7 +86,11 @@ class _Program:
 
 
 def least_set(
-    loops: Sequence[MovingLoop], sides: Floats, decay: float, faster: float
+    loops: Sequence[MovingLoop],
+    sides: Floats,
+    decay: float,
+    faster: float,
+    thinnest: float = 0.0,
 ) -> Floats | None:
     """Return Q of the set that is least by the sum of its squared widths, or None.
 
@@ -89,6 +98,7 @@ def least_set(
     ----------
     sides : rows h over their bounds, in which the widths are measured.
     decay, faster : alpha, and by how much the first block is asked to decay faster [1/s].
+    thinnest : the least half width in pitch and in the wake's pitch, in units of the states.
     """
     n = sides.shape[1]
     pairs = [(i, j) for j in range(n) for i in range(j + 1)]
@@ -104,7 +114,9 @@ def least_set(
             along = np.concatenate([loop.rates[:, place], loop.outer[:, place]])
             parts[variable] = np.outer(along, along) / (2 * decay)
         program.below(parts, np.zeros((n + len(loop.outer),) * 2))
-    program.below({p: -E for p, E in enumerate(basis)}, np.zeros((n, n)))
+    thin = np.zeros(n)
+    thin[[PITCH, ETA]] = thinnest**2
+    program.below({p: -E for p, E in enumerate(basis)}, -np.diag(thin))
     corner = np.diag([1.0, 0.0]), np.diag([0.0, 1.0])
     program.below({one: -corner[0], other: -corner[1]}, np.array([[-1.0, 1.0], [1.0, -1.0]]))
     widths = np.zeros((len(sides), other + 1))
@@ -141,8 +153,7 @@ def multipliers_of(
     """
     n = len(drift)
     T = np.linalg.inv(np.linalg.cholesky((ends[0] + ends[1]) / 2)).T
-    scales = [_lengths(loop, T) for loop in loops]
-    loops = [_turned(loop, T, scale) for loop, scale in zip(loops, scales, strict=True)]
+    loops, scales = zip(*(turned(loop, T) for loop in loops), strict=True)
     ends, drift = (T.T @ ends[0] @ T, T.T @ ends[1] @ T), T.T @ drift @ T
     counts = [len(loop.outer) for loop in loops]
     starts = 3 + 2 * np.concatenate([[0], np.cumsum(counts)])
@@ -191,14 +202,16 @@ def _lengths(loop: MovingLoop, T: Floats) -> Floats:
     return found
 
 
-def _turned(loop: MovingLoop, T: Floats, scale: Floats) -> MovingLoop:
+def turned(loop: MovingLoop, T: Floats) -> tuple[MovingLoop, Floats]:
+    """Return the piece for states T^-1 xi, with no z longer than 1, and the units of its w."""
+    scale = _lengths(loop, T)
     n, k = len(T), len(scale)
     W = np.zeros((n + 2 + k,) * 2)
     W[:n, :n], W[n : n + 2, n : n + 2] = T, np.eye(2)
     W[n + 2 :, n + 2 :] = np.diag(scale)
     rates: Floats = np.asarray(np.linalg.solve(T, loop.rates @ W), dtype=np.float64)
     outer: Floats = loop.outer @ W / scale[:, None]
-    return MovingLoop(rates, outer, loop.scale)
+    return MovingLoop(rates, outer, loop.scale), scale
 
 
 def _corner(size: int, place: int) -> Floats:

@@ -14,13 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, Protocol
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
-from takagi.certificates.checker.turbine.running_loop.moving_claim import MovingCell
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.claims.turbine.running_loop.candidate import (
     SIZES,
@@ -157,7 +156,12 @@ def _place(cell: StatedCell) -> int:
     return SIZES.index(size_of_box(cell.sides))
 
 
-def joined(cells: Sequence[StatedCell | MovingCell]) -> list[Span]:
+class _OfWinds(Protocol):
+    @property
+    def winds(self) -> Span: ...
+
+
+def joined(cells: Sequence[_OfWinds]) -> list[Span]:
     """Return the ranges of winds that cells cover."""
     found: list[Span] = []
     for low, high in (cell.winds for cell in cells):

@@ -4,7 +4,9 @@ First each cell gets a box and the largest rate of the wind, by steps, for which
 quadratic function fits the box; with ``cuts`` also in pieces of the schedule wind's range.
 Then each end of a cell gets the function that serves the cells on both sides, and each cell the
 largest rate that holds with the functions at its ends.  Where a cell has no function, or a rate
-below ``LEAST_RATE``, the winds are left out, and the wind of the claim stays on one side of them.
+below ``LEAST_RATE``, there is a gap.  Last, gaps are filled where that is found (``bridges``), with
+the rates of the cells beside them as they are.  The wind of the claim stays on one side of a gap
+that remains.
 Nothing is proved here.
 """
 
@@ -18,6 +20,7 @@ from typing import Any
 
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.running_loop.carried import carried_failures
+from takagi.certificates.checker.turbine.running_loop.cell import Cell
 from takagi.certificates.checker.turbine.running_loop.inputs import Sides, Span
 from takagi.certificates.checker.turbine.running_loop.moving_claim import (
     Kept,
@@ -25,14 +28,17 @@ from takagi.certificates.checker.turbine.running_loop.moving_claim import (
     examined,
 )
 from takagi.certificates.checker.turbine.running_loop.signals import Rows
+from takagi.certificates.claims.turbine.running_loop.bridges import apart, bridged, gaps, own_cells
 from takagi.certificates.claims.turbine.running_loop.candidate import Subject, box_of_size
+from takagi.certificates.claims.turbine.running_loop.entered_cells import moves_to_enter, with_room
 from takagi.certificates.claims.turbine.running_loop.moving_cell import (
     Cuts,
     Fitted,
+    Moves,
+    enlarged,
     fitted,
     function_at,
     refitted,
-    resized,
     stated_cell,
 )
 from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
@@ -90,12 +96,20 @@ def running_rate_claim(
     if not cells:
         raise Refused("no quadratic function was found in moving wind")
     nodes = subject.law.wind
+    cells = without_gaps(subject, cells, within or (nodes[0], nodes[-1]))
     del head["decay_rate"]
-    functions = {v: P for cell in cells for v, P in zip(cell.winds, cell.ends, strict=True)}
     return {
         "name": f"running loop in moving wind, {float(nodes[0]):g} to {float(nodes[-1]):g} m/s",
         **head,
         "kind": "running-rate",
+        **stated_cells(cells),
+    }
+
+
+def stated_cells(cells: Sequence[MovingCell]) -> dict[str, Any]:
+    """Return the members ``winds``, ``functions`` and ``cells`` as plain data."""
+    functions = {v: P for cell in cells for v, P in zip(cell.winds, cell.ends, strict=True)}
+    return {
         "winds": [_row(pair) for pair in joined(cells)],
         "functions": [
             {"wind": float(v), "P": [_row(row) for row in functions[v]]} for v in sorted(functions)
@@ -144,17 +158,17 @@ def _fastest(subject: Subject, winds: Span, before: Fitted | None, cuts: Cuts) -
         rate, sides = before.rate, before.sides
     found, _ = fitted(subject, winds, rate, sides)
     while found is None and rate > LEAST_RATE:
-        rate, sides = rate / STEP**2, _times(subject, sides, 1 / STEP**2)
+        rate, sides = rate / STEP**2, enlarged(subject, sides, 1 / STEP**2)
         found, _ = fitted(subject, winds, rate, sides)
     while found is not None:
-        larger, _ = fitted(subject, winds, found.rate * STEP, _times(subject, found.sides, STEP))
+        larger, _ = fitted(subject, winds, found.rate * STEP, enlarged(subject, found.sides, STEP))
         if larger is None:
             break
         found = larger
     if found is None or found.rate < LEAST_RATE:
         return None
     while cuts:
-        sides = _times(subject, found.sides, STEP)
+        sides = enlarged(subject, found.sides, STEP)
         larger, _ = fitted(subject, winds, found.rate * STEP, sides, cuts)
         if larger is None:
             break
@@ -173,17 +187,13 @@ def graded(subject: Subject, cells: Sequence[Fitted]) -> list[Fitted]:
             for other in cells
         ]
         rate = min(near)
-        box = _times(subject, cell.sides, max(rate / cell.rate, 0.3))
+        box = enlarged(subject, cell.sides, max(rate / cell.rate, 0.3))
         at, _ = fitted(subject, cell.winds, rate, box)
         if at is None and cell.cuts:
             at, _ = fitted(subject, cell.winds, rate, box, cell.cuts)
         if at is not None:
             found.append(at)
     return found
-
-
-def _times(subject: Subject, sides: Sides, factor: float) -> Sides:
-    return resized(subject, sides, {one.name: factor for one in fields(Sides)})
 
 
 def runs(cells: Sequence[Fitted]) -> list[list[Fitted]]:
@@ -232,6 +242,42 @@ def caught_up(subject: Subject, cells: Sequence[MovingCell]) -> list[MovingCell]
         if not lag:
             return [one for one, _ in found]
         found = [(one, kept) for one, kept in found if one.winds not in lag]
+
+
+def without_gaps(subject: Subject, cells: list[MovingCell], within: Span) -> list[MovingCell]:
+    """Return the cells with every gap filled for which that is found, as far as ``within``.
+
+    A range that becomes longer needs more room where its cells are entered.
+    """
+    nodes = [v for v in subject.law.wind if within[0] <= v <= within[1]]
+    # From the top: a filled gap may leave out a cell below it.
+    while left := [gap for gap in gaps(cells, (nodes[0], nodes[-1])) if gap[1] <= within[1]]:
+        gap = left[-1]
+        within = (within[0], gap[0])
+        beside = [float(one.wind_rate) for one in cells if set(one.winds) & set(gap)]
+        own = own_cells(subject, gap, max(beside))
+        filled = bridged(subject, cells, own, _moves(subject, cells, own)) if own else None
+        roomy = with_room(subject, filled) if filled else None
+        cells = roomy or apart(subject, cells, own) or cells
+    return cells
+
+
+def _moves(
+    subject: Subject, cells: Sequence[MovingCell], own: Sequence[Fitted]
+) -> dict[Span, Moves]:
+    """Return the room that each cell needs if all of these are found, by its winds."""
+    given = subject.plant, subject.law, subject.machine
+    proved = [Cell(*given, one.winds, one.sides) for one in cells]
+    posed = sorted(
+        [*proved, *(Cell(*given, one.winds, one.sides) for one in own)], key=lambda one: one.winds
+    )
+    found: dict[Span, Moves] = {}
+    for low, high in joined(posed):
+        run = [one for one in posed if low <= one.winds[0] and one.winds[1] <= high]
+        # A cell of a gap has a wider box by itself than it will have.
+        needs = moves_to_enter(run, [one for one in run if one in proved])
+        found |= dict(zip([one.winds for one in run], needs or [{}] * len(run), strict=True))
+    return found
 
 
 def _data(cell: MovingCell) -> dict[str, Any]:
