@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from takagi.certificates.checker import CertificateError, read_text
+from takagi.certificates.checker.files import gain_file
 from takagi.certificates.checker.files.replacements import require_premises
+from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.refusal import OtherGains
+from tests.certificates.pinned.turbine.recorded_files import certificate
 
 PREMISES = [{"name": "z", "expression": "g*sin(x)/x", "lower": 0.42, "upper": 0.5, "unit": "-"}]
 MODEL = {
@@ -91,3 +95,20 @@ def test_another_value_is_refused(formula: str) -> None:
 @pytest.mark.parametrize("formula", ["g + 9e-7", "g - 9e-7"])
 def test_a_millionth_is_allowed(formula: str) -> None:
     require(formula=formula)
+
+
+@pytest.mark.parametrize(("formula", "right"), [("1 - x^2/6", True), ("1.01 - x^2/6", False)])
+def test_a_gain_file_is_refused_with_its_certificate_s_own_wrong_replacement(
+    formula: str, right: bool, tmp_path: Path
+) -> None:
+    """Both say the same, so that no difference is found: what is compared is the premise."""
+    data = certificate("step")
+    entry = {"of": "x", "within": reader.Number("0.001"), "formula": formula}
+    data["controller"]["removable"] = {"z1": [entry]}
+    file = tmp_path / "gains.json"
+    file.write_text(reader.canonical(gain_file.expected_file(data)), encoding="utf-8")
+    if right:
+        assert gain_file.compare_gains(data, file) == ""
+        return
+    with pytest.raises(OtherGains, match="removable.z1"):
+        gain_file.compare_gains(data, file)

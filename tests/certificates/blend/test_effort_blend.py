@@ -164,6 +164,20 @@ def as_a_disturbance(document: Data) -> None:
     embedding["E"][0][0] = "0.001"
 
 
+@pytest.mark.parametrize(("least", "acts"), [("-0.99", True), ("-1", False), ("-1.5", False)])
+def test_an_actuator_acts_with_every_error(least: str, acts: bool) -> None:
+    """Heating moves the plant (1 + error) times as much as told."""
+
+    def wide(document: Data) -> None:
+        signals = document["model"]["disturbances"]
+        next(s for s in signals if s["name"] == "heating_error")["range"] = [least, "0.2"]
+
+    document = changed(wide)
+    assert (verdicts(document)[-1] == "PROVED") is acts
+    assert ("may not act at all" in check_document(document).claims[-1].text) is not acts
+    assert (second(document)[-1] == "PROVED") is acts
+
+
 BROKEN: dict[str, Callable[[Data], None]] = {
     # The secants of a wider hand-over are flatter at the ends: 1/2 -+ ... of the range.
     "a wider overlap": lambda d: blend(d, overlap=0.6),

@@ -204,7 +204,8 @@ def test_a_table_that_is_none_is_refused(
 
 @pytest.mark.parametrize(
     ("winds", "below"), [((11.4, 12.0, 13.0), False), ((11.4, 12.15, 13.0), False),
-                         ((11.4, 12.17, 13.0), True), ((11.4, 13.0), True)]
+                         ((11.4, 12.17, 13.0), True), ((11.4, 13.0), True),
+                         ((10.0, 11.4, 13.0), True)]
 )  # fmt: skip
 def test_the_wake_between_the_winds_of_a_law(
     winds: tuple[float, ...], below: bool, rotor: Document
