@@ -12,7 +12,7 @@ numbers are the file's.  Here they are computed again from the TOML file and its
     the law's rated torque                to 1e-12 of itself; a lower one is reported
 
 With the knots that belong to the table's entries there is one spline through these (Schoenberg and
-Whitney); with more knots it may do anything between them.
+Whitney); with more knots it may have other values between them.
 
 Numbers are read as the decimals that are written; pi is a rational with 50 digits.
 

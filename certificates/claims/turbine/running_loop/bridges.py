@@ -217,8 +217,15 @@ def _joined(
                 return None
             ends[wind] = found
     asked = [
-        *(Asked(as_fitted(one), float(one.decay), KEPT, moves.get(one.winds, {})) for one in left),
+        *_kept(left, moves),
         *(Asked(one, DECAY, STATED, moves.get(one.winds, {})) for one in own),
-        *(Asked(as_fitted(one), float(one.decay), KEPT, moves.get(one.winds, {})) for one in right),
+        *_kept(right, moves),
     ]
     return held(subject, asked, ends, {v: P for v, P in known.items() if v in shared})
+
+
+def _kept(cells: Sequence[MovingCell], moves: Mapping[Span, Moves]) -> list[Asked]:
+    """Return what is asked of proved neighbours: their own decay, and nearly their rates."""
+    return [
+        Asked(as_fitted(one), float(one.decay), KEPT, moves.get(one.winds, {})) for one in cells
+    ]
