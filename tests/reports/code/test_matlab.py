@@ -22,7 +22,7 @@ from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.matlab.target import export
 from takagi.reports.code.program_reading import controller_program
 from takagi.reports.gains_file import dump_gains, gain_file
-from tests.reports.code.test_c_input import every_function
+from tests.reports.code.language_document import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
 from tests.undrawn import undrawn
 

@@ -23,8 +23,8 @@ from takagi.reports.code import (
 from takagi.reports.code.program_reading import controller_program
 from takagi.reports.code.structured_text.block import export, function_block
 from takagi.reports.gains_file import dump_gains, gain_file
+from tests.reports.code.language_document import every_function
 from tests.reports.code.structured_text import FunctionBlock
-from tests.reports.code.test_c_input import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
 
 NAN = math.nan
