@@ -12,7 +12,11 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
-from takagi.certificates.checker.replay.claim_kinds import KINDS, replay
+from takagi.certificates.checker.replay.claim_kinds import (
+    KINDS,
+    refuse_removed_kinds,
+    replay,
+)
 
 FORMAT, VERSION = "takagi-certificate", 1
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
@@ -78,6 +82,7 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
         if text(hashes, part, "provenance.sha256") != reader.digest(data.get(part)):
             why = f"the {part} changed after the certificate was made (the hash differs)"
             raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
+    refuse_removed_kinds(data.get("claims"))
 
 
 def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
