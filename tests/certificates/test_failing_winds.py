@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.models import Interval
-from takagi.models.loops.effort_sharing import LoopCell
+from takagi.models.laws.effort_sharing import LoopCell
 
 
 def cell(
@@ -34,9 +34,6 @@ def cell(
         effectiveness_slope=none,
         reference_slope=none,
         lag_disturbance=none,
-        speed=Interval.of("1.2"),
-        torque=Interval.of("40000"),
-        pitch=Interval.of("0"),
         pitch_rate=none,
     )
 
