@@ -1,4 +1,4 @@
-"""docs/weights.md: every kind of claim against every kind of weights, theorem or refusal."""
+"""docs/blends.md: every kind of claim against every kind of weights, theorem or refusal."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ unstable at x = 6.5.)
 
 
 def page() -> str:
-    """Return docs/weights.md."""
+    """Return docs/blends.md."""
     columns = COLUMNS[:-1]
     lines = [f"| kind | {' | '.join(columns)} |", "|---" * (len(columns) + 1) + "|"]
     for kind, cells in CELLS.items():

@@ -1,4 +1,4 @@
-"""Every kind of claim against every kind of weights: what docs/weights.md says of both checkers."""
+"""Every kind of claim against every kind of weights: what docs/blends.md says of both checkers."""
 
 from __future__ import annotations
 
