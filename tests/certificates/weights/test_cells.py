@@ -42,7 +42,7 @@ def cells() -> Iterator[tuple[str, str, str]]:
 
 
 def test_the_page_is_what_the_generator_gives() -> None:
-    assert table().page() == (DOCS / "weights.md").read_text(encoding="utf-8")
+    assert table().page() == (DOCS / "blends.md").read_text(encoding="utf-8")
 
 
 def test_every_kind_has_a_row() -> None:
