@@ -31,12 +31,6 @@ if TYPE_CHECKING:
     from takagi.models.files.library import built_in_models as built_in_models
     from takagi.models.intervals.interval import Interval as Interval
     from takagi.models.loading import load_model as load_model
-    from takagi.models.loops.secant.embedding import SecantRegion as SecantRegion
-    from takagi.models.loops.secant.embedding import secant_embedding as secant_embedding
-    from takagi.models.loops.secant.feedback import Feedback as Feedback
-    from takagi.models.loops.secant.feedback import blended_feedback as blended_feedback
-    from takagi.models.loops.secant.feedback import product_memberships as product_memberships
-    from takagi.models.loops.secant.matrices import SecantEmbedding as SecantEmbedding
     from takagi.models.plant.entries import plant_file_schema as plant_file_schema
     from takagi.models.plant.plant import Plant as Plant
     from takagi.models.plant.variables import Output as Output
@@ -64,4 +58,4 @@ if TYPE_CHECKING:
     from takagi.models.turbine.wind_observer import WindObserver as WindObserver
     from takagi.models.turbine.wind_observer import wind_observer_model as wind_observer_model
 
-__getattr__, __dir__ = lazy_names(__name__, Region="SecantRegion")
+__getattr__, __dir__ = lazy_names(__name__)
