@@ -53,8 +53,6 @@ CELLS = MappingProxyType(
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
         "running-loop": OTHER,
-        "running-rate": OTHER,
-        "schedule-rate": OTHER,
         "turbine-crossing": OTHER,
         "turbulence-speed": OTHER,
     }
@@ -81,7 +79,7 @@ missed, and leaves `sector-embedding` open.
 """
 
 NOTES = """
-The last ten kinds are about a turbine's model, which no certificate of a plant has;
+The kinds with "another model" are about a turbine, which no certificate of a plant has;
 `quadratic-decay` and `no-common-quadratic` hold their own matrices.
 
 Consider a law with different gains whose weights depend on its own input. It would need its command
