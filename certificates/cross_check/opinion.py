@@ -77,8 +77,6 @@ WITH_OBSERVER = (
     "running-loop",
     "running-rate",
     "schedule-rate",
-    "turbine-crossing",
-    "turbulence-speed",
 )
 # Claims about a turbine's loop whose conditions are implemented here.
 OF_TURBINES = ("coherent-loop", "equilibrium", *RESTING, *WITH_OBSERVER)
@@ -242,16 +240,6 @@ def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
         from takagi.certificates.cross_check.turbine.scheduled.scheduled_loop import scheduled_loop
 
         return scheduled_loop(claim, document)
-    if kind == "turbine-crossing":
-        from takagi.certificates.cross_check.turbine.linear.turbine_crossing import turbine_crossing
-
-        return turbine_crossing(claim, document)
-    if kind == "turbulence-speed":
-        from takagi.certificates.cross_check.turbine.overspeed.seldom_reached import (
-            seldom_reached,
-        )
-
-        return seldom_reached(claim, document)
     from takagi.certificates.cross_check.turbine.running.moving_loop import moving_loop
 
     return moving_loop(claim, document)

@@ -17,8 +17,6 @@ from takagi.cli.options.claim_options import (
     OF_CLAIMS,
     MovingWind,
     MovingWindAboveRated,
-    Turbulence,
-    turbulence_class,
 )
 from takagi.cli.options.filter_options import (
     OF_FILTERS,
@@ -177,7 +175,6 @@ def turbine_claims(
     equilibrium_wake: EquilibriumWake = False,
     moving_wind: MovingWind = False,
     moving_wind_above_rated: MovingWindAboveRated = False,
-    turbulence: Turbulence = None,
 ) -> None:
     """Declare the plants and winds that claims are about: only the signature is read."""
 
@@ -255,7 +252,6 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
         uncertainty=covered,
         moving_wind=bool(given["moving_wind"]),
         moving_wind_above_rated=bool(given["moving_wind_above_rated"]),
-        turbulence=turbulence_class(given["turbulence"]),
     )
     check_limits(turbine, asked)
     return asked

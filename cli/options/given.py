@@ -17,7 +17,6 @@ _OF_GIVEN_GAINS = (
     "equilibrium_wake",
     "moving_wind",
     "moving_wind_above_rated",
-    "turbulence",
     "choice",
     "solve_rest",
     "sample_time",

@@ -197,14 +197,6 @@ def _crossing(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "horizon", "s", larger=True)
 
 
-def _exceeded(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(
-        claim, "probability", "-", larger=False, name="probability of reaching the speed"
-    )
-    yield from _of(claim, "speed", "rad/s", larger=False, name="speed that is seldom reached")
-    yield from _of(claim, "horizon", "s", larger=True)
-
-
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
     model = document["model"]
     if model.get("kind") == "plant":
@@ -262,11 +254,6 @@ def _schedule_rate(claim: Data, document: Data) -> Iterator[Found]:
     )
 
 
-def _turbine_crossing(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "probability", "-", larger=False, name="probability of overspeed")
-    yield from _of(claim, "horizon", "s", larger=True, name="time it is for")
-
-
 def _boxes(claim: Data) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
     cells: list[Data] = [{"wind": cell["wind"], **cell["sides"]} for cell in claim["cells"]]
     return _spans(cells, "estimate")
@@ -315,8 +302,6 @@ _READINGS: dict[str, Reading] = {
     "running-loop": _running_loop,
     "running-rate": _running_rate,
     "schedule-rate": _schedule_rate,
-    "turbine-crossing": _turbine_crossing,
-    "turbulence-speed": _exceeded,
 }
 # Members that bound a disturbance; which of them are present is a part of the question.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")
@@ -328,8 +313,6 @@ _QUESTIONS = {
     "peak": ("disturbance", "output"),
     "exit-probability": ("disturbance", "noise", "start"),
     "crossing-probability": ("disturbance", "noise", "row", "limit"),
-    "turbine-crossing": ("wind", "turbulence", "overspeed", "uncertainty"),
-    "turbulence-speed": ("wind", "least_estimate"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

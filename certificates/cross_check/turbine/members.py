@@ -13,11 +13,11 @@ from typing import Any
 
 from takagi.certificates.cross_check.kernel.reading import Refusal, entry
 
-_SEEN = """
+_FAMILY = """
+    winds uncertainty.inertia uncertainty.wake_length
     observer.l1 observer.l2 observer.wind_limits measurement.speed_filter
     measurement.torsion_filter.frequency measurement.torsion_filter.passed
 """
-_FAMILY = f"winds uncertainty.inertia uncertainty.wake_length {_SEEN}"
 _CELL = """
     cells.wind cells.multipliers.* cells.sides.speed cells.sides.measured cells.sides.pitch
     cells.sides.signal cells.sides.estimate cells.sides.measured_rate cells.sides.innovation
@@ -48,17 +48,6 @@ _WORDS = {
     "running-loop": f"decay_rate cells.P {_FAMILY} {_CELL} {_AT_WIND}",
     "running-rate": f"cells.schedule_cuts {_FAMILY} {_CELL} {_AT_WIND} {_MOVING}",
     "schedule-rate": f"cells.sides.wind cells.sides.drive {_FAMILY} {_CELL} {_MOVING}",
-    "turbine-crossing": f"""
-        wind overspeed horizon probability cuts C {_SEEN}
-        turbulence.deviation turbulence.rate turbulence.rotor_time
-        uncertainty.inertia uncertainty.speed_damping uncertainty.pitch_effectiveness
-        uncertainty.wake_of_pitch uncertainty.wake_of_wind uncertainty.wake_length
-    """,
-    "turbulence-speed": """
-        wind.mean wind.deviation wind.rate highest_wind least_estimate speed window horizon
-        probability uncertainty.inertia uncertainty.torque_excess measurement.speed_filter
-        measurement.torsion_filter.frequency measurement.torsion_filter.passed
-    """,
 }
 _Path = tuple[str, ...]
 # The parts that a claim is about.  The content of the model's files (``model_file``, or in early

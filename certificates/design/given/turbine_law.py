@@ -149,7 +149,6 @@ def certify_law(
     controller: Mapping[str, Any] | None = None,
     moving_wind: bool = False,
     moving_wind_above_rated: bool = False,
-    turbulence: str | None = None,
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:
     """Return the certificate of a given law on a turbine, and the checker's verdict.
@@ -163,7 +162,6 @@ def certify_law(
     moving_wind : whether that loop is claimed in moving wind, too.
     moving_wind_above_rated : whether it is claimed about its schedule wind, too, in wind that moves
         faster.
-    turbulence : the class of turbulence of claims about that loop, linearised; None makes none.
     tell : called with a word on progress.
 
     Raises
@@ -195,7 +193,6 @@ def certify_law(
         controller=controller,
         moving_wind=moving_wind,
         moving_wind_above_rated=moving_wind_above_rated,
-        turbulence=turbulence,
         tell=tell,
     )
     return document, check_document(document)

@@ -11,8 +11,6 @@ from takagi.certificates.design.claim_summary import (
     claim_summary,
     kept_in_moving_wind,
     running_loop_summary,
-    seldom_reached,
-    turbulence_summary,
 )
 from takagi.models.laws.law_words import law_words
 from takagi.reports.figures.captioned_figure import captioned_figure
@@ -178,8 +176,6 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
         ),
         *_with_observer(design),
         *_in_moving_wind(design),
-        *_in_turbulence(design),
-        *_in_low_wind(design),
         *_actuators(design),
         (
             "Uncertainty",
@@ -237,34 +233,6 @@ def _in_moving_wind(design: TurbineDesign) -> list[tuple[str, str, str]]:
             f"{one.schedule[0]:g} to {one.schedule[1]:g} m/s, with the observer and its filters",
         )
         for one in kept_in_moving_wind(design)
-    ]
-
-
-def _in_turbulence(design: TurbineDesign) -> list[tuple[str, str, str]]:
-    """Return what is proved of the linear loop in turbulence, one row for each mean wind."""
-    return [
-        (
-            f"Turbulence at {one.wind:g} m/s",
-            f"\u2264 {rounded_bounds.at_most(one.probability, 2)}",
-            f"probability that the speed of the loop linearised at this wind leaves its reference "
-            f"by {rounded_bounds.at_most(100 * one.overspeed)} % of rated speed within "
-            f"{at_least(one.horizon)} s",
-        )
-        for one in turbulence_summary(design)
-    ]
-
-
-def _in_low_wind(design: TurbineDesign) -> list[tuple[str, str, str]]:
-    """Return what is proved of the nonlinear loop in turbulence, one row for each mean wind."""
-    return [
-        (
-            f"Turbulence at {one.wind:g} m/s, nonlinear loop",
-            f"\u2264 {rounded_bounds.at_most(one.probability, 2)}",
-            f"probability that the rotor reaches {rounded_bounds.at_most(100 * one.share, 4)} % of "
-            f"rated speed within {at_least(one.horizon)} s, whatever the wind estimate, without "
-            "delay of the wake",
-        )
-        for one in seldom_reached(design)
     ]
 
 

@@ -88,8 +88,6 @@ EVIDENCE: dict[str, Data] = {
     "running-loop": {},
     "running-rate": {},
     "schedule-rate": {},
-    "turbine-crossing": {},
-    "turbulence-speed": {},
 }
 # Asked of the plant by itself: with gains it would be refused for another reason.
 LAWLESS = {("fuzzy-decay", "secants"), ("fuzzy-l2-gain", "secants"), ("observer", "secants")}

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from takagi.certificates.checker.turbine.members import Members, plain
 
-FILTERED: Members = {
-    "measurement": {"speed_filter": {}, "torsion_filter": plain("frequency passed")}
+FAMILY: Members = {
+    "winds": {},
+    "uncertainty": plain("inertia wake_length"),
+    "observer": plain("l1 l2 wind_limits"),
+    "measurement": {"speed_filter": {}, "torsion_filter": plain("frequency passed")},
 }
-OBSERVED: Members = {"observer": plain("l1 l2 wind_limits"), **FILTERED}
-FAMILY: Members = {"winds": {}, "uncertainty": plain("inertia wake_length"), **OBSERVED}
 MOVING: Members = {**FAMILY, "functions": plain("wind P")}
 # The readers of ``multipliers`` refuse a name that is not a factor's.
 CELL: Members = {"wind": {}, "multipliers": None}
