@@ -5,7 +5,6 @@
     files/, expressions/    what model files share; expressions as text
     equations/, sector/     the plant about its equilibrium; symbolic sector nonlinearity
     intervals/, splines/, ranges/    interval arithmetic; spline surfaces; rigorous ranges
-    reduction/              fewer rules with a proved error; a box cut into cells
     ramps/, blending/       one quantity handed over to another; two actuators that share one effort
     laws/                   controller laws as values; closed loops as families of matrices
     turbine/, simulation/   wind turbines; the nonlinear plant and the loop in time
@@ -40,16 +39,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.cell import Cell as Cell
     from takagi.models.ranges.domain import Domain as Domain
     from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
-    from takagi.models.reduction.box_refinement import refine as refine
-    from takagi.models.reduction.cell_models import CellModels as CellModels
-    from takagi.models.reduction.cell_models import ModelCell as ModelCell
-    from takagi.models.reduction.error_bound import ErrorBound as ErrorBound
-    from takagi.models.reduction.norm_block import NormBlock as NormBlock
-    from takagi.models.reduction.reduced_model import MergedModel as MergedModel
-    from takagi.models.reduction.reduced_model import ReducedModel as ReducedModel
-    from takagi.models.reduction.rule_tensor import mode_spectrum as mode_spectrum
-    from takagi.models.reduction.tensor_reduction import reduce_rules as reduce_rules
-    from takagi.models.reduction.vertex_merging import merge_vertices as merge_vertices
     from takagi.models.sector.model import rule_count as rule_count
     from takagi.models.sector.model import sector_model as sector_model
     from takagi.models.sector.rule_counting import RuleCount as RuleCount

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
-from takagi.cli.options.claim_options import turbulence_class
 from takagi.cli.options.design_options import TURBINE_OPTIONS, design_settings
 from takagi.cli.options.given import Groups, as_typed
 from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
@@ -46,13 +45,12 @@ class TurbineMaker:
         margins = self._margins(turbine, settings)
 
         def work(noted: Tell) -> TurbineDesign | NoDesign:
-            from takagi.certificates.design.claim_summary import not_kept_above_rated
             from takagi.certificates.design.turbine.design import design_turbine
 
             if margins is None:
                 notes = _stability(turbine, settings, noted)
                 made = design_turbine(turbine, settings, files=files, tell=noted)
-                return replace(made, notes=(*notes, *not_kept_above_rated(made.document)))
+                return replace(made, notes=notes)
             from takagi.reports.margins.kept_margins import NoMargins, settings_with_margins
 
             given = [name for name, value in self.asked.items() if value not in (None, False)]
@@ -60,8 +58,7 @@ class TurbineMaker:
             if isinstance(found, NoMargins):
                 return NoDesign(found.reason)
             made = design_turbine(turbine, found.settings, files=files, tell=noted)
-            missing = not_kept_above_rated(made.document)
-            return replace(made, notes=(*found.notes, *missing))
+            return replace(made, notes=found.notes)
 
         return self._answered(work, tell)
 
@@ -92,7 +89,6 @@ class TurbineMaker:
         controller = read_observer(gains)
         uncertainty = uncertainty_asked(**{name: self.asked[name] for name in OF_UNCERTAINTY})
         files = self.source.files
-        rough = turbulence_class(self.asked["turbulence"])
 
         def work(noted: Tell) -> CertifiedLaw:
             made = certify_law(
@@ -101,9 +97,6 @@ class TurbineMaker:
                 uncertainty=uncertainty,
                 files=files,
                 controller=controller,
-                moving_wind=bool(self.asked["moving_wind"]),
-                moving_wind_above_rated=bool(self.asked["moving_wind_above_rated"]),
-                turbulence=rough,
                 tell=noted,
             )
             return CertifiedLaw(*made)

@@ -26,7 +26,7 @@ from takagi.certificates.checker.turbine.published import inputs as published
 from takagi.certificates.cross_check import Refusal, loads, opinion
 from takagi.certificates.cross_check.turbine import members as second
 from takagi.certificates.cross_check.turbine import numbers as second_numbers
-from tests.certificates.pinned.turbine import inputs
+from tests.certificates.recorded import inputs
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
 
@@ -39,8 +39,6 @@ PLACES = {
 }
 # Members that some claims leave out.
 OPTIONAL: dict[str, set[Way]] = {
-    "turbine-crossing": {("cuts",)},
-    "running-rate": {("cells", "schedule_cuts")},
     "actuator-rates": {("wind_rate",)},
     "paper-loop": {("unproved", "wind"), ("unproved", "reason")},
 }
@@ -59,7 +57,7 @@ def listed(kind: str) -> dict[str, first.Members]:
 def claims() -> dict[str, Any]:
     """Return a claim of every kind that takagi wrote."""
     found: dict[str, Any] = {}
-    for name in inputs._INPUTS["certificates"]:
+    for name in inputs.LAWS:
         for claim in inputs.document(name)["claims"]:
             found.setdefault(claim["kind"], claim)
     for kind in sorted(set(PLACES) - set(found)):
@@ -128,31 +126,31 @@ def test_a_further_member_is_refused_at_every_place(kind: str, value: Any) -> No
 
 
 def test_a_name_with_a_dot_is_a_name() -> None:
-    claim = deepcopy(claims()["turbulence-speed"])
-    claim["wind.mean"] = 3.0
+    claim = deepcopy(claims()["running-loop"])
+    claim["observer.l1"] = 3.0
     with pytest.raises(CertificateError, match="not known"):
-        first.refuse_further(listed("turbulence-speed"), claim, "claim")
+        first.refuse_further(listed("running-loop"), claim, "claim")
     with pytest.raises(Refusal, match="no condition"):
-        second.no_other_members(claim, "turbulence-speed")
+        second.no_other_members(claim, "running-loop")
 
 
 # In whole files.
 
-SPEED = {
+FURTHER = {
     "an uncertainty that another claim has": ("uncertainty", "power_coefficient", [0.9, 1.2]),
     "an uncertainty without a meaning": ("uncertainty", "torque_lag", 0.3),
     "a third number of the band-stop": ("measurement", "torsion_filter", "order", 4),
     "a further filter": ("measurement", "notch", 5.0),
-    "a number of the wind": ("wind", "shear", 0.2),
+    "a side of a cell": ("cells", 0, "sides", "shear", 0.2),
     "a number of the claim": ("delay", 0.5),
 }
 
 
-@pytest.mark.parametrize("name", SPEED)
+@pytest.mark.parametrize("name", FURTHER)
 def test_a_file_with_it_is_refused(name: str) -> None:
     """With a ``controller`` whose filters have the further number, too."""
-    document = json.loads(next(recorded("turbulence-speed"))[1])
-    *way, last, value = SPEED[name]
+    document = json.loads(next(recorded("running-loop"))[1])
+    *way, last, value = FURTHER[name]
     owners = [document["claims"][0], document["controller"]]
     for owner in owners if way[:1] == ["measurement"] else owners[:1]:
         at = owner
@@ -164,7 +162,7 @@ def test_a_file_with_it_is_refused(name: str) -> None:
 
 def test_a_file_without_a_controller_is_refused() -> None:
     """Then nothing else says that the filters of the claim are all filters."""
-    document = json.loads(next(recorded("turbulence-speed"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     del document["controller"]
     document["claims"][0]["measurement"]["notch"] = 5.0
     assert verdicts(document) == ("refused", "refused")
@@ -173,7 +171,7 @@ def test_a_file_without_a_controller_is_refused() -> None:
 @pytest.mark.parametrize(
     "place", [("claims", 0, "observer"), ("claims", 0, "uncertainty")], ids=str
 )
-@pytest.mark.parametrize("kind", ["turbine-crossing", "schedule-rate"])
+@pytest.mark.parametrize("kind", ["running-loop"])
 def test_an_observer_with_a_further_gain_is_refused(kind: str, place: tuple[Any, ...]) -> None:
     document = json.loads(next(recorded(kind))[1])
     at = document
@@ -206,7 +204,7 @@ def test_both_checkers_know_the_same_members_of_turbine_law_and_observer() -> No
     ids=str,
 )
 def test_a_further_member_beside_the_claims_is_refused(way: Way) -> None:
-    document = json.loads(next(recorded("turbine-crossing"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     assert verdicts(document) == ("PROVED", "PROVED")
     at = document
     for key in way[:-1]:
@@ -217,7 +215,7 @@ def test_a_further_member_beside_the_claims_is_refused(way: Way) -> None:
 
 @pytest.mark.parametrize("units", ["SI, angles in deg", None, 1])
 def test_other_units_are_refused(units: Any) -> None:
-    document = json.loads(next(recorded("turbulence-speed"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     document["model"]["units"] = units
     assert verdicts(document) == ("refused", "refused")
     del document["model"]["units"]
@@ -227,7 +225,7 @@ def test_other_units_are_refused(units: Any) -> None:
 @pytest.mark.parametrize("name", ["paper", "paper-two-integrators"])
 def test_a_published_law_has_the_listed_members(name: str) -> None:
     """The second checker has no reading of a published law."""
-    data = inputs.read(name)
+    data = inputs.read_law(name)
     law = data["gains"]
     places = [way for way, _ in objects(law)]
     assert ("partial", "premises") in places
@@ -254,7 +252,7 @@ def _with(law: Any, region: str, name: str, ends: tuple[str, str] | None) -> Any
 @pytest.mark.parametrize("region", ["partial", "full"])
 def test_a_premise_has_a_range_in_floats(region: str) -> None:
     """In a program one whose ends are one float has the weight 0, whatever its value."""
-    law = inputs.read("paper")["gains"]
+    law = inputs.read_law("paper")["gains"]
     near, one = ("0.25", "0.250000000000001"), ("0.25", "0.25000000000000000001")
     published.PublishedLaw.read(_with(law, region, "a", near))
     with pytest.raises(CertificateError, match="premises: the numbers must increase"):
@@ -264,7 +262,7 @@ def test_a_premise_has_a_range_in_floats(region: str) -> None:
 @pytest.mark.parametrize("region", ["partial", "full"])
 def test_a_law_states_all_its_premises(region: str) -> None:
     """A program adds up the gains of all rules: without d those of both corners of d."""
-    law = inputs.read("paper")["gains"]
+    law = inputs.read_law("paper")["gains"]
     with pytest.raises(CertificateError, match="'d' is missing"):
         published.PublishedLaw.read(_with(law, region, "d", None))
 
@@ -275,7 +273,7 @@ def test_a_law_states_all_its_premises(region: str) -> None:
 )
 def test_winds_of_the_law_differ_as_floats(wind: str, read: bool) -> None:
     """At the tables' end a program would divide by the width of an empty interval."""
-    document = json.loads(next(recorded("turbulence-speed"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     law = document["gains"]
     for name in set(effort_sharing.LAW) & {key for key in law if isinstance(law[key], list)}:
         law[name].append(law[name][-1])
