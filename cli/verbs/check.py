@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.errors import MISUSE, PROVED, UNPROVED
 from takagi.cli.progress import progress
-from takagi.cli.terminal.claim_lines import claim_lines
+from takagi.cli.terminal.lines import claim_lines
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
