@@ -6,8 +6,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kinds.crossing_probability import Crossing
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.deviations import deviations
+from takagi.certificates.checker.words.loop_words import about, deviations
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 
