@@ -23,15 +23,6 @@ STATED = {
 }
 
 
-def positive_sides(cell: Any, names: Iterable[str], where: str) -> list[Fraction]:
-    """Return the sides of a cell's box; refuses one that is not positive."""
-    stated, place = member(cell, "sides", where), f"{where}.sides"
-    values = [number(stated, name, place) for name in names]
-    if min(values) <= 0:
-        raise CertificateError(f"{place}: every side must be positive")
-    return values
-
-
 @dataclass(frozen=True)
 class Sides:
     """The box of one cell: bounds of the deviations from the rest, all positive.
@@ -61,7 +52,11 @@ class Sides:
     @classmethod
     def read(cls, cell: Any, where: str) -> Sides:
         """Return the box; refuses a side that is not positive."""
-        return cls(*positive_sides(cell, cls.__dataclass_fields__, where))
+        stated, place = member(cell, "sides", where), f"{where}.sides"
+        values = [number(stated, name, place) for name in cls.__dataclass_fields__]
+        if min(values) <= 0:
+            raise CertificateError(f"{place}: every side must be positive")
+        return cls(*values)
 
 
 @dataclass(frozen=True)
