@@ -27,7 +27,6 @@ from takagi.certificates.cross_check.kernel.reading import (
     whole,
 )
 from takagi.certificates.cross_check.loop import (
-    crossing,
     decay,
     disturbed,
     fuzzy,
@@ -56,7 +55,6 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "h2-norm": disturbed.h2_norm,
     "peak": disturbed.peak,
     "exit-probability": noisy.exit_probability,
-    "crossing-probability": crossing.crossing_probability,
     "invariant-ellipsoid": disturbed.invariant_ellipsoid,
     "input-limits": limits.input_limits,
     "observer": observing.observer,

@@ -28,7 +28,6 @@ CELLS = MappingProxyType(
         "h2-norm": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
         "peak": THEOREM,
         "exit-probability": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
-        "crossing-probability": ("open (14)",) * 5,
         "sampled-loop": THEOREM,
         "fuzzy-decay": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
         "observer": ("theorem (6)", "theorem (6)", PROVED, PROVED, "refused (7)"),
@@ -123,10 +122,6 @@ unstable at x = 6.5.)
 12. A certificate has no name for the slope of a table.
 13. For a plant with `[reference]`, which is a secant embedding with one gain, it is a theorem,
    because it compares two states by slopes and needs no weights.
-14. Left open: the claim is about a linear loop with constant weights. White noise drives a loop out
-   of the box in which its model is a plant, and a plant's weights move. Without box, with premises
-   that are no signals, and with one gain or gains with the model's weights, it is a theorem for
-   constant weights, which the verdict names.
 
 [Claims](claims.md) and the docstring of each kind have the theorems.
 """

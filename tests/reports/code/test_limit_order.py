@@ -46,7 +46,7 @@ def file_of(kind: str) -> Document:
 
 @pytest.fixture(scope="module")
 def turbine() -> Document:
-    return file_of("turbulence-speed")
+    return file_of("running-loop")
 
 
 REVERSED: dict[str, tuple[str, Document]] = {
@@ -123,7 +123,7 @@ def test_the_command_line_says_which_entry(
 )
 def test_a_law_is_refused(change: dict[str, float], words: str) -> None:
     """So for ``takagi certify --gains`` and ``takagi simulate --gains``, which read the law."""
-    data = read_text(next(recorded("turbulence-speed"))[1], "certificate")
+    data = read_text(next(recorded("running-loop"))[1], "certificate")
     law = effort_sharing_law_from_data(data["gains"])
     with pytest.raises(ModelError, match=f"{words} were given; the lower one must not be above"):
         replace(law, **change)  # type: ignore[arg-type]
