@@ -77,7 +77,7 @@ WITH_OBSERVER = (
     "schedule-rate",
 )
 # Claims about a turbine's loop whose conditions are implemented here.
-OF_TURBINES = ("coherent-loop", "equilibrium", *RESTING, *WITH_OBSERVER)
+OF_TURBINES = ("coherent-loop", *RESTING, *WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
@@ -297,10 +297,6 @@ def obligations(
         from takagi.certificates.cross_check.turbine.loop_claim import effort_sharing_loop
 
         return effort_sharing_loop(claim, model, gains)
-    if kind == "equilibrium":
-        from takagi.certificates.cross_check.turbine.equilibrium import equilibrium
-
-        return equilibrium(claim, model, gains)
     return None
 
 

@@ -48,7 +48,6 @@ CELLS = MappingProxyType(
         "no-common-quadratic": ("disproof",) * 5,
         "coherent-loop": OTHER,
         "paper-loop": OTHER,
-        "equilibrium": OTHER,
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
         "running-loop": OTHER,

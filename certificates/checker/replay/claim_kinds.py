@@ -40,7 +40,6 @@ KINDS = {
 OWN_READING = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
     "paper-loop": "turbine.published.loop_claim.check_published",
-    "equilibrium": "turbine.equilibria.equilibrium_claim.check_equilibrium",
     "effort-blend": "plant.effort_blend.check_effort_blend",
     "sector-embedding": "plant.sector_embedding.check_embedding",
     "secant-embedding": "plant.secant_embedding.check_secant_embedding",
@@ -65,6 +64,7 @@ RESTING = {
 NO_LONGER_READ = frozenset(
     {
         "crossing-probability",
+        "equilibrium",
         "turbine-crossing",
         "turbulence-speed",
     }

@@ -57,7 +57,6 @@ ASSUMED = {
     "running-loop": RUNNING,
     "running-rate": MOVING,
     "schedule-rate": AT_SCHEDULE,
-    "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 
 

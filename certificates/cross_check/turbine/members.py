@@ -44,7 +44,6 @@ _WORDS = {
         loop wind_rate torque_step
         cells.pitch_rate cells.signal_rate cells.torque_rate cells.schedule_bend
     """,
-    "equilibrium": "cells.wind cells.rests",
     "running-loop": f"decay_rate cells.P {_FAMILY} {_CELL} {_AT_WIND}",
     "running-rate": f"cells.schedule_cuts {_FAMILY} {_CELL} {_AT_WIND} {_MOVING}",
     "schedule-rate": f"cells.sides.wind cells.sides.drive {_FAMILY} {_CELL} {_MOVING}",

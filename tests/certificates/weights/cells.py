@@ -80,7 +80,6 @@ EVIDENCE: dict[str, Data] = {
     "no-common-quadratic": {"A": [[[1]]], "decay_rate": 1, "multiplier_factors": [[[1]]]},
     "coherent-loop": SET,
     "paper-loop": SET,
-    "equilibrium": SET,
     "wind-rate": {"loop": 0},
     "actuator-rates": {"loop": 0},
     "running-loop": {},
