@@ -71,11 +71,7 @@ RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
 # Claims that also read the gain file's observer and filters, from the member ``controller``.
-WITH_OBSERVER = (
-    "running-loop",
-    "running-rate",
-    "schedule-rate",
-)
+WITH_OBSERVER = ("running-loop",)
 # Claims about a turbine's loop whose conditions are implemented here.
 OF_TURBINES = ("coherent-loop", *RESTING, *WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
@@ -201,7 +197,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         if unread:
             yield str(kind), _abstained(unread)
         elif kind in WITH_OBSERVER:
-            yield str(kind), _with_observer(claim, str(kind), document)
+            yield str(kind), _with_observer(claim, document)
         elif kind in RESTING:
             yield str(kind), _resting(claim, str(kind), document)
         else:
@@ -228,19 +224,11 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
             raise Refusal("a law with outputs has neither a blend nor references")
 
 
-def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
+def _with_observer(claim: Any, document: Any) -> Obligations:
     """Return the conditions of a claim about the loop with its observer."""
-    if kind == "running-loop":
-        from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
+    from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
 
-        return running_loop(claim, document)
-    if kind == "schedule-rate":
-        from takagi.certificates.cross_check.turbine.scheduled.scheduled_loop import scheduled_loop
-
-        return scheduled_loop(claim, document)
-    from takagi.certificates.cross_check.turbine.running.moving_loop import moving_loop
-
-    return moving_loop(claim, document)
+    return running_loop(claim, document)
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:

@@ -13,11 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.options.claim_options import (
-    OF_CLAIMS,
-    MovingWind,
-    MovingWindAboveRated,
-)
 from takagi.cli.options.filter_options import (
     OF_FILTERS,
     SpeedFilter,
@@ -173,8 +168,6 @@ def turbine_claims(
     inertia: Inertia = None,
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
-    moving_wind: MovingWind = False,
-    moving_wind_above_rated: MovingWindAboveRated = False,
 ) -> None:
     """Declare the plants and winds that claims are about: only the signature is read."""
 
@@ -203,7 +196,6 @@ _OF_EFFORT_SHARING = (
     *_OF_GAINS,
     "margins",
     *OF_UNCERTAINTY,
-    *OF_CLAIMS,
     *OF_EFFORT_SHARING,
     *OF_FILTERS,
     *OF_SYNTHESIS,
@@ -250,8 +242,6 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
         asked,
         effort=effort,
         uncertainty=covered,
-        moving_wind=bool(given["moving_wind"]),
-        moving_wind_above_rated=bool(given["moving_wind_above_rated"]),
     )
     check_limits(turbine, asked)
     return asked

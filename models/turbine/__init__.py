@@ -6,7 +6,6 @@ aerodynamics, trim   rotor torque, power, thrust; steady operation over wind
 partial_load, full_load, regional_model    the regional models, and what they share
 operating_band, torque_secants, torque_slope    where they hold; secants and slopes of the torque
 wind_observer        the wind observer: for design, and to run
-wind_estimators      a Kalman filter and an immersion-and-invariance estimator, for comparison
 """
 
 from __future__ import annotations
@@ -35,9 +34,5 @@ if TYPE_CHECKING:
     from takagi.models.turbine.trim import optimal_torque_constant as optimal_torque_constant
     from takagi.models.turbine.trim import rated_wind as rated_wind
     from takagi.models.turbine.trim import reference_speed as reference_speed
-    from takagi.models.turbine.wind_estimators import (
-        ImmersionInvarianceEstimator as ImmersionInvarianceEstimator,
-    )
-    from takagi.models.turbine.wind_estimators import KalmanWindFilter as KalmanWindFilter
 
 __getattr__, __dir__ = lazy_names(__name__, Baseline="BaselineController")

@@ -51,8 +51,6 @@ OWN_READING = {
 # Claims that also read the file's member ``controller``: they get the whole file.
 WHOLE_FILE = {
     "running-loop": "turbine.running_loop.running_claim.check_running_loop",
-    "running-rate": "turbine.running_loop.moving_claim.check_running_rate",
-    "schedule-rate": "turbine.scheduled_loop.schedule_claim.check_schedule_rate",
 }
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {
@@ -61,14 +59,14 @@ RESTING = {
 }
 
 # Kinds that earlier versions read and this one does not, and the last commit that reads them all.
-NO_LONGER_READ = frozenset(
-    {
-        "crossing-probability",
-        "equilibrium",
-        "turbine-crossing",
-        "turbulence-speed",
-    }
-)
+NO_LONGER_READ = frozenset({
+    "crossing-probability",
+    "equilibrium",
+    "running-rate",
+    "schedule-rate",
+    "turbine-crossing",
+    "turbulence-speed",
+})  # fmt: skip
 LAST_READER = "1e325e61"
 
 

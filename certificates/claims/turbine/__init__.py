@@ -11,7 +11,6 @@ actuator_rates         how fast pitch and torque move
 published              the loop with a published law, over a grid of overlaps
 published_search       its cells: a centre, a box and a P for each
 running_loop           the loop with its observer and filters, at constant winds
-scheduled_loop         that loop about its schedule wind, above rated wind, in moving wind
 """
 
 from __future__ import annotations
@@ -34,9 +33,6 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.turbine.largest_wind_error import (
         EffortSharingCandidate as EffortSharingCandidate,
     )
-    from takagi.certificates.claims.turbine.loop_claims import moving_claim as moving_claim
-    from takagi.certificates.claims.turbine.loop_claims import schedule_claim as schedule_claim
-    from takagi.certificates.claims.turbine.loop_claims import schedule_claims as schedule_claims
     from takagi.certificates.claims.turbine.published import (
         PublishedCandidate as PublishedCandidate,
     )
