@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from takagi.certificates.equilibrium import EquilibriumCell
 from takagi.models import ModelError
 from takagi.reports.figures import (
     BodeLine,
@@ -27,7 +26,6 @@ from takagi.reports.figures import (
     bode_figure,
     cells_figure,
     decimate,
-    equilibria_figure,
     figure_to_pdf,
     figure_to_png,
     figure_to_svg,
@@ -44,7 +42,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAKERS: dict[str, Callable[[], Figure]] = {}
-UNKNOWN = EquilibriumCell((3.0, 25.0), "unknown", "too close to call")
 
 
 def maker(make: Callable[[], Figure]) -> Callable[[], Figure]:
@@ -129,15 +126,6 @@ def overlaps() -> Figure:
     rows = [OverlapRow("0.1 rad/s, 2000 N m (chosen)", ((3, 10), (10.4, 25)), ((10, 10.4),))]
     rows += [OverlapRow("0.05 rad/s, 1000 N m", windows[:k], windows[k:]) for k in range(7, -1, -1)]
     return overlaps_figure(rows, wind=(3, 25))
-
-
-@maker
-def rests() -> Figure:
-    """Every answer, beside a gap and a range that is not known."""
-    found = ("one at the trim", "one", "one off the trim", "none", "several", "continuum")
-    cells = [EquilibriumCell((3.0 + 3 * k, 6.0 + 3 * k), words) for k, words in enumerate(found)]
-    gap = [EquilibriumCell((3.0, 11.0), "one"), EquilibriumCell((11.1, 20.0), "none")]
-    return equilibria_figure({"coherent": cells, "paper, placement 1": gap, "other": [UNKNOWN]})
 
 
 @maker
@@ -261,15 +249,6 @@ def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
     np.testing.assert_allclose(ends, [(3, 10), (10.4, 25), (10, 10.4)])
 
 
-def test_a_range_that_is_not_known_stays_white() -> None:
-    """Six answers in the legend, eight bars: nothing is drawn for what no proof was found for."""
-    figure = rests()
-
-    assert [text.get_text() for text in figure.legends[0].get_texts()][-1] == "continuum"
-    assert len(figure.legends[0].get_texts()) == 6
-    assert len(figure.axes[0].patches) == 8
-
-
 @pytest.mark.slow
 def test_pdf_carries_no_date_and_is_repeatable() -> None:
     """LaTeX input that changes on each build cannot be compared."""
@@ -360,7 +339,6 @@ def misuse(case: str) -> None:
             [1, 2], [True, True], decay_rate=[1], wind_rate=[1], overspeed=[1]
         ),
         "c_P": lambda: power_surface_figure([1, 2], [1, 2, 3], np.zeros((2, 3))),
-        "no loop": lambda: equilibria_figure({"paper": []}),
         "points": lambda: decimate([1.0], [1.0], points=2),
         "both must be": lambda: decimate([1.0, 2.0], [1.0]),
     }
@@ -383,7 +361,6 @@ def misuse(case: str) -> None:
         "it must increase",
         "bound n cells",
         "c_P",
-        "no loop",
         "points",
         "both must be",
     ],

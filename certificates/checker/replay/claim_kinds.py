@@ -27,7 +27,6 @@ KINDS = {
     "l2-gain": "kinds.l2_gain.check_l2_gain",
     "h2-norm": "kinds.h2_norm.check_h2_norm",
     "exit-probability": "kinds.exit_probability.check_exit_probability",
-    "crossing-probability": "kinds.crossing_probability.check_crossing_probability",
     "peak": "kinds.peak.check_peak",
     "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
     "input-limits": "kinds.input_limits.check_input_limits",
@@ -41,7 +40,6 @@ KINDS = {
 OWN_READING = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
     "paper-loop": "turbine.published.loop_claim.check_published",
-    "equilibrium": "turbine.equilibria.equilibrium_claim.check_equilibrium",
     "effort-blend": "plant.effort_blend.check_effort_blend",
     "sector-embedding": "plant.sector_embedding.check_embedding",
     "secant-embedding": "plant.secant_embedding.check_secant_embedding",
@@ -53,8 +51,6 @@ OWN_READING = {
 # Claims that also read the file's member ``controller``: they get the whole file.
 WHOLE_FILE = {
     "running-loop": "turbine.running_loop.running_claim.check_running_loop",
-    "turbine-crossing": "turbine.linear_loop.crossing_claim.check_turbine_crossing",
-    "turbulence-speed": "turbine.overspeed.speed_claim.check_turbulence_speed",
 }
 # Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
 RESTING = {

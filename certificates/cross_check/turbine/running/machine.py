@@ -69,13 +69,12 @@ def box(cell: Any) -> dict[str, fmpq]:
     return sides
 
 
-def same_controller(
-    claim: Any, document: Any, parts: tuple[str, ...] = ("observer", "measurement")
-) -> bool:
+def same_controller(claim: Any, document: Any) -> bool:
     """Return whether observer and filters are those of the file's controller, if there is one."""
     if not isinstance(document, dict) or document.get("controller") is None:
         return True
     own = document["controller"]
+    parts = ("observer", "measurement")
     return all(_numbers(claim, part) == _numbers(own, part) for part in parts)
 
 
