@@ -6,7 +6,6 @@ filters, so that it can be read without the file; the checker compares them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
