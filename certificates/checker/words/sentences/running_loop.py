@@ -9,7 +9,7 @@ from typing import Any
 
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
-from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import squared_reaches
 from takagi.certificates.checker.turbine.wind_intervals import gaps
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
