@@ -6,7 +6,7 @@
 Every plant of tests/lmi/fixed_order/compleib.json gets ``hinf_fixed_order`` of order 0 at default
 options.  Its loop is certified, and both checkers decide.  HIFOO's norm is the smaller one of its
 published and its run, see tests/lmi/fixed_order/plants.py.  The table is put between the two marks
-of docs/fixed-order.md: some ten minutes.
+of docs/output-feedback.md: some ten minutes.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "fixed-order.md"
+PAGE = ROOT / "docs" / "output-feedback.md"
 BEGIN, END = "<!-- begin table -->\n", "<!-- end table -->\n"
 HEAD = (
     "| plant | n, m, p | HIFOO published | HIFOO run | takagi, proved | ratio "

@@ -1,7 +1,7 @@
 r"""The published laws and the effort-sharing (coherent) law, evaluated at many states at once.
 
 Both are read from plain data, as a certificate holds it, and written from the formulas: the
-published law's from docs/ledger.md,
+published law's from docs/laws.md,
 
     u_1 = -k^b_w e + k^b_I x_b,    u_2 = -k^c_w e - k^c_p beta + k^c_I x_c
     T = phi(u_1) held to 0..T_rated,    beta_ref = f_1(omega) u_2 within the pitch range

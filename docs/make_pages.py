@@ -18,7 +18,7 @@ PAGES = {
     "conditions.md": page.page,
     "published.md": published.page,
     "pendulum.md": pendulum.page,
-    "weights.md": weights.page,
+    "blends.md": weights.page,
     "architecture.md": rooms.page,
     "figures/rooms.svg": rooms.picture,
 }

@@ -306,7 +306,7 @@ PROBLEMS = (
         name="compleib-sof",
         asks="least H-infinity norm by static output feedback, 46 plants of COMPleib",
         source="Tran Dinh, Gumussoy, Michiels, Diehl (2012), IEEE TAC 57(6), the column of HIFOO",
-        published="46 norms, [beside ours](fixed-order.md#comparison-with-hifoo)",
+        published="46 norms, [beside ours](output-feedback.md#comparison-with-hifoo)",
         found="each within 5 %, proved",
         tests=(
             "test_static_output_feedback_is_as_good_as_hifoos",

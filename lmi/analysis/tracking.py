@@ -12,7 +12,7 @@ sum.  Two objectives:
     error    least eta with [[P, c_k], [c_k', eta]] >= 0: the error c_k' z on the set
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3, by the triangle inequality in
-the norm of P instead of the S-procedure; see ``docs/tracking.md``.
+the norm of P instead of the S-procedure; see ``docs/plant-theorems.md``.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def tracking_condition(
         unknowns=(P, eta),
         lmis=tuple(lmis),
         objective={"eta": unit},
-        source="docs/tracking.md",
+        source="docs/plant-theorems.md",
     )
 
 

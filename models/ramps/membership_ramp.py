@@ -6,7 +6,7 @@ With s = (x - start)/width held to [0, 1]:
     smooth   w_2 = 3 s^2 - 2 s^3      0 <= dw_2/dx <= 3/(2 width)  (C1)
 
 The published law names the pair and its overlap but not its shape, nor where it lies relative to
-rated speed; both are parameters here, and the ledger records that.
+rated speed; both are parameters here, and docs/laws.md says so.
 """
 
 from __future__ import annotations

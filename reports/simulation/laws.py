@@ -27,12 +27,12 @@ LAW_NAMES: Mapping[str, str] = MappingProxyType(
             "the published law with its one integrator for both regions: near rated wind it can "
             "rest only with too much pitch and too little torque, and the blending adds pitch gain "
             "that its regional gains do not know of, so that pitch oscillates on this plant "
-            "(docs/ledger.md, what follows from the readings)"
+            "(docs/laws.md, how the published law was read)"
         ),
         "paper-two-integrators": (
             "the published law with an integrator for each region: above rated wind it rests at a "
             "small overspeed that both carry, and the pitch gain that the blending adds excites "
-            "the tower, which its design does not know (docs/ledger.md)"
+            "the tower, which its design does not know (docs/laws.md)"
         ),
         "baseline": (
             "the reference's own controller: K omega^2 torque and scheduled PI pitch, constant "

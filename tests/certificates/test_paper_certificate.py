@@ -142,7 +142,7 @@ def _rate(law: PublishedLaw, wind: float, z: Any) -> Any:
 def test_no_equilibrium_no_proof() -> None:
     """With f_1 = 0 at rated speed the shared integrator has no equilibrium above rated wind.
 
-    Source: docs/ledger.md, "One integrator, no placement", placement 1.
+    Source: docs/laws.md, "One integrator", placement 1.
     """
     law = make_law("paper", placement=1.0)
     found = published_candidate(law, winds=[(15.0, 15.1)])

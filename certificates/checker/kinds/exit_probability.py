@@ -23,7 +23,7 @@ The matrix is affine in (A, D, S), and tr(S'PS) is convex in S.  So the tested b
 all weights that do not depend on future noise.  {V <= 1} must lie in the model's box.  Noise is not
 bounded, so it must have no range in the box and occur in no premise; the plant is affine in it.
 If S differs between the rules, the stochastic integral is that of Ito.  Theorem and proof:
-docs/exit-probability.md.
+docs/plant-theorems.md.
 
 Evidence: ``disturbance`` as in ``disturbance_channel``; for each disturbance ``noise``, the root of
 its intensity (two-sided spectral density), and ``disturbance_bounds`` (left out where all are 0);

@@ -35,7 +35,7 @@ Then, for z = X - Xhat(s(t)):
 (c) After a jump of r from rest, |z|_P <= e/alpha + sum_j d_j |jump_j|.  The state is in the set if
     this bound is at most R.
 
-Proof in ``docs/tracking.md``.
+Proof in ``docs/plant-theorems.md``.
 """
 
 from __future__ import annotations

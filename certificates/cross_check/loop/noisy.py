@@ -19,7 +19,7 @@ convex in (A, D, S), so mixtures suffice.  From V = v0 the maximal inequality gi
 
     Prob(V reaches 1 by T) <= (exp(k v0) + T max g) / exp(k).
 
-Source: derived from the formulas of docs/exit-probability.md; Kushner (1967), recalled.
+Source: derived from the formulas of docs/plant-theorems.md; Kushner (1967), recalled.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ so by Banach's theorem it has one rest, and h = r there.  Decided in this order:
 5. the set about Xhat(s) is in the ranges of states and inputs, at every corner of s
 6. the rows of xi_j have at most the norm that is claimed
 
-Written from ``docs/tracking.md``.
+Written from ``docs/plant-theorems.md``.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # Problems that are solved where no decay rate is asked for, and for the largest one.
 RATES, SEARCHED = 8, 20
-# Measured (docs/many-rules.md): seconds for a problem, for an inequality in it, for an inequality
+# Measured (docs/plants.md): seconds for a problem, for an inequality in it, for an inequality
 # times unknowns times entries, and for the proof of an inequality; then MB at the start, and MB for
 # the same product.
 FIXED, EACH, SOLVED, PROVED = 0.3, 4e-3, 5e-6, 0.05

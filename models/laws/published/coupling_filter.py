@@ -19,7 +19,7 @@ Beyond the premise's range ([., T_max] or [., T_top]) the weights are held at th
 torque limit at T_max then limits the torque.
 
 Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, section "Fuzzy-Blending of
-Control Regions"; the variants are readings of it, see docs/ledger.md.
+Control Regions"; the variants are readings of it, see docs/laws.md.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ with a plus; the regional sign is taken.  The triple sum over rules is the same 
 lists its N_a N_b N_c terms, and ``rule_memberships`` their weights.
 
 Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, section "Fuzzy-Blending of
-Control Regions"; readings in docs/ledger.md.
+Control Regions"; readings in docs/laws.md.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ filter of the effort-sharing law acts on the wind estimate instead.  Where omega
 the wind (region 2) or constant (1.5, 2.5, 3) the two are the same.
 
 Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, which names the filter and
-does not specify it; docs/ledger.md, reading 13.
+does not specify it; docs/laws.md.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ where the segment is short.
 The field is affine in two numbers: phi'(u_1), and 0 or 1 for pitch held at its limit or not. The
 hull over the ends of both is tighter than one range for all. ``Corner`` picks an end of each.
 
-Source: Schulte (2024), section "Fuzzy-Blending of Control Regions"; readings in docs/ledger.md.
+Source: Schulte (2024), section "Fuzzy-Blending of Control Regions"; readings in docs/laws.md.
 """
 
 from __future__ import annotations

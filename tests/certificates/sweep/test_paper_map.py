@@ -66,7 +66,7 @@ def test_a_point_is_the_direct_certification(name: PublishedLawName) -> None:
 def test_sides_of_a_threshold() -> None:
     """A steeper ramp is proved on smaller sets, until none of those tried contracts.
 
-    The loop is stable where it rests on both sides (docs/ledger.md, "One integrator"): what ends
+    The loop is stable where it rests on both sides (docs/laws.md, "One integrator"): what ends
     is the size of the set, and the reason says so.
     """
     law, winds = make_law("paper"), [(12.0, 12.004)]
@@ -87,7 +87,7 @@ def test_sides_of_a_threshold() -> None:
 def test_no_equilibrium_is_a_reason() -> None:
     """With f_1 = 0 at rated speed nothing rests above rated wind; below it the point holds.
 
-    Source: docs/ledger.md, "One integrator, no placement", placement 1.
+    Source: docs/laws.md, "One integrator", placement 1.
     """
     found = overlap_point(make_law("paper", placement=1.0), winds=WINDS, **OVERLAPS)
     assert found["verdict"] == "PARTLY" and found["proved_windows"] == 1

@@ -1,4 +1,4 @@
-"""Every kind of claim against every kind of weights: what docs/weights.md says of both checkers."""
+"""Every kind of claim against every kind of weights: what docs/blends.md says of both checkers."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def cells() -> Iterator[tuple[str, str, str]]:
 
 
 def test_the_page_is_what_the_generator_gives() -> None:
-    assert table().page() == (DOCS / "weights.md").read_text(encoding="utf-8")
+    assert table().page() == (DOCS / "blends.md").read_text(encoding="utf-8")
 
 
 def test_every_kind_has_a_row() -> None:

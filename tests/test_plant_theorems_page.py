@@ -1,4 +1,4 @@
-"""docs/exit-probability.md does what it says: its code prints what is shown."""
+"""docs/plant-theorems.md does what it says: its code prints what is shown."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.test_lmi_guide import blocks, printed
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "exit-probability.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "plant-theorems.md"
 
 
 def test_every_block_prints_what_the_page_shows() -> None:
@@ -15,4 +15,4 @@ def test_every_block_prints_what_the_page_shows() -> None:
     for block in found:
         assert printed(block, names) == (block.shown or ""), f"line {block.line}"
 
-    assert len(found) == 1
+    assert len(found) == 2
