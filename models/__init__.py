@@ -5,7 +5,6 @@
     files/, expressions/    what model files share; expressions as text
     equations/, sector/     the plant about its equilibrium; symbolic sector nonlinearity
     intervals/, splines/, ranges/    interval arithmetic; spline surfaces; rigorous ranges
-    reduction/              fewer rules with a proved error; a box cut into cells
     ramps/, blending/       one quantity handed over to another; two actuators that share one effort
     laws/, loops/           controller laws as values; closed loops as families of matrices
     turbine/, simulation/   wind turbines; the nonlinear plant and the loop in time
@@ -32,12 +31,6 @@ if TYPE_CHECKING:
     from takagi.models.files.library import built_in_models as built_in_models
     from takagi.models.intervals.interval import Interval as Interval
     from takagi.models.loading import load_model as load_model
-    from takagi.models.loops.secant.embedding import SecantRegion as SecantRegion
-    from takagi.models.loops.secant.embedding import secant_embedding as secant_embedding
-    from takagi.models.loops.secant.feedback import Feedback as Feedback
-    from takagi.models.loops.secant.feedback import blended_feedback as blended_feedback
-    from takagi.models.loops.secant.feedback import product_memberships as product_memberships
-    from takagi.models.loops.secant.matrices import SecantEmbedding as SecantEmbedding
     from takagi.models.plant.entries import plant_file_schema as plant_file_schema
     from takagi.models.plant.plant import Plant as Plant
     from takagi.models.plant.variables import Output as Output
@@ -46,16 +39,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.cell import Cell as Cell
     from takagi.models.ranges.domain import Domain as Domain
     from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
-    from takagi.models.reduction.box_refinement import refine as refine
-    from takagi.models.reduction.cell_models import CellModels as CellModels
-    from takagi.models.reduction.cell_models import ModelCell as ModelCell
-    from takagi.models.reduction.error_bound import ErrorBound as ErrorBound
-    from takagi.models.reduction.norm_block import NormBlock as NormBlock
-    from takagi.models.reduction.reduced_model import MergedModel as MergedModel
-    from takagi.models.reduction.reduced_model import ReducedModel as ReducedModel
-    from takagi.models.reduction.rule_tensor import mode_spectrum as mode_spectrum
-    from takagi.models.reduction.tensor_reduction import reduce_rules as reduce_rules
-    from takagi.models.reduction.vertex_merging import merge_vertices as merge_vertices
     from takagi.models.sector.model import rule_count as rule_count
     from takagi.models.sector.model import sector_model as sector_model
     from takagi.models.sector.rule_counting import RuleCount as RuleCount
@@ -75,4 +58,4 @@ if TYPE_CHECKING:
     from takagi.models.turbine.wind_observer import WindObserver as WindObserver
     from takagi.models.turbine.wind_observer import wind_observer_model as wind_observer_model
 
-__getattr__, __dir__ = lazy_names(__name__, Region="SecantRegion")
+__getattr__, __dir__ = lazy_names(__name__)

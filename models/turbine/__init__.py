@@ -7,7 +7,6 @@ partial_load, full_load, regional_model    the regional models, and what they sh
 operating_band, torque_secants, torque_slope    where they hold; secants and slopes of the torque
 turbulence           the rotor-effective wind as a Gaussian process
 wind_observer        the wind observer: for design, and to run
-wind_estimators      a Kalman filter and an immersion-and-invariance estimator, for comparison
 """
 
 from __future__ import annotations
@@ -38,9 +37,5 @@ if TYPE_CHECKING:
     from takagi.models.turbine.trim import reference_speed as reference_speed
     from takagi.models.turbine.turbulence import CLASS_B as CLASS_B
     from takagi.models.turbine.turbulence import RotorWind as RotorWind
-    from takagi.models.turbine.wind_estimators import (
-        ImmersionInvarianceEstimator as ImmersionInvarianceEstimator,
-    )
-    from takagi.models.turbine.wind_estimators import KalmanWindFilter as KalmanWindFilter
 
 __getattr__, __dir__ = lazy_names(__name__, Baseline="BaselineController")

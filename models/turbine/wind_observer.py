@@ -172,8 +172,8 @@ class WindObserver:
         """Return (omegahat', vhat') for measured speed [rad/s], pitch [rad] and torque [N m].
 
         torque is the generator's, on the high-speed shaft.  vhat' is zero where it would push
-        vhat further past a limit.  A reading that is not a finite number moves nothing.  ``doubts``
-        says where else the rate is not the one of the error system.
+        vhat further past a limit.  A reading that is not a finite number moves nothing.  Outside
+        the coefficient table its edge is taken: there the rate is not that of the error system.
         """
         if not math.isfinite(rotor_speed + pitch + torque):
             return np.zeros(2)
@@ -189,33 +189,6 @@ class WindObserver:
         if (state[1] <= low and wind_rate < 0) or (state[1] >= high and wind_rate > 0):
             wind_rate = 0.0
         return np.array([balance / turbine.inertia + self.l1 * error, wind_rate])
-
-    def doubts(
-        self, state: Floats, rotor_speed: float, pitch: float, torque: float
-    ) -> tuple[str, ...]:
-        """Return why a finite estimate may be wrong at these readings; () without a reason.
-
-        Named are a reading that is not finite, a tip-speed ratio or pitch outside the
-        coefficient table (its edge is taken), pitch beyond its limits, an estimate at a limit, and
-        a rotor that stalls: there more wind gives less torque.
-        """
-        if not math.isfinite(rotor_speed + pitch + torque):
-            return ("a reading is no finite number: the estimate stands",)
-        turbine, wind, (low, high) = self.turbine, self.wind_estimate(state), self.limits
-        ratio, surface = rotor_speed * turbine.rotor_radius / wind, turbine.torque
-        found = []
-        for name, value, (first, last) in (
-            ("tip-speed ratio is outside its table", ratio, surface.x_range),
-            ("pitch is outside its table", pitch, surface.y_range),
-            ("pitch is outside its limits", pitch, (turbine.pitch_min, turbine.pitch_max)),
-        ):
-            if not first <= value <= last:
-                found.append(f"{name}: {value:.9g}, not in {first:.6g} to {last:.6g}")
-        if not low < float(state[1]) < high:
-            found.append(f"the estimate is held at its limit, {wind:.6g} m/s")
-        if float(rotor_torque_gradient(turbine, rotor_speed, pitch, wind, clip=True)[2]) <= 0:
-            found.append(f"more wind than {wind:.6g} m/s gives no more torque: the rotor stalls")
-        return tuple(found)
 
 
 def _weakest_wind(band: OperatingBand, speed_setpoint: float | None) -> float:

@@ -17,9 +17,12 @@ from takagi.certificates.checker.arithmetic.interval import Interval, enclose
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant import ranges
+from takagi.certificates.checker.plant.evaluate import Evaluator
+from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.graph import Graph
+from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.words.ellipsoid_size import _determinant
 from takagi.certificates.document import certificate_document
-from tests.certificates.pinned.texts import same, within
 
 Exact = tuple[Fraction, tuple[Fraction, ...]]
 
@@ -92,6 +95,19 @@ def test_the_size_of_an_ellipsoid_rests_on_the_determinant() -> None:
 # ------------------------------------------------------------------ identities
 
 
+def graph_of(text: str) -> tuple[Graph, int]:
+    """Return the graph of an expression in x and y, and its node."""
+    graph = Graph()
+    scope = Scope({name: graph.variable(name) for name in "xy"}, {})
+    return graph, read_expression(text, graph, scope, "here")
+
+
+def same(first: str, second: str) -> bool:
+    """Return whether the difference of two texts is shown to be zero."""
+    graph, difference = graph_of(f"({first}) - ({second})")
+    return Algebra(graph, {}).equal(difference, graph.constant(0))
+
+
 def test_an_angle_with_large_multiples_is_not_doubled() -> None:
     """sin(x/y) is 40 times the unit that sin(x/40y) brings, and is taken whole then."""
     rest = "sin(x/(40*y))"
@@ -147,15 +163,25 @@ def test_slopes_at_a_point_are_exact_to_a_few_units() -> None:
 # ------------------------------------------------------------------ how long a bound may take
 
 
+def boxes_of_a_sine() -> int:
+    """Prove 0.84 <= sin(x)/x <= 1 over [-1, 1]; return how many boxes that took."""
+    graph, root = graph_of("sin(x)/x")
+    one = Fraction(1)
+    evaluator = Evaluator(graph, {}, {"x": (-one, one)})
+    search = ranges.Ranges(evaluator, Algebra(graph, {}), {"x": enclose(-one, one)})
+    search.prove_within(root, Fraction("0.84"), one, "it")
+    return search.boxes
+
+
 @pytest.mark.parametrize("name", ["MOST_BOXES", "MOST_IN_ALL"])
 def test_a_bound_is_given_up_after_so_many_boxes(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Either limit ends the search: that of one bound, and that of all bounds together."""
-    boxes, _ = within("sin(x)/x", "0.84", "1", x="-1 1")
+    boxes = boxes_of_a_sine()
     monkeypatch.setattr(ranges, name, boxes)
-    assert within("sin(x)/x", "0.84", "1", x="-1 1")[0] == boxes
+    assert boxes_of_a_sine() == boxes
 
     monkeypatch.setattr(ranges, name, boxes - 1)
     with pytest.raises(Refused, match="not shown to stay in its bounds"):
-        within("sin(x)/x", "0.84", "1", x="-1 1")
+        boxes_of_a_sine()

@@ -13,7 +13,7 @@ from takagi.certificates.checker.files import gain_file
 from takagi.certificates.checker.files.replacements import require_premises
 from takagi.certificates.checker.kernel import reader
 from takagi.certificates.checker.kernel.refusal import OtherGains
-from tests.certificates.pinned.turbine.recorded_files import certificate
+from tests.certificates.recorded.inputs import of_model
 
 PREMISES = [{"name": "z", "expression": "g*sin(x)/x", "lower": 0.42, "upper": 0.5, "unit": "-"}]
 MODEL = {
@@ -102,7 +102,7 @@ def test_a_gain_file_is_refused_with_its_certificate_s_own_wrong_replacement(
     formula: str, right: bool, tmp_path: Path
 ) -> None:
     """Both say the same, so that no difference is found: what is compared is the premise."""
-    data = certificate("step")
+    data = of_model("step")
     entry = {"of": "x", "within": reader.Number("0.001"), "formula": formula}
     data["controller"]["removable"] = {"z1": [entry]}
     file = tmp_path / "gains.json"

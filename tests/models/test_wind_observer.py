@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -98,6 +99,36 @@ def test_estimate_is_held_at_its_limits() -> None:
     assert watch.initial_state(1.2, 40.0)[1] == 20.0
     assert watch.state_rate(np.array([1.0, 20.0]), 1.2, 0.3, 43e3)[1] == 0.0
     assert watch.state_rate(np.array([1.4, 20.0]), 1.2, 0.3, 43e3)[1] < 0
+
+
+@pytest.mark.parametrize(
+    ("speed", "pitch", "torque"),
+    [
+        (1.2, nrel5mw().pitch_min - 1e-6, 40e3),
+        (1.2, -3.0, 40e3),
+        (1.2, 3.0, 40e3),
+        (0.0, 0.0, 0.0),
+        (-0.5, 0.0, 0.0),
+        (0.4, 0.0, 43e3),
+        (5.0, 0.0, 0.0),
+        (1.2, 0.2, 0.0),
+        (math.nan, 0.0, 40e3),
+        (1.2, math.nan, 40e3),
+        (1.2, 0.0, math.inf),
+    ],
+)
+def test_estimate_stays_finite_on_bad_readings(speed: float, pitch: float, torque: float) -> None:
+    """Two minutes of a bad reading leave a finite state, from which the estimate comes back."""
+    turbine, watch, at = nrel5mw(), observer(), trim(nrel5mw(), 12.0)
+    held = float(rotor_torque(turbine, at.rotor_speed, at.pitch, 12.0)) / turbine.gear_ratio
+    state = watch.initial_state(at.rotor_speed, 12.0)
+    for _ in range(2400):
+        state = state + 0.05 * watch.state_rate(state, speed, pitch, torque)
+        assert np.all(np.isfinite(state))
+    for _ in range(4800):
+        state = state + 0.05 * watch.state_rate(state, at.rotor_speed, at.pitch, held)
+
+    assert watch.wind_estimate(state) == pytest.approx(12.0, abs=0.05)
 
 
 def test_bands_without_a_positive_slope_are_refused() -> None:

@@ -6,6 +6,7 @@ On the coarser grid of intervals a bracket that is off by a million units would 
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from functools import partial
 
 import pytest
@@ -13,7 +14,6 @@ from flint import arb, ctx
 
 from takagi.certificates.checker.arithmetic import elementary, exponential, logarithm
 from takagi.certificates.checker.arithmetic.exponential import FINE
-from tests.certificates.pinned.shapes import fine
 
 Point = Callable[[int], tuple[int, int]]
 SMALL = "0 1e-47 1e-40 1e-24 1e-12 0.001 0.03 0.0625 0.1 1/3 0.5 0.7071 0.9 0.999 0.9999999999"
@@ -35,6 +35,11 @@ POSITIVE: list[tuple[str, Point, Callable[[arb], arb], str]] = [
     ("acosh", logarithm.acosh_at, arb.acosh, f"{LARGE} 1e30"),
     ("cosh", logarithm._cosh_at, arb.cosh, f"{SMALL} {LARGE}"),
 ]
+
+
+def fine(value: str) -> int:
+    """Return a number over 10^48, rounded down."""
+    return int(Fraction(value) * FINE // 1)
 
 
 @pytest.mark.parametrize(("name", "at", "true", "points"), EVERY + POSITIVE)

@@ -8,12 +8,12 @@ import pytest
 
 from takagi.certificates.checker.controller import content
 from takagi.certificates.checker.kernel import reader, refusal
-from tests.certificates.pinned.turbine.recorded_files import certificate
+from tests.certificates.recorded.inputs import of_model
 
 
 def steps(lower: str, upper: str) -> tuple[str, list[dict[str, Any]]]:
     """Return the first premise's name, and the steps of a law whose premise has these bounds."""
-    data = certificate("cart")
+    data = of_model("cart")
     law = data["gains"]
     first = {**law["premises"][0], "lower": reader.Number(lower), "upper": reader.Number(upper)}
     law = {**law, "premises": [first, *law["premises"][1:]]}

@@ -19,7 +19,7 @@ from takagi.certificates.checker import CertificateError, Verdict, check, read_t
 from takagi.certificates.checker.files.given_files import compare_model
 from takagi.certificates.checker.kernel.reader import canonical, digest
 from takagi.certificates.document import certificate_document, dumps
-from tests.certificates.pinned.turbine.recorded_files import certificate, texts_of
+from tests.certificates.recorded.inputs import of_model, texts_of
 
 Document = dict[str, Any]
 MEMORY, SECONDS = 800_000_000, 120
@@ -252,7 +252,7 @@ def test_the_file_itself_may_be_a_link(tmp_path: Path) -> None:
     file.rename(tmp_path / "elsewhere")
     file.symlink_to(tmp_path / "elsewhere")
 
-    assert "tables pass their files' values" in compare_model(certificate("cart"), file)
+    assert "tables pass their files' values" in compare_model(of_model("cart"), file)
 
 
 @pytest.mark.parametrize("target", ["../secret", "/etc/hostname", "/dev/zero", "/dev/stdin"])
@@ -263,7 +263,7 @@ def test_a_table_that_is_a_link_out_of_the_folder(target: str, tmp_path: Path) -
     (inside / "table.csv").symlink_to(target)
 
     with pytest.raises(CertificateError, match="leads out"):
-        compare_model(certificate("cart"), cart(inside, "table.csv"))
+        compare_model(of_model("cart"), cart(inside, "table.csv"))
 
 
 @pytest.mark.parametrize(
@@ -271,7 +271,7 @@ def test_a_table_that_is_a_link_out_of_the_folder(target: str, tmp_path: Path) -
 )
 def test_a_table_that_leads_out_of_the_folder(name: str, tmp_path: Path) -> None:
     with pytest.raises(CertificateError):
-        compare_model(certificate("cart"), cart(tmp_path, name))
+        compare_model(of_model("cart"), cart(tmp_path, name))
 
 
 def test_a_folder_or_a_pipe_in_the_place_of_a_table(tmp_path: Path) -> None:
@@ -282,7 +282,7 @@ def test_a_folder_or_a_pipe_in_the_place_of_a_table(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for name in ("folder", "pipe"):
         with pytest.raises(CertificateError, match="not a file"):
-            compare_model(certificate("cart"), cart(tmp_path, name))
+            compare_model(of_model("cart"), cart(tmp_path, name))
 
 
 def test_a_pipe_in_the_place_of_a_certificate_or_gain_file(tmp_path: Path) -> None:
@@ -312,7 +312,7 @@ def test_companions_are_no_more_trusted(name: str, text: str, tmp_path: Path) ->
     other.write_text(text)
 
     with pytest.raises(CertificateError):
-        compare_model(certificate("cart"), other)
+        compare_model(of_model("cart"), other)
     companion: dict[str, Any] = {name: other}
     with pytest.raises(CertificateError):
         check(about_it, **companion)

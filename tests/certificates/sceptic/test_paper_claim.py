@@ -9,7 +9,7 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.kernel.result import Found
 from takagi.certificates.checker.turbine.published import loop_claim as paper
-from tests.certificates.pinned.turbine.inputs import as_read, document
+from tests.certificates.recorded.inputs import as_read, document
 
 Data = dict[str, Any]
 

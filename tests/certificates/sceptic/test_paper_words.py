@@ -14,7 +14,7 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends
 from takagi.certificates.checker.words.sentences import published as words
-from tests.certificates.pinned.turbine.inputs import read
+from tests.certificates.recorded.inputs import read_law
 
 DECIMALS = st.integers(1, 10**13).map(lambda k: Fraction(k, 10**12))
 
@@ -48,7 +48,7 @@ def test_overlaps_are_named_as_they_are() -> None:
 
 def recorded() -> tuple[Plant, PublishedLaw]:
     """Return the turbine and the law with one integrator, as they are recorded."""
-    data = read("paper")
+    data = read_law("paper")
     return Plant.read(data["model"]), PublishedLaw.read(data["gains"])
 
 

@@ -26,7 +26,7 @@ from takagi.certificates.checker.turbine.published import inputs as published
 from takagi.certificates.cross_check import Refusal, loads, opinion
 from takagi.certificates.cross_check.turbine import members as second
 from takagi.certificates.cross_check.turbine import numbers as second_numbers
-from tests.certificates.pinned.turbine import inputs
+from tests.certificates.recorded import inputs
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import verdicts
 
@@ -59,7 +59,7 @@ def listed(kind: str) -> dict[str, first.Members]:
 def claims() -> dict[str, Any]:
     """Return a claim of every kind that takagi wrote."""
     found: dict[str, Any] = {}
-    for name in inputs._INPUTS["certificates"]:
+    for name in inputs.LAWS:
         for claim in inputs.document(name)["claims"]:
             found.setdefault(claim["kind"], claim)
     for kind in sorted(set(PLACES) - set(found)):
@@ -227,7 +227,7 @@ def test_other_units_are_refused(units: Any) -> None:
 @pytest.mark.parametrize("name", ["paper", "paper-two-integrators"])
 def test_a_published_law_has_the_listed_members(name: str) -> None:
     """The second checker has no reading of a published law."""
-    data = inputs.read(name)
+    data = inputs.read_law(name)
     law = data["gains"]
     places = [way for way, _ in objects(law)]
     assert ("partial", "premises") in places
@@ -254,7 +254,7 @@ def _with(law: Any, region: str, name: str, ends: tuple[str, str] | None) -> Any
 @pytest.mark.parametrize("region", ["partial", "full"])
 def test_a_premise_has_a_range_in_floats(region: str) -> None:
     """In a program one whose ends are one float has the weight 0, whatever its value."""
-    law = inputs.read("paper")["gains"]
+    law = inputs.read_law("paper")["gains"]
     near, one = ("0.25", "0.250000000000001"), ("0.25", "0.25000000000000000001")
     published.PublishedLaw.read(_with(law, region, "a", near))
     with pytest.raises(CertificateError, match="premises: the numbers must increase"):
@@ -264,7 +264,7 @@ def test_a_premise_has_a_range_in_floats(region: str) -> None:
 @pytest.mark.parametrize("region", ["partial", "full"])
 def test_a_law_states_all_its_premises(region: str) -> None:
     """A program adds up the gains of all rules: without d those of both corners of d."""
-    law = inputs.read("paper")["gains"]
+    law = inputs.read_law("paper")["gains"]
     with pytest.raises(CertificateError, match="'d' is missing"):
         published.PublishedLaw.read(_with(law, region, "d", None))
 

@@ -1,0 +1,67 @@
+"""Turbines, laws, plants and their files, recorded once: what tests of single answers begin with.
+
+``turbine_laws.json`` holds the 5-MW turbine, the laws ``torque``, ``rated`` and ``pitch`` (one wind
+cell each of the effort-sharing law), ``paper`` and ``paper-two-integrators``, and claims about
+them, as ``takagi design`` made them.  ``model_files.json`` holds three plants (a cart with tables
+and a mass matrix, a plant with a sample time, one with a blend) and two turbines, each as its files
+and as its certificate has it.  They are inputs: newer designs have other numbers.
+"""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.kernel.reader import digest
+
+Document = dict[str, Any]
+
+
+def _recorded(name: str) -> Document:
+    found: Document = json.loads(Path(__file__).with_name(name).read_text(encoding="utf-8"))
+    return found
+
+
+_LAWS, _FILES = _recorded("turbine_laws.json"), _recorded("model_files.json")
+LAWS = tuple(_LAWS["certificates"])
+
+
+def document(law: str, *kinds: str) -> Document:
+    """Return a recorded certificate with its claims of these kinds, or all; its own to change."""
+    found = deepcopy(_LAWS["certificates"][law])
+    claims = [claim for claim in found["claims"] if not kinds or claim["kind"] in kinds]
+    return sealed({"model": deepcopy(_LAWS["turbine"]), "gains": found["gains"], "claims": claims})
+
+
+def sealed(parts: Document) -> Document:
+    """Return a certificate with the hashes of its parts."""
+    complete = {"format": "takagi-certificate", "version": 1, **parts}
+    read = as_read(complete)
+    hashes = {part: digest(read.get(part)) for part in ("model", "gains", "claims")}
+    return complete | {"provenance": {"sha256": hashes}}
+
+
+def as_read(data: Document) -> Document:
+    """Return a certificate as the checker reads it, its numbers as they are written."""
+    found: Document = read_text(json.dumps(data), "certificate")
+    return found
+
+
+def read_law(name: str) -> Document:
+    """Return the turbine with a recorded law and its claims, as the checker reads them."""
+    return as_read({"model": _LAWS["turbine"], **_LAWS["certificates"][name]})
+
+
+def texts_of(model: str) -> dict[str, str]:
+    """Return the files of a model, the model's own first."""
+    return dict(_FILES[model]["files"])
+
+
+def of_model(name: str) -> Document:
+    """Return model, gains, claims and controller as the checker reads them."""
+    found = {key: deepcopy(part) for key, part in _FILES[name].items() if key != "files"}
+    found["provenance"] = {"sha256": {"model": "m", "gains": "g", "claims": "c"}}
+    return as_read(found)
