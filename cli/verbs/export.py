@@ -66,8 +66,8 @@ def export(
         Path | None,
         typer.Option(
             metavar="CERT",
-            help="Where the plant is read for a closed loop (--to fmu); certificate.json beside "
-            "the gain file if not given.",
+            help="Where vertices and claims are read (--to mat); certificate.json beside the gain "
+            "file if not given.",
         ),
     ] = None,
     coq: Annotated[
@@ -133,7 +133,7 @@ def _code(
     from takagi.reports.output import write_folder
 
     settings = export_settings(precision, sample_time)
-    if to in ("fmu", "mat"):
+    if to == "mat":
         settings = replace(
             settings,
             model=certified_model(*places, program),

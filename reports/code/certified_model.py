@@ -19,16 +19,21 @@ def certified_model(
     Parameters
     ----------
     certificate : None takes ``certificate.json`` in the gain file's folder if its model has the
-        hash that the gain file states, and otherwise returns None.  A law that is not proved has no
-        hash: for it a given certificate is accepted if its model has the plant's name.
+        hash that the gain file states, and otherwise returns None.
 
     Raises
     ------
-    ModelError : the given certificate is about another model than the gain file.
+    ModelError : the given certificate is about another model than the gain file, or the law is not
+        proved, so that no certificate is about it.
     CertificateError : it cannot be read.
     """
-    if certificate is None and not program.hashes:
-        return None
+    if not program.hashes:
+        if certificate is None:
+            return None
+        raise ModelError(
+            f"{certificate} was given, and {gains} names no certificate: the law is not proved; "
+            "leave --certificate out"
+        )
     path = certificate or gains.parent / "certificate.json"
     if certificate is None and not path.is_file():
         return None
@@ -37,14 +42,9 @@ def certified_model(
         return model
     if certificate is None:
         return None
-    if program.hashes:
-        raise ModelError(
-            f"{path} is about another model than {gains}: the gain file names the SHA-256 of its "
-            "model"
-        )
-    if model.get("name") == program.plant:
-        return model
-    raise ModelError(f"{path} is about {model.get('name')!r}; the law is one for {program.plant!r}")
+    raise ModelError(
+        f"{path} is about another model than {gains}: the gain file names the SHA-256 of its model"
+    )
 
 
 def certified_claims(

@@ -23,7 +23,7 @@ class ExportSettings:
     precision : type of the code's numbers; a target with one precision refuses the other.
     sample_time : T [s] with which the code starts if the caller states none; None takes the law's
         own T, or the target's default.
-    model : the certificate's model, for targets that also write the plant; None without one.
+    model : the certificate's model, for targets that write its vertices; None without one.
     claims : the certificate's claims, for targets that write their matrices.
     """
 
@@ -66,7 +66,7 @@ TARGETS = (
     Target(
         "fmu",
         "takagi.reports.code.fmu.target",
-        "FMI tools (3.0 and 2.0): the law, and its closed loop with the certificate's plant",
+        "FMI tools (3.0 and 2.0): the law as a unit for co-simulation",
     ),
     Target(
         "st",

@@ -1,8 +1,6 @@
-"""The law as a functional mock-up unit (FMI 3.0 and 2.0, co-simulation), and its closed loop.
+"""The law as a functional mock-up unit (FMI 3.0 and 2.0, co-simulation).
 
 runner.h, fmi3.c, fmi2.c  time, samples and the functions of the standards: the same in every FMU
-plant_equations  the plant of a certificate as formulas
-plant_source     these equations in C, with their integration
 model_source     model.h, the part that differs from FMU to FMU
 description      modelDescription.xml and buildDescription.xml
 base_units       units as exponents of the base units of FMI

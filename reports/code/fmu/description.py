@@ -13,7 +13,6 @@ CAUSALITY = {
     "time": "independent",
     "parameter": "parameter",
     "input": "input",
-    "state": "output",
     "output": "output",
     "kept": "local",
 }
@@ -162,7 +161,7 @@ def _kind(one: Variable) -> dict[str, str]:
         found["variability"] = "fixed"
     else:
         found["variability"] = "continuous" if one.continuous else "discrete"
-    if one.role in ("parameter", "state"):
+    if one.role == "parameter":
         found["initial"] = "exact"
     elif one.role in ("output", "kept"):
         found["initial"] = "calculated"

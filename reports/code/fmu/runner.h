@@ -32,7 +32,7 @@
 
 /* The numbers of FMI 2.0 and 3.0. */
 enum { RUN_OK = 0, RUN_WARNING = 1, RUN_DISCARD = 2, RUN_ERROR = 3 };
-enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED, FAILED };
+enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED };
 enum { MESSAGE_SIZE = 400 };
 
 /* Two times are equal if they differ by less than this share of the sample time. */
@@ -46,7 +46,6 @@ typedef struct snapshot {
     unsigned told;  /* status bits that were logged: each is logged once */
     double start;   /* s, of the first sample */
     double time;    /* s, the communication point */
-    double reached; /* s, time that the model has reached */
     double samples; /* number of samples so far */
     model model;
 } snapshot;
@@ -107,7 +106,7 @@ static int run_enter(snapshot *now, double start, char *say)
     if (!isfinite(start)) {
         return run_says(say, RUN_ERROR, "the start time is not finite");
     }
-    now->start = now->time = now->reached = start;
+    now->start = now->time = start;
     now->mode = INITIALIZING;
     return RUN_OK;
 }
@@ -169,9 +168,8 @@ static int run_step(snapshot *now, double at, double step, char *say)
     unsigned status = 0u;
     int ran = 0;
     if (now->mode != STEPPING) {
-        return run_says(say, RUN_ERROR, now->mode == FAILED
-            ? "the states grew beyond all numbers in an earlier step; reset the model"
-            : "a step was asked for before initialization has ended, or after the end");
+        return run_says(say, RUN_ERROR,
+                        "a step was asked for before initialization has ended, or after the end");
     }
     if (!(step > 0.0) || !isfinite(at) || !isfinite(end) || !(end > at)) {
         (void)snprintf(say, MESSAGE_SIZE, "a step of %.9g s from %.9g s was asked for; it must be "
@@ -188,34 +186,14 @@ static int run_step(snapshot *now, double at, double step, char *say)
                        "%.9g s; nothing was done", step, end, time);
         return RUN_ERROR;
     }
-    for (;;) {
-        const double next = now->start + now->samples * time;
-        if (next > end + slack) {
-            break;
-        }
-        if (next > now->reached) {
-            model_move(&now->model, next - now->reached);
-            now->reached = next;
-        }
-        model_arrive(&now->model);
-        if (next >= end - slack) {
-            break;
-        }
+    while (now->start + now->samples * time < end - slack) {
         status |= model_sample(&now->model);
         now->samples += 1.0;
         ran = 1;
     }
-    if (end > now->reached) {
-        model_move(&now->model, end - now->reached);
-        now->reached = end;
-    }
     now->time = end;
     if (ran) {
         now->model.status = status;
-    }
-    if (!model_is_finite(&now->model)) {
-        now->mode = FAILED;
-        return run_says(say, RUN_ERROR, "the states grew beyond all numbers in this step");
     }
     return run_warns(now, status, say);
 }

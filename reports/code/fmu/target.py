@@ -1,11 +1,10 @@
-"""`takagi export --to fmu`: the law, and its loop with the plant, as FMUs of FMI 3.0 and 2.0."""
+"""`takagi export --to fmu`: the law as FMUs of FMI 3.0 and 2.0."""
 
 from __future__ import annotations
 
 import hashlib
 from importlib.resources import files as package_files
 
-from takagi.models.errors import ModelError
 from takagi.reports.code.c.source import c_source
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.fmu.archive import Library, archive, library
@@ -15,37 +14,23 @@ from takagi.reports.code.fmu.description import (
     model_description_3,
 )
 from takagi.reports.code.fmu.model_source import FmuModel, fmu_model, model_header
-from takagi.reports.code.fmu.plant_equations import plant_equations
 from takagi.reports.code.targets import Exported, ExportSettings
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
-    """Return ``W.fmu`` and ``W_fmi2.fmu``; with the plant ``W_loop.fmu`` and ``W_loop_fmi2.fmu``.
+    """Return ``W.fmu`` and ``W_fmi2.fmu``.
 
     Raises
     ------
     ModelError : a name, number or sample time that C or the law cannot hold.
     """
-    c = c_source(program, settings)
-    models = [(fmu_model(program, c), "the law")]
-    missing = "no certificate of this gain file is beside it; name it with --certificate CERT"
-    if not program.hashes:
-        missing = "name a certificate of the same turbine with --certificate CERT"
-    if settings.model is not None:
-        try:
-            plant = plant_equations(program, settings.model)
-            models.append((fmu_model(program, c, plant), "the closed loop"))
-        except ModelError as error:
-            missing = str(error)
+    model = fmu_model(program, c_source(program, settings))
     files: dict[str, bytes | str] = {}
     use: dict[str, str] = {}
-    for model, what in models:
-        for version, ending in ((3, ""), (2, "_fmi2")):
-            name = f"{model.word}{ending}.fmu"
-            files[name], held = _fmu(model, version)
-            use[name] = f"FMI {version}.0 co-simulation: {what}, {held}"
-    if len(models) == 1:
-        use["no closed loop"] = missing
+    for version, ending in ((3, ""), (2, "_fmi2")):
+        name = f"{model.word}{ending}.fmu"
+        files[name], held = _fmu(model, version)
+        use[name] = f"FMI {version}.0 co-simulation: the law, {held}"
     return Exported(files, use)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import shutil
 import subprocess
 import zipfile
@@ -12,9 +11,6 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
-from takagi.models import ModelError, nrel5mw
-from takagi.reports.code import baseline_program, read_controller
-from takagi.reports.code.certified_model import certified_model
 from takagi.reports.code.fmu.base_units import base_units
 from tests.reports.code.fmu_files import exported, sources_alone
 from tests.reports.test_gain_file_alone import plant_file
@@ -65,49 +61,13 @@ def test_sources_alone_where_there_is_no_compiler(tmp_path: Path) -> None:
     assert "no C compiler was found" in made.use["tora.fmu"]
 
 
-def test_without_its_certificate_there_is_no_loop(tmp_path: Path) -> None:
-    gains = plant_file("tora", tmp_path)
-    (tmp_path / "certificate.json").unlink()
-    _, made = sources_alone(gains)
-
-    assert list(made.files) == ["tora.fmu", "tora_fmi2.fmu"]
-    assert "--certificate" in made.use["no closed loop"]
-
-
-def test_another_model_s_certificate_is_not_taken(tmp_path: Path) -> None:
-    gains = plant_file("tora", tmp_path)
-    path = tmp_path / "certificate.json"
-    document = json.loads(path.read_text(encoding="utf-8"))
-    document["model"]["parameters"]["eps"] = 0.2
-    path.write_text(json.dumps(document), encoding="utf-8")
-    program = read_controller(gains)
-
-    assert certified_model(gains, None, program) is None
-    with pytest.raises(ModelError, match="another model"):
-        certified_model(gains, path, program)
-
-
-def test_a_law_that_is_not_proved_takes_a_certificate_of_its_plant(tmp_path: Path) -> None:
-    program = baseline_program(nrel5mw())
-    gains, path = Path("nrel5mw"), tmp_path / "certificate.json"
-    path.write_text(json.dumps({"model": {"name": "NREL 5-MW"}}), encoding="utf-8")
-
-    assert certified_model(gains, None, program) is None
-    assert certified_model(gains, path, program) == {"name": "NREL 5-MW"}
-    plant_file("tora", tmp_path)
-    with pytest.raises(ModelError, match="is about 'TORA'"):
-        certified_model(gains, path, program)
-
-
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     gains = plant_file("tora", tmp_path)
     out = tmp_path / "out"
 
     assert main(["export", str(gains), "--to", "fmu", "--out", str(out)]) == 0
-    assert sorted(one.name for one in out.iterdir()) == [
-        "tora.fmu", "tora_fmi2.fmu", "tora_loop.fmu", "tora_loop_fmi2.fmu",
-    ]  # fmt: skip
-    assert "FMI 3.0 co-simulation: the closed loop" in capsys.readouterr().out
+    assert sorted(one.name for one in out.iterdir()) == ["tora.fmu", "tora_fmi2.fmu"]
+    assert "FMI 3.0 co-simulation: the law" in capsys.readouterr().out
 
 
 DRIVER = """
@@ -169,13 +129,12 @@ int main(void)
 """
 
 
-@pytest.mark.parametrize("file", ["split_range.fmu", "split_range_loop.fmu"])
-def test_bad_calls_under_sanitizers(file: str, tmp_path: Path) -> None:
+def test_bad_calls_under_sanitizers(tmp_path: Path) -> None:
     """Values that are not numbers, references that do not exist, states with a damaged byte."""
     if shutil.which("cc") is None:
         pytest.skip("no cc on this machine")
     _, made = sources_alone(plant_file("split_range", tmp_path))
-    content = made.files[file]
+    content = made.files["split_range.fmu"]
     assert isinstance(content, bytes)
     zipfile.ZipFile(io.BytesIO(content)).extractall(tmp_path)
     sources = tmp_path / "sources"
@@ -194,7 +153,7 @@ def test_fmi_2_compiles_without_a_warning(tmp_path: Path) -> None:
     if shutil.which("cc") is None:
         pytest.skip("no cc on this machine")
     _, made = sources_alone(plant_file("tora", tmp_path))
-    content = made.files["tora_loop_fmi2.fmu"]
+    content = made.files["tora_fmi2.fmu"]
     assert isinstance(content, bytes)
     zipfile.ZipFile(io.BytesIO(content)).extractall(tmp_path)
     done = subprocess.run(

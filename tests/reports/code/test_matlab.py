@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import shutil
 import subprocess
@@ -15,8 +16,15 @@ from scipy.io import loadmat, savemat
 
 from takagi.certificates import TurbineDesign
 from takagi.cli.main import main
-from takagi.models import ModelError
-from takagi.reports.code import ControllerProgram, ExportSettings, ProgramRun, read_controller
+from takagi.models import ModelError, nrel5mw
+from takagi.reports.code import (
+    ControllerProgram,
+    ExportSettings,
+    ProgramRun,
+    baseline_program,
+    read_controller,
+)
+from takagi.reports.code.certified_model import certified_model
 from takagi.reports.code.identifiers import file_word
 from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.matlab.target import export
@@ -151,6 +159,29 @@ def test_another_certificate_gives_no_matrices(tmp_path: Path) -> None:
     assert main(["export", str(first / "gains.json"), "--to", "mat", "--out", str(out)]) == 0
     found = loadmat(next(out.glob("*.mat")), simplify_cells=True)["takagi"]
     assert "P" not in found
+
+
+def test_another_model_s_certificate_is_not_taken(tmp_path: Path) -> None:
+    gains = plant_file("tora", tmp_path)
+    path = tmp_path / "certificate.json"
+    document = json.loads(path.read_text(encoding="utf-8"))
+    document["model"]["parameters"]["eps"] = 0.2
+    path.write_text(json.dumps(document), encoding="utf-8")
+    program = read_controller(gains)
+
+    assert certified_model(gains, None, program) is None
+    with pytest.raises(ModelError, match="another model"):
+        certified_model(gains, path, program)
+
+
+def test_a_law_that_is_not_proved_has_no_certificate(tmp_path: Path) -> None:
+    program = baseline_program(nrel5mw())
+    gains, path = Path("nrel5mw"), tmp_path / "certificate.json"
+    path.write_text(json.dumps({"model": {"name": "NREL 5-MW"}}), encoding="utf-8")
+
+    assert certified_model(gains, None, program) is None
+    with pytest.raises(ModelError, match="the law is not proved"):
+        certified_model(gains, path, program)
 
 
 def test_vertices_are_the_model_s(tmp_path: Path) -> None:
