@@ -116,8 +116,8 @@ NOISE = Entry(
         "The probability is about $e^{-k (1 - c/a)}$ with $k = 1/(2\\kappa)$; "
         "[the theorem](plant-theorems.md#theorem-of-the-exit) has the exact bound. The quotient "
         "of the exponent is maximised by Dinkelbach's method, with a price of $\\kappa$ in the "
-        "objective; $a$ is found by a search along a line. Continuous time only: in discrete time the drift is a "
-        "difference, and the inequality another one."
+        "objective; $a$ is found by a search along a line. Continuous time only: in discrete time "
+        "the drift is a difference, and the inequality another one."
     ),
     cases=(
         Case(

@@ -55,8 +55,6 @@ CELLS = MappingProxyType(
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
         "running-loop": OTHER,
-        "running-rate": OTHER,
-        "schedule-rate": OTHER,
     }
 )
 
