@@ -70,10 +70,10 @@ SLOPES = "slope-embedding"
 RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
-# Claims that also read the gain file's observer and filters, from the member ``controller``.
-WITH_OBSERVER = ("running-loop",)
+# The claim that also reads the gain file's observer and filters, from the member ``controller``.
+WITH_OBSERVER = "running-loop"
 # Claims about a turbine's loop whose conditions are implemented here.
-OF_TURBINES = ("coherent-loop", *RESTING, *WITH_OBSERVER)
+OF_TURBINES = ("coherent-loop", *RESTING, WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay", "no-common-quadratic")
 
@@ -196,8 +196,10 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
             nothing_unread(document)
         if unread:
             yield str(kind), _abstained(unread)
-        elif kind in WITH_OBSERVER:
-            yield str(kind), _with_observer(claim, document)
+        elif kind == WITH_OBSERVER:
+            from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
+
+            yield str(kind), running_loop(claim, document)
         elif kind in RESTING:
             yield str(kind), _resting(claim, str(kind), document)
         else:
@@ -222,13 +224,6 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
             )
         if {"blending", "references"} & set(gains):
             raise Refusal("a law with outputs has neither a blend nor references")
-
-
-def _with_observer(claim: Any, document: Any) -> Obligations:
-    """Return the conditions of a claim about the loop with its observer."""
-    from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
-
-    return running_loop(claim, document)
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:
