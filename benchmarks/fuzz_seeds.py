@@ -82,7 +82,6 @@ def _loops() -> dict[str, Callable[[], Document]]:
         "fuzzy": _fuzzy,
         "impossible": lambda: certify(TSModel([[[1.0, 1.0], [0.0, -1.0]], PAIR[0]])).document,
         "multipliers": lambda: certify(TSModel([PAIR[0], [[-1, -40.0], [0.025, -1]]])).document,
-        "own matrices": _own_matrices,
     }
 
 
@@ -121,16 +120,6 @@ def _sampled() -> Document:
 
 def _fuzzy() -> Document:
     return certify(TSModel(PAIR), claims=[FuzzyDecay(0.1)]).document
-
-
-def _own_matrices() -> Document:
-    model, line = {"kind": "takagi-sugeno"}, {"name": "line", "decay_rate": 1, "A": [[[-1]]]}
-    claims: list[Document] = [
-        {"name": "pair", "kind": "quadratic-decay", "A": PAIR, "P": [[1, 0], [0, 2]]}
-        | {"decay_rate": 0.01},
-        line | {"kind": "no-common-quadratic", "multiplier_factors": [[[1]]]},
-    ]
-    return certificate_document(model=model, gains=None, claims=claims, provenance={})
 
 
 def _coherent() -> Document:
