@@ -73,8 +73,6 @@ RESTS_ON = ("loop", "wind_rate")
 # Claims that also read the gain file's observer and filters, from the member ``controller``.
 WITH_OBSERVER = (
     "running-loop",
-    "running-rate",
-    "schedule-rate",
     "turbine-crossing",
     "turbulence-speed",
 )
@@ -236,23 +234,13 @@ def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
         from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
 
         return running_loop(claim, document)
-    if kind == "schedule-rate":
-        from takagi.certificates.cross_check.turbine.scheduled.scheduled_loop import scheduled_loop
-
-        return scheduled_loop(claim, document)
     if kind == "turbine-crossing":
         from takagi.certificates.cross_check.turbine.linear.turbine_crossing import turbine_crossing
 
         return turbine_crossing(claim, document)
-    if kind == "turbulence-speed":
-        from takagi.certificates.cross_check.turbine.overspeed.seldom_reached import (
-            seldom_reached,
-        )
+    from takagi.certificates.cross_check.turbine.overspeed.seldom_reached import seldom_reached
 
-        return seldom_reached(claim, document)
-    from takagi.certificates.cross_check.turbine.running.moving_loop import moving_loop
-
-    return moving_loop(claim, document)
+    return seldom_reached(claim, document)
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
-from takagi.certificates.checker.turbine.scheduled_loop.schedule_loop import E
-from takagi.certificates.checker.words.sentences.running_rate import root
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 KIND = "coherent-loop"
 RUNNING, CROSSING, SPEED = "running-loop", "turbine-crossing", "turbulence-speed"
-SCHEDULED = "schedule-rate"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,65 +79,6 @@ def running_loop_summary(design: TurbineDesign) -> tuple[float, str] | None:
         if stated["kind"] == RUNNING and checked.verdict is Verdict.PROVED:
             return float(stated["decay_rate"]), checked.name.partition(", ")[2]
     return None
-
-
-@dataclass(frozen=True, slots=True)
-class KeptInMovingWind:
-    """A proved claim about the loop around the trim at its schedule wind.
-
-    ``low`` to ``high`` the wind [m/s], ``schedule`` the least and the greatest schedule wind [m/s],
-    ``rate`` of the wind [m/s^2], and ``share`` a bound on rotor speed over rated speed [-].
-    """
-
-    low: float
-    high: float
-    schedule: tuple[float, float]
-    rate: float
-    share: Fraction
-
-
-def kept_in_moving_wind(design: TurbineDesign) -> list[KeptInMovingWind]:
-    """Return the proved claims above rated wind, one for each range of winds, in the file's order.
-
-    The bound on speed is the law's greatest speed and the set's half-width in speed,
-    sqrt((P^-1)_ee) of the widest of the functions, exactly.
-    """
-    document = design.document
-    found: list[KeptInMovingWind] = []
-    for stated, checked in zip(document["claims"], design.checked.claims, strict=False):
-        if stated["kind"] != SCHEDULED or checked.verdict is not Verdict.PROVED:
-            continue
-        width = max(_half_width(one["P"]) for one in stated["functions"])
-        fastest = max(map(_exact, document["gains"]["rotor_speed"]))
-        share = (fastest + width) / _exact(document["model"]["rated_rotor_speed"])
-        ends = [end for cell in stated["cells"] for end in cell["wind"]]
-        rate = min(float(cell["wind_rate"]) for cell in stated["cells"])
-        schedule = float(min(ends)), float(max(ends))
-        for low, high in stated["winds"]:
-            found.append(KeptInMovingWind(float(low), float(high), schedule, rate, share))
-    return found
-
-
-def not_kept_above_rated(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return where claims of kind ``schedule-rate`` were sought and not made, with the reason."""
-    words = document.get("provenance", {}).get("solver", {})
-    return tuple(
-        f"moving wind above rated{key.removeprefix(SCHEDULED)}: {why}"
-        for key, why in words.items()
-        if key.startswith(SCHEDULED)
-    )
-
-
-def _half_width(P: Any) -> Fraction:
-    rows = [[_exact(value) for value in row] for row in P]
-    squares = squared_reaches(rows, [[Fraction(int(i == E)) for i in range(len(rows))]])
-    assert squares is not None, "the checker has proved that P is positive definite"
-    return root(squares[0])
-
-
-def _exact(value: Any) -> Fraction:
-    """Return the decimal that a number of the file is written as."""
-    return value if isinstance(value, Fraction) else Fraction(str(value))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,14 +8,10 @@ from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from types import MappingProxyType
 from typing import Any
 
 from takagi.models.intervals.interval import Interval
 
-# The metadata of a setting that is left out of the configuration while it has its default: a file
-# without what it asks for is then the same as before there was this setting.
-RECORDED_IF_ASKED: Mapping[str, str] = MappingProxyType({"recorded": "if asked"})
 LIBRARIES = ("takagi", "numpy", "scipy", "sympy", "clarabel", "python-flint")
 
 
@@ -52,11 +48,7 @@ def plain(value: object) -> Any:
     if isinstance(value, Fraction):
         return float(value)
     if is_dataclass(value) and not isinstance(value, type):
-        return {
-            one.name: plain(getattr(value, one.name))
-            for one in fields(value)
-            if one.metadata != RECORDED_IF_ASKED or getattr(value, one.name) != one.default
-        }
+        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
     if isinstance(value, Mapping):
         return {name: plain(item) for name, item in value.items()}
     if isinstance(value, (list, tuple)):

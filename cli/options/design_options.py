@@ -15,8 +15,6 @@ import typer
 
 from takagi.cli.options.claim_options import (
     OF_CLAIMS,
-    MovingWind,
-    MovingWindAboveRated,
     Turbulence,
     turbulence_class,
 )
@@ -175,8 +173,6 @@ def turbine_claims(
     inertia: Inertia = None,
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
-    moving_wind: MovingWind = False,
-    moving_wind_above_rated: MovingWindAboveRated = False,
     turbulence: Turbulence = None,
 ) -> None:
     """Declare the plants and winds that claims are about: only the signature is read."""
@@ -253,8 +249,6 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
         asked,
         effort=effort,
         uncertainty=covered,
-        moving_wind=bool(given["moving_wind"]),
-        moving_wind_above_rated=bool(given["moving_wind_above_rated"]),
         turbulence=turbulence_class(given["turbulence"]),
     )
     check_limits(turbine, asked)

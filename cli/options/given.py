@@ -15,8 +15,6 @@ _OF_GIVEN_GAINS = (
     "inertia",
     "power_coefficient",
     "equilibrium_wake",
-    "moving_wind",
-    "moving_wind_above_rated",
     "turbulence",
     "choice",
     "solve_rest",

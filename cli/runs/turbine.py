@@ -46,13 +46,12 @@ class TurbineMaker:
         margins = self._margins(turbine, settings)
 
         def work(noted: Tell) -> TurbineDesign | NoDesign:
-            from takagi.certificates.design.claim_summary import not_kept_above_rated
             from takagi.certificates.design.turbine.design import design_turbine
 
             if margins is None:
                 notes = _stability(turbine, settings, noted)
                 made = design_turbine(turbine, settings, files=files, tell=noted)
-                return replace(made, notes=(*notes, *not_kept_above_rated(made.document)))
+                return replace(made, notes=notes)
             from takagi.reports.margins.kept_margins import NoMargins, settings_with_margins
 
             given = [name for name, value in self.asked.items() if value not in (None, False)]
@@ -60,8 +59,7 @@ class TurbineMaker:
             if isinstance(found, NoMargins):
                 return NoDesign(found.reason)
             made = design_turbine(turbine, found.settings, files=files, tell=noted)
-            missing = not_kept_above_rated(made.document)
-            return replace(made, notes=(*found.notes, *missing))
+            return replace(made, notes=found.notes)
 
         return self._answered(work, tell)
 
@@ -101,8 +99,6 @@ class TurbineMaker:
                 uncertainty=uncertainty,
                 files=files,
                 controller=controller,
-                moving_wind=bool(self.asked["moving_wind"]),
-                moving_wind_above_rated=bool(self.asked["moving_wind_above_rated"]),
                 turbulence=rough,
                 tell=noted,
             )

@@ -60,7 +60,6 @@ def as_text(design: TurbineDesign) -> str:
         "settling": f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
         "constant",
         "observer": _observer(design),
-        "moving wind": _moving_wind(design),
         "turbulence": _turbulence(design),
         "low wind": _low_wind(design),
         "found in": synthesis_words(design),
@@ -87,24 +86,6 @@ def _observer(design: TurbineDesign) -> str:
     return (
         f"with it in the loop, at constant wind ({winds}): decay of at least {at_least(rate)} 1/s "
         "from a set of each wind cell"
-    )
-
-
-def _moving_wind(design: TurbineDesign) -> str:
-    """Return what is proved above rated wind while the wind moves; empty for nothing."""
-    from takagi.certificates.design.claim_summary import kept_in_moving_wind
-    from takagi.reports.page.rounded_bounds import at_least, at_most
-
-    told = "; ".join(
-        f"at most {at_least(one.rate)} m/s^2 within {at_most(one.low, 6)} to "
-        f"{at_least(one.high, 6)} m/s: {at_most(100 * one.share, 5)} %"
-        for one in kept_in_moving_wind(design)
-    )
-    if not told:
-        return ""
-    return (
-        "with the observer in the loop, from a set around the operating point, rotor speed stays "
-        f"at or below a share of rated while the wind moves by {told}"
     )
 
 

@@ -246,22 +246,6 @@ def _running_loop(claim: Data, document: Data) -> Iterator[Found]:
     yield Profile("box of the wind estimate", "m/s", _boxes(claim))
 
 
-def _running_rate(claim: Data, document: Data) -> Iterator[Found]:
-    covered = sum((high - low for low, high, _ in _boxes(claim)), Fraction(0))
-    yield ClaimFigure("winds covered in moving wind", "m/s", covered)
-    yield Profile("rate of the wind that is kept", "m/s^2", _spans(claim["cells"], "wind_rate"))
-
-
-def _schedule_rate(claim: Data, document: Data) -> Iterator[Found]:
-    covered = sum((high - low for low, high, _ in _spans(claim["cells"], "wind_rate")), Fraction(0))
-    yield ClaimFigure("schedule winds covered in moving wind", "m/s", covered)
-    yield Profile(
-        "rate of the wind that is kept, by schedule wind",
-        "m/s^2",
-        _spans(claim["cells"], "wind_rate"),
-    )
-
-
 def _turbine_crossing(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "probability", "-", larger=False, name="probability of overspeed")
     yield from _of(claim, "horizon", "s", larger=True, name="time it is for")
@@ -312,8 +296,6 @@ _READINGS: dict[str, Reading] = {
     "wind-rate": _wind_rate,
     "actuator-rates": _actuator_rates,
     "running-loop": _running_loop,
-    "running-rate": _running_rate,
-    "schedule-rate": _schedule_rate,
     "turbine-crossing": _turbine_crossing,
     "turbulence-speed": _exceeded,
 }

@@ -1,8 +1,6 @@
 """Comparison of two certificates: every figure of the old one with that of the new one.
 
-Claims of ``BY_WINDS``, of which a certificate has several, are matched by the winds of their cells:
-the pair that has most of its winds in common first.  Other claims are matched by kind and name,
-and what is left by kind and order.  Something got worse when
+Claims are matched by kind and name, the others by kind and order.  Something got worse when
 
     a claim that was PROVED has no counterpart, is not PROVED now, or asks something else
     a figure changed to the worse by more than the tolerance times its old value
@@ -17,7 +15,6 @@ from fractions import Fraction
 from math import inf
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import numbers
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.reports.baseline.changes import Change, changes
 from takagi.reports.baseline.claim_figures import (
@@ -32,8 +29,6 @@ from takagi.reports.baseline.claim_figures import (
 Data = Mapping[str, Any]
 Number = Fraction | float
 BOX = "box of validity"
-# Kinds of which each claim has its own range of winds.
-BY_WINDS = ("schedule-rate",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +107,7 @@ def compare_certificates(
     tolerance : share >= 0 of a figure's old value by which it may get worse.
     """
     before, after = _labelled(old, checked_old), _labelled(new, checked_new)
-    pairs = _matched(before, after)
+    pairs = _matched(list(before), list(after))
     moved, lost = list(_box_moved(old, new, tolerance)), {}
     for label, (claim, verdict) in before.items():
         if verdict is not Verdict.PROVED:
@@ -163,19 +158,11 @@ def _labelled(document: Data, checked: Checked) -> dict[Label, tuple[Data, Verdi
     return found
 
 
-Labelled = Mapping[Label, tuple[Data, Verdict]]
-
-
-def _matched(old: Labelled, new: Labelled) -> dict[Label, Label]:
-    """Return old label -> new label: of the most common winds, or the same one, or the next left.
-
-    A claim with winds of its own has no counterpart where no other claim has some of them.
-    """
-    found = _by_winds(old, new)
-    others = [label for label in old if label[0] not in BY_WINDS]
-    found |= {label: label for label in others if label in new}
-    left = [label for label in new if label not in found.values() and label[0] not in BY_WINDS]
-    for label in others:
+def _matched(old: Sequence[Label], new: Sequence[Label]) -> dict[Label, Label]:
+    """Return old label -> new label: the same one, else the next of its kind that is left."""
+    found = {label: label for label in old if label in new}
+    left = [label for label in new if label not in found]
+    for label in old:
         if label in found:
             continue
         chosen = next((other for other in left if other[0] == label[0]), None)
@@ -183,37 +170,6 @@ def _matched(old: Labelled, new: Labelled) -> dict[Label, Label]:
             found[label] = chosen
             left.remove(chosen)
     return found
-
-
-def _by_winds(old: Labelled, new: Labelled) -> dict[Label, Label]:
-    """Return the pairs of claims with winds of their own; of equal ones those of equal names."""
-    winds = [
-        {label: _ends(claim) for label, (claim, _) in one.items() if label[0] in BY_WINDS}
-        for one in (old, new)
-    ]
-    pairs = [
-        (_common(ours, theirs), label == other, label, other)
-        for label, ours in winds[0].items()
-        for other, theirs in winds[1].items()
-        if label[0] == other[0]
-    ]
-    found: dict[Label, Label] = {}
-    for share, _, label, other in sorted(pairs, key=lambda pair: pair[:2], reverse=True):
-        if share > 0 and label not in found and other not in found.values():
-            found[label] = other
-    return found
-
-
-def _ends(claim: Data) -> tuple[Fraction, Fraction]:
-    """Return the first and the last wind of a claim's cells."""
-    winds = [numbers(cell, "wind", "wind", 2) for cell in claim["cells"]]
-    return min(low for low, _ in winds), max(high for _, high in winds)
-
-
-def _common(ours: tuple[Fraction, Fraction], theirs: tuple[Fraction, Fraction]) -> Fraction:
-    """Return which share of the winds of two ranges they have in common."""
-    (a, b), (c, d) = ours, theirs
-    return max(min(b, d) - max(a, c), Fraction(0)) / (max(b, d) - min(a, c))
 
 
 def _name(label: Label) -> str:

@@ -4,7 +4,7 @@ assembly                 a page put together from sections; templates/ has what 
 labels                   labels of variables, in name and unit
 text                     numbers as text, tables, figures with captions, sections
 rounded_bounds           proved bounds, rounded to the side on which they stay true
-mathml, mathml_signs     formulas as MathML
+mathml                   formulas as MathML
 readable_latex           a derivation's formulas made readable
 """
 

@@ -1,35 +1,39 @@
 r"""The LaTeX of derivations as MathML, which browsers typeset without scripts.
 
-Supported is the subset of LaTeX that derivations use: fractions, roots, indices,
-brackets of any height, accents, functions, Greek letters, ``pmatrix``, ``array``, ``gathered``,
-``cases``.  A formula with any other command is refused, so that no formula is shown wrongly.
-
-Source: MathML Core, W3C (2025): elements and what browsers make of them (recalled).
+latex2mathml converts.  Before it, the LaTeX is written in the subset of commands that it converts
+and browsers draw; after it, the result is checked: only elements and attributes of mathematics,
+all text escaped, every fraction and script with all its parts.  A formula that does not pass is
+refused, so that no formula is shown wrongly.
 """
 
 from __future__ import annotations
 
 import re
-from html import escape
+from html import unescape
+from xml.etree import ElementTree
 
 from takagi.models.errors import ModelError
-from takagi.reports.page.mathml_signs import ACCENTS, FUNCTIONS, LETTERS, SIGNS, SPACES, WORDS
 from takagi.reports.page.text import powers
 
-TOKEN = re.compile(r"\\[A-Za-z]+\*?|\\.|\d+(?:\.\d+)?|\s+|.", re.DOTALL)
-# Elements that enlarge the brackets around them.
-TALL = ("<mfrac", "<mtable", "<munder", "<msqrt", "<mroot")
-FENCES = {r"\{": "{", r"\}": "}", r"\|": "‖", "|": "|", ".": ""}
-# Environment -> the fences around its table.
-TABLES = {
-    "pmatrix": ("(", ")"),
-    "bmatrix": ("[", "]"),
-    "matrix": ("", ""),
-    "array": ("", ""),
-    "gathered": ("", ""),
-    "aligned": ("", ""),
-    "cases": ("{", ""),
-}
+ENVIRONMENTS = frozenset({"pmatrix", "bmatrix", "matrix", "array", "cases", "gathered"})
+ENVIRONMENT = re.compile(r"\\begin\{([^{}]*)\}")
+# Not converted: the distance behind the end of a row; a function's space; escapes in words.
+DISTANCE = re.compile(r"\\\\\[[^\[\]]*\]")
+FUNCTION = re.compile(
+    r"(?<=[\w)}|]) *(?=\\(?:sin|cos|tan|sec|csc|cot|log|exp|arc|ln|operatorname))"
+)
+ESCAPE = re.compile(r"\\(?=[_&%#$ ])|\\,")
+WORDS = re.compile(r"\\(mathit|mathrm|text|operatorname)\{([^{}]*)\}")
+# Element -> how many parts it has; None stands for any number.
+PARTS = {
+    "math": None, "semantics": 2, "mrow": None, "mi": 0, "mn": 0, "mo": 0, "mtext": 0, "mspace": 0,
+    "mstyle": None, "mfrac": 2, "msqrt": None, "mroot": 2, "msub": 2, "msup": 2, "msubsup": 3,
+    "munder": 2, "mover": 2, "munderover": 3, "mtable": None, "mtr": None, "mtd": None,
+}  # fmt: skip
+ATTRIBUTES = frozenset(
+    "xmlns display displaystyle scriptlevel mathvariant class stretchy fence form accent width "
+    "columnalign columnlines rowlines movablelimits lspace rspace".split()
+)
 
 
 def mathml(latex: str, *, block: bool = True) -> str:
@@ -43,203 +47,67 @@ def mathml(latex: str, *, block: bool = True) -> str:
 
     Raises
     ------
-    ModelError : a command or an environment that is not read, or brackets that do not pair.
+    ModelError : a command or an environment that is not converted, or brackets that do not pair.
     """
-    reader = _Reader(latex)
-    body = reader.row(frozenset())
-    if reader.peek():
-        raise reader.error(f"{reader.peek()} closes nothing")
-    display = ' display="block"' if block else ""
-    note = f'<annotation encoding="application/x-tex">{escape(latex)}</annotation>'
-    return f"<math{display}><semantics>{body}{note}</semantics></math>"
+    # Imported here: it reads a table of all signs of mathematics.
+    from latex2mathml.converter import convert_to_element
+
+    unknown = set(ENVIRONMENT.findall(latex)) - ENVIRONMENTS
+    if unknown:
+        raise _refusal(latex, f"the environment {unknown.pop()} is not converted")
+    if not _braces_pair(latex):
+        raise _refusal(latex, "its braces do not pair")
+    display = "block" if block else "inline"
+    try:
+        converted = convert_to_element(_plain(latex), display=display)
+    except Exception as error:  # The library has a class for each mistake, and no common one.
+        raise _refusal(latex, type(error).__name__) from error
+    for element in converted.iter():
+        _check(element, latex)
+    root = ElementTree.Element("math", {"display": display} if block else {})
+    semantics = ElementTree.SubElement(root, "semantics")
+    semantics.extend(converted)
+    note = ElementTree.SubElement(semantics, "annotation", encoding="application/x-tex")
+    note.text = latex
+    return ElementTree.tostring(root, encoding="unicode", short_empty_elements=False)
 
 
-class _Reader:
-    """Reads the tokens of one formula from left to right."""
-
-    def __init__(self, latex: str) -> None:
-        self.latex = latex
-        self.tokens = TOKEN.findall(latex)
-        self.place = 0
-
-    def error(self, words: str) -> ModelError:
-        return ModelError(f"formula {self.latex!r}: {words}; it cannot be set as MathML")
-
-    def peek(self) -> str:
-        while self.place < len(self.tokens) and self.tokens[self.place].isspace():
-            self.place += 1
-        return self.tokens[self.place] if self.place < len(self.tokens) else ""
-
-    def take(self) -> str:
-        token = self.peek()
-        if not token:
-            raise self.error("it ends where more is needed")
-        self.place += 1
-        return token
-
-    def row(self, ends: frozenset[str]) -> str:
-        """Return all up to one of ``ends`` (not taken), ``}``, ``\\right`` or the end."""
-        parts: list[str] = []
-        while (token := self.peek()) and token not in ends and token not in ("}", r"\right"):
-            if token in FUNCTIONS and parts and not parts[-1].endswith(("</mo>", "</mspace>")):
-                parts.append('<mspace width="0.167em"></mspace>')
-            parts.append(self.scripted())
-        whole = "".join(parts)
-        return whole if len(parts) == 1 else f"<mrow>{whole}</mrow>"
-
-    def scripted(self) -> str:
-        """Return one thing with what is raised and lowered beside it."""
-        limits = self.peek() in (r"\sum", r"\prod")
-        base = self.atom()
-        below = above = ""
-        while self.peek() in ("_", "^"):
-            if self.take() == "_":
-                below = self.argument()
-            else:
-                above = self.argument()
-        if not below and not above:
-            return base
-        if limits:
-            return _scripts(base, below, above, ("munder", "mover", "munderover"))
-        return _scripts(base, below, above, ("msub", "msup", "msubsup"))
-
-    def argument(self) -> str:
-        """Return a group in braces, or the one thing that stands there without."""
-        if self.peek() != "{":
-            return self.atom()
-        self.take()
-        inside = self.row(frozenset())
-        if self.take() != "}":
-            raise self.error("a brace is not closed")
-        return inside
-
-    def atom(self) -> str:
-        token = self.peek()
-        if token == "{":
-            return self.argument()
-        self.take()
-        if token[0].isdigit():
-            return f"<mn>{token}</mn>"
-        if token[0] != "\\" and token not in "_^&":
-            return _letter_or_sign(token)
-        if token in (r"\frac", r"\dfrac"):
-            return f"<mfrac>{self.argument()}{self.argument()}</mfrac>"
-        if token == r"\sqrt":
-            return self.root()
-        if token == r"\left":
-            return self.fenced()
-        if token == r"\begin":
-            return self.table()
-        if token in WORDS:
-            return WORDS[token].format(self.words())
-        return self.command(token)
-
-    def command(self, token: str) -> str:
-        if token in LETTERS:
-            return f"<mi>{LETTERS[token]}</mi>"
-        if token in FUNCTIONS:
-            return f"<mi>{FUNCTIONS[token]}</mi><mo>&#x2061;</mo>"
-        if token in SIGNS:
-            return f"<mo>{escape(SIGNS[token])}</mo>"
-        if token in SPACES:
-            return f'<mspace width="{SPACES[token]}em"></mspace>'
-        if token in ACCENTS:
-            accent = f'<mo stretchy="false">{ACCENTS[token]}</mo>'
-            return f'<mover accent="true">{self.argument()}{accent}</mover>'
-        raise self.error(f"{token} is not read")
-
-    def root(self) -> str:
-        if self.peek() != "[":
-            return f"<msqrt>{self.argument()}</msqrt>"
-        self.take()
-        index = self.row(frozenset("]"))
-        self.take()
-        return f"<mroot>{self.argument()}{index}</mroot>"
-
-    def fenced(self) -> str:
-        opening = self.take()
-        inside = self.row(frozenset())
-        if self.peek() != r"\right":
-            raise self.error(rf"\left{opening} has no \right")
-        self.take()
-        tall = any(tag in inside for tag in TALL)
-        return f"<mrow>{_fence(opening, tall)}{inside}{_fence(self.take(), tall)}</mrow>"
-
-    def words(self) -> str:
-        """Return the letters of a group as they stand, for text and upright names."""
-        if self.take() != "{":
-            raise self.error("words in braces are needed")
-        start = self.place
-        while self.take() != "}":
-            pass
-        return escape(powers("".join(self.tokens[start : self.place - 1]).replace("\\", "")))
-
-    def table(self) -> str:
-        name = self.words()
-        if name not in TABLES:
-            raise self.error(f"the environment {name} is not read")
-        opening, closing = TABLES[name]
-        columns = self.words() if name == "array" else ""
-        rows: list[list[str]] = [[]]
-        ruled: set[int] = set()
-        while True:
-            while self.peek() == r"\hline":
-                self.take()
-                ruled.add(len(rows) - 1)
-            if self.peek() == r"\end":
-                break
-            rows[-1].append(self.row(frozenset({"&", r"\\", r"\end"})))
-            if self.peek() not in ("&", r"\\", r"\end"):
-                raise self.error(f"{name} is not ended")
-            if self.peek() != r"\end" and self.take() == r"\\":
-                rows.append([])
-                self.skip_distance()
-        self.take()
-        self.words()
-        body = "".join(_row(row, columns, k in ruled) for k, row in enumerate(rows) if row)
-        table = f'<mtable class="{name}">{body}</mtable>'
-        if not opening and not closing:
-            return table
-        return f"<mrow>{_fence(opening, True)}{table}{_fence(closing, True)}</mrow>"
-
-    def skip_distance(self) -> None:
-        """Pass over the ``[4pt]`` that may follow the end of a row."""
-        if self.peek() == "[":
-            while self.take() != "]":
-                pass
+def _plain(latex: str) -> str:
+    """Return the LaTeX with names as words, a space before functions, and rows without distance."""
+    latex = DISTANCE.sub(r"\\\\", latex).replace(r"\dfrac", r"\frac")
+    latex = latex.replace(r"\begin{gathered}", r"\begin{array}{c}")
+    latex = latex.replace(r"\end{gathered}", r"\end{array}")
+    return WORDS.sub(_words, FUNCTION.sub(r"\\, ", latex))
 
 
-def _row(cells: list[str], columns: str, ruled: bool) -> str:
-    """Return a row; ``columns`` is TeX's, with a bar where a line stands before a column."""
-    bars = {len(columns[:k].replace("|", "")) for k, c in enumerate(columns) if c == "|"}
-    shown = []
-    for number, cell in enumerate(cells):
-        names = [name for name, on in (("ruled", ruled), ("bar", number in bars)) if on]
-        mark = f' class="{" ".join(names)}"' if names else ""
-        shown.append(f"<mtd{mark}>{cell}</mtd>")
-    return f"<mtr>{''.join(shown)}</mtr>"
+def _words(group: re.Match[str]) -> str:
+    text = rf"\text{{{powers(ESCAPE.sub('', group[2]))}}}"
+    return rf"\class{{name}}{{{text}}}" if group[1] == "mathit" else text
 
 
-def _scripts(base: str, below: str, above: str, names: tuple[str, str, str]) -> str:
-    name = names[2] if below and above else names[0] if below else names[1]
-    # A function's name ends with the invisible sign of application: scripts belong to the name.
-    applied = "<mo>&#x2061;</mo>"
-    after = applied if base.endswith(applied) else ""
-    return f"<{name}>{base.removesuffix(applied)}{below}{above}</{name}>{after}"
+def _check(element: ElementTree.Element, latex: str) -> None:
+    """Make an element's text plain and its accent low; raise ModelError for what is no formula."""
+    element.text = unescape(element.text or "")
+    if element.tag not in PARTS or not ATTRIBUTES.issuperset(element.attrib):
+        raise _refusal(latex, f"{element.tag} with {', '.join(element.attrib)} is no formula")
+    if element.text.startswith("\\") or element.text in ("&", "}"):
+        raise _refusal(latex, f"{element.text} is not converted")
+    if PARTS[element.tag] not in (None, len(element)):
+        raise _refusal(
+            latex, f"{element.tag} has {len(element)} parts, {PARTS[element.tag]} needed"
+        )
+    if element.tag == "mover" and element[1].tag == "mo":
+        element.set("accent", "true")
 
 
-def _fence(token: str, tall: bool) -> str:
-    sign = FENCES.get(token, token)
-    tight = 'lspace="0" rspace="0"'
-    stretchy = "true" if tall else "false"
-    return f'<mo stretchy="{stretchy}" {tight}>{escape(sign)}</mo>' if sign else ""
+def _braces_pair(latex: str) -> bool:
+    depth = 0
+    for brace in re.findall(r"(?<!\\)(?:\\\\)*([{}])", latex):
+        depth += 1 if brace == "{" else -1
+        if depth < 0:
+            return False
+    return depth == 0
 
 
-def _letter_or_sign(token: str) -> str:
-    if token.isalpha():
-        return f"<mi>{token}</mi>"
-    if token == "'":
-        return "<mo>&#x2032;</mo>"
-    sign = "\u2212" if token == "-" else token
-    plain = ' stretchy="false"' if token in "()[]|/" else ""
-    return f"<mo{plain}>{escape(sign)}</mo>"
+def _refusal(latex: str, words: str) -> ModelError:
+    return ModelError(f"formula {latex!r}: {words}; it cannot be set as MathML")

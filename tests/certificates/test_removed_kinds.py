@@ -1,25 +1,86 @@
-"""Kinds that earlier versions read: a file with one is refused, and the reader is named."""
+"""Claims of kinds that are no longer read: the file is refused, and nothing of it is PROVED.
+
+The documents are made by hand.  Their hashes are right, so it is the kind alone that is refused.
+"""
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Any
+
 import pytest
 
-from takagi.certificates.checker import CertificateError, check_document
-from takagi.certificates.checker.replay.claim_kinds import LAST_READER, NO_LONGER_READ
-from takagi.certificates.document import certificate_document
+from takagi.certificates import CertificateError, check
+from takagi.certificates.checker import check_document
+from takagi.certificates.checker.replay import claim_kinds
+from takagi.certificates.cross_check import judge_document, opinion
+from takagi.cli.main import main
 from tests.certificates.kinds.claims import model_data
+from tests.certificates.turbine.running_documents import sealed
+
+REMOVED = sorted(claim_kinds.NO_LONGER_READ)
+SENTENCE = (
+    "claims of kind '{}' are no longer read; check this file with takagi at commit "
+    f"{claim_kinds.LAST_READER}, the last that reads them, or make the certificate again"
+)
 
 
-@pytest.mark.parametrize("kind", sorted(NO_LONGER_READ))
-def test_a_removed_kind_is_refused_with_the_commit_that_reads_it(kind: str) -> None:
-    """A true claim beside it does not make the file one that is read."""
-    claims = [
-        {"name": "true", "kind": "decay", "P": [[1]], "decay_rate": 0},
-        {"name": "old", "kind": kind},
-    ]
-    document = certificate_document(
-        model=model_data([[[-1]]]), gains=None, claims=claims, provenance={}
+def document(*kinds: str) -> dict[str, Any]:
+    """Return a file with a claim of each kind, about x' = -x."""
+    claim = {"name": "by hand", "P": [[1]], "decay_rate": 0.5}
+    return sealed({
+        "format": "takagi-certificate",
+        "version": 1,
+        "model": model_data([[[-1]]]),
+        "gains": None,
+        "claims": [{"kind": kind, **claim} for kind in kinds],
+    })  # fmt: skip
+
+
+def test_the_document_is_proved_with_a_kind_that_is_read() -> None:
+    """So the files below are refused for their kinds, not for how they are made."""
+    assert check_document(document("decay")).verdict.name == "PROVED"
+
+
+@pytest.mark.parametrize("kind", REMOVED)
+def test_a_file_with_the_kind_is_refused(kind: str, tmp_path: Path) -> None:
+    """Also beside a claim that is proved; the sentence names the last commit that reads it."""
+    path = tmp_path / "certificate.json"
+    for kinds in ((kind,), ("decay", kind)):
+        path.write_text(json.dumps(document(*kinds)), encoding="utf-8")
+        with pytest.raises(CertificateError) as refused:
+            check(path)
+        assert SENTENCE.format(kind) in str(refused.value)
+        assert str(refused.value).startswith(f"claims[{len(kinds) - 1}].kind: ")
+
+
+@pytest.mark.parametrize("kind", REMOVED)
+def test_the_command_refuses_it(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "certificate.json"
+    path.write_text(json.dumps(document(kind)), encoding="utf-8")
+    assert main(["check", str(path)]) == 2
+    printed = capsys.readouterr()
+    assert SENTENCE.format(kind) in " ".join(printed.err.split())
+    assert "PROVED" not in printed.out + printed.err
+    assert "Traceback" not in printed.out + printed.err
+
+
+@pytest.mark.parametrize("kind", REMOVED)
+def test_the_second_checker_does_not_replay_it(kind: str) -> None:
+    (answer,) = judge_document(document(kind))
+    assert (answer.kind, answer.verdict) == (kind, opinion.NOT_REPLAYED)
+
+
+@pytest.mark.parametrize("kind", REMOVED)
+def test_no_reader_is_left(kind: str) -> None:
+    tables = (
+        claim_kinds.KINDS,
+        claim_kinds.OWN_READING,
+        claim_kinds.WHOLE_FILE,
+        claim_kinds.RESTING,
+        opinion.LOOPS,
     )
-
-    with pytest.raises(CertificateError, match=rf"claims\[1\].*{kind}.*commit {LAST_READER}"):
-        check_document(document)
+    assert not any(kind in table for table in (*tables, opinion.OF_TURBINES))

@@ -164,38 +164,6 @@ def test_equal_names_are_matched_in_order_and_new_ones_by_kind() -> None:
     assert against(document(ellipsoid(1)), sets).added == ("set (2)",)
 
 
-def _ranges(*claims: tuple[str, float, float, float]) -> tuple[Data, Checked]:
-    """Return claims about the schedule wind, by name, ends of their winds and rate."""
-    stated = [
-        {"name": name, "kind": "schedule-rate", "cells": [{"wind": [low, high], "wind_rate": rate}]}
-        for name, low, high, rate in claims
-    ]
-    answers = [Claim(name, Verdict.PROVED, "") for name, *_ in claims]
-    read = read_text(json.dumps({"model": {"kind": "turbine"}, "claims": stated}), "test")
-    return read, Checked(Verdict.PROVED, answers, [])
-
-
-def test_ranges_of_winds_are_matched_by_their_winds() -> None:
-    """The claim of the first range is lost: neither order nor a name is taken for it."""
-    old = _ranges(("low", 12, 14, 0.008), ("middle", 13, 16, 0.016), ("high", 15, 24, 0.03))
-    new = _ranges(("low", 13.1, 16, 0.016), ("all", 15, 23, 0.03))
-    found = compare_certificates(old[0], new[0], checked_old=old[1], checked_new=new[1])
-    assert found.lost == {"low": "the new certificate has no such claim"}
-    assert found.added == ()
-    assert {(one.claim, one.worse) for one in found.moved if "kept" in one.figure} == {
-        ("middle", True), ("high", True)
-    }  # fmt: skip
-    covered = {one.claim: (one.old, one.new) for one in found.moved if "covered" in one.figure}
-    assert covered == {"middle": (3, Fraction("2.9")), "high": (9, 8)}
-
-
-def test_equal_ranges_are_matched_by_name() -> None:
-    old = _ranges(("slow", 12, 14, 0.008), ("fast", 12, 14, 0.016))
-    new = _ranges(("fast", 12, 14, 0.016), ("slow", 12, 14, 0.008), ("new", 20, 24, 0.03))
-    found = compare_certificates(old[0], new[0], checked_old=old[1], checked_new=new[1])
-    assert found.passes and found.added == ("new",)
-
-
 def test_changes_name_parameter_gain_and_option() -> None:
     old = document(HALVES | {"decay_rate": 0.5}, configuration={"decay_rate": None})
     faster = ((-1.0, 0.0), (0.0, -3.0))

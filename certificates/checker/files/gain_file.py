@@ -23,16 +23,12 @@ EARLIER = ("1", "2")
 BOTH = ("observer", "measurement")
 OBSERVED = {
     "running-loop": BOTH,
-    "running-rate": BOTH,
-    "schedule-rate": BOTH,
     "turbine-crossing": BOTH,
     "turbulence-speed": ("measurement",),
 }
 # Which limits of rates such claims have; they are computed from the model's.
 RATES = {
     "running-loop": ("torque_rate", "pitch_rate"),
-    "running-rate": ("torque_rate", "pitch_rate"),
-    "schedule-rate": ("torque_rate", "pitch_rate"),
     "turbulence-speed": ("torque_rate",),
 }
 # What the observer knows of the rotor.

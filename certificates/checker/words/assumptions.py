@@ -26,22 +26,6 @@ RUNNING = (
     PROGRAM[0],
     "speed measured exactly before its filters, pitch exactly",
 )
-# In moving wind: the same, but for the wind and what the start is compared with.
-MOVING = (
-    "wind rate within the stated bound, wind within one stated range",
-    "start with V <= 1 in the set of the wind at the start, pitch at or above its lower limit, "
-    "schedule wind within the tables, and what is sent equal to what the law asks for",
-    *RUNNING[2:],
-)
-
-# The same about the trim at the schedule wind.
-AT_SCHEDULE = (
-    MOVING[0],
-    "start with V <= 1 and a schedule wind in the stated range, and what is sent equal to what the "
-    "law asks for",
-    *RUNNING[2:],
-)
-
 # Of the loop linearised at one wind.
 LINEAR = (
     "loop linearised at the trim of one mean wind, without its limits",
@@ -78,8 +62,6 @@ ASSUMED = {
         *PROGRAM,
     ),
     "running-loop": RUNNING,
-    "running-rate": MOVING,
-    "schedule-rate": AT_SCHEDULE,
     "turbine-crossing": LINEAR,
     "turbulence-speed": IN_TURBULENCE,
     "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -52,8 +51,6 @@ def loop_document(
     *,
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
-    moving_wind: bool = False,
-    moving_wind_above_rated: bool = False,
     turbulence: str | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
@@ -63,9 +60,6 @@ def loop_document(
     ----------
     asked : the configuration, as recorded in the provenance.
     controller : the gain file's observer and filters; None makes no claim about the loop with them.
-    moving_wind : whether the claim about that loop in moving wind is sought, too.
-    moving_wind_above_rated : whether the claims about it around the trim at the schedule wind, in
-        wind that moves faster, are sought, too.
     turbulence : the class of turbulence of claims about that loop, linearised at some mean winds,
         and about the rotor's speed at a low one; None makes none.
     tell : called with a word before the search for each of these claims.
@@ -84,16 +78,6 @@ def loop_document(
         running, why = running_claim(model, gains, controller, inertia)
         claims += running
         left_out |= why
-        if moving_wind:
-            if tell is not None:
-                tell("loop with its observer, in moving wind")
-            moving, why = moving_claim(model, gains, controller, inertia)
-            claims += moving
-            left_out |= why
-        if moving_wind_above_rated:
-            kept, why = schedule_claims(model, gains, controller, inertia, tell)
-            claims += kept
-            left_out |= why
         if turbulence is not None:
             for seek in (crossing_claims, low_wind_claims):
                 rare, why = seek(model, gains, controller, inertia, turbulence, tell)
@@ -162,92 +146,6 @@ def running_claim(
 
     made = partial(running_loop_claim, model, gains, controller, inertia)
     return _alone("running-loop", made, model, gains)
-
-
-def moving_claim(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-    within: tuple[Fraction, Fraction] | None = None,
-    cuts: Sequence[float] = (),
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claim about that loop in moving wind, or by its kind why there is none.
-
-    Parameters
-    ----------
-    controller, inertia, within, cuts : as ``running_rate_claim`` takes them.
-    """
-    # Imported here: it loads a solver.
-    from takagi.certificates.claims.turbine.running_loop.running_rate_claim import (
-        running_rate_claim,
-    )
-
-    made = partial(running_rate_claim, model, gains, controller, inertia, within, cuts)
-    return _alone("running-rate", made, model, gains)
-
-
-def schedule_claim(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-    within: tuple[Fraction, Fraction],
-    rate: float,
-    tell: Callable[[str], None] | None = None,
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claim about the trim at the schedule wind, or by its kind why there is none.
-
-    Parameters
-    ----------
-    controller, inertia, within, rate, tell : as ``schedule_rate_claim`` takes them.
-    """
-    # Imported here: it loads a solver.
-    from takagi.certificates.claims.turbine.scheduled_loop.schedule_rate_claim import (
-        schedule_rate_claim,
-    )
-
-    made = partial(schedule_rate_claim, model, gains, controller, inertia, within, rate, tell)
-    return _alone("schedule-rate", made, model, gains)
-
-
-def schedule_claims(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-    tell: Callable[[str], None] | None = None,
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return such claims for the ranges of ``schedule_ranges``, and by range why there is none.
-
-    A range that fails leaves the claims of the others as they are.
-
-    Parameters
-    ----------
-    controller, inertia : as ``schedule_rate_claim`` takes them.
-    tell : called with a word before each step of the search.
-    """
-    # Imported here: few designs ask.
-    from takagi.certificates.claims.turbine.scheduled_loop.schedule_ranges import schedule_ranges
-
-    try:
-        ranges = schedule_ranges(gains)
-    except Refused as reason:
-        return [], {"schedule-rate": f"not claimed: {reason}"}
-    claims: list[dict[str, Any]] = []
-    left_out: dict[str, str] = {}
-    for k, one in enumerate(ranges, start=1):
-        head = f"moving wind, range {k} of {len(ranges)}"
-
-        def told(words: str, head: str = head) -> None:
-            if tell is not None:
-                tell(f"{head}: {words}")
-
-        within = one.low, one.high
-        found, why = schedule_claim(model, gains, controller, inertia, within, one.rate, told)
-        claims += found
-        left_out |= {f"{kind}, {one.words}": reason for kind, reason in why.items()}
-    return claims, left_out
 
 
 def crossing_claim(

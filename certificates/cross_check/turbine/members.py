@@ -17,15 +17,6 @@ _SEEN = """
     observer.l1 observer.l2 observer.wind_limits measurement.speed_filter
     measurement.torsion_filter.frequency measurement.torsion_filter.passed
 """
-_FAMILY = f"winds uncertainty.inertia uncertainty.wake_length {_SEEN}"
-_CELL = """
-    cells.wind cells.multipliers.* cells.sides.speed cells.sides.measured cells.sides.pitch
-    cells.sides.signal cells.sides.estimate cells.sides.measured_rate cells.sides.innovation
-"""
-_AT_WIND = "cells.sides.effort cells.sides.schedule cells.sides.integral"
-_MOVING = """
-    functions.wind functions.P cells.wind_rate cells.decay_rate cells.residual_share
-"""
 _WORDS = {
     "coherent-loop": """
         state P uncertainty.inertia uncertainty.frozen_wake uncertainty.power_coefficient
@@ -45,9 +36,12 @@ _WORDS = {
         cells.pitch_rate cells.signal_rate cells.torque_rate cells.schedule_bend
     """,
     "equilibrium": "cells.wind cells.rests",
-    "running-loop": f"decay_rate cells.P {_FAMILY} {_CELL} {_AT_WIND}",
-    "running-rate": f"cells.schedule_cuts {_FAMILY} {_CELL} {_AT_WIND} {_MOVING}",
-    "schedule-rate": f"cells.sides.wind cells.sides.drive {_FAMILY} {_CELL} {_MOVING}",
+    "running-loop": f"""
+        winds decay_rate uncertainty.inertia uncertainty.wake_length {_SEEN}
+        cells.wind cells.P cells.multipliers.* cells.sides.speed cells.sides.measured
+        cells.sides.pitch cells.sides.signal cells.sides.effort cells.sides.schedule
+        cells.sides.estimate cells.sides.integral cells.sides.measured_rate cells.sides.innovation
+    """,
     "turbine-crossing": f"""
         wind overspeed horizon probability cuts C {_SEEN}
         turbulence.deviation turbulence.rate turbulence.rotor_time

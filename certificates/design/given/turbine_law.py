@@ -147,8 +147,6 @@ def certify_law(
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY,
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
-    moving_wind: bool = False,
-    moving_wind_above_rated: bool = False,
     turbulence: str | None = None,
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:
@@ -160,9 +158,6 @@ def certify_law(
     files : the turbine's data files; the certificate records their SHA-256.
     controller : the gain file's observer and filters, for the claim about the loop with them; None
         makes no such claim.
-    moving_wind : whether that loop is claimed in moving wind, too.
-    moving_wind_above_rated : whether it is claimed about its schedule wind, too, in wind that moves
-        faster.
     turbulence : the class of turbulence of claims about that loop, linearised; None makes none.
     tell : called with a word on progress.
 
@@ -193,8 +188,6 @@ def certify_law(
         asked,
         files=files,
         controller=controller,
-        moving_wind=moving_wind,
-        moving_wind_above_rated=moving_wind_above_rated,
         turbulence=turbulence,
         tell=tell,
     )

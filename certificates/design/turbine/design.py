@@ -73,8 +73,6 @@ def design_turbine(
             asked,
             files=files,
             controller=observer_members(observer, asked),
-            moving_wind=asked.moving_wind,
-            moving_wind_above_rated=asked.moving_wind_above_rated,
             turbulence=asked.turbulence,
             tell=clock.told,
         )

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_BOX, DEFAULT_UNCERTAINTY
 from takagi.certificates.design.turbine.effort_sharing_gains import SYNTHESES, Synthesis
-from takagi.certificates.document.provenance import RECORDED_IF_ASKED
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
@@ -60,10 +59,6 @@ class DesignSettings:
         afterwards; "one-step" changes the gains together with the functions, for a larger claim.
     objective : the quantity that the one-step synthesis improves.
     box, uncertainty : what the effort-sharing certificate covers.
-    moving_wind : whether the effort-sharing certificate also has the claim ``running-rate``, whose
-        search takes minutes.
-    moving_wind_above_rated : whether it also has claims ``schedule-rate``, whose search takes
-        minutes; recorded in the certificate only where it is asked for.
     turbulence : class of turbulence, A, B or C, of the effort-sharing certificate's claims
         ``turbine-crossing``; None makes none.
     """
@@ -86,8 +81,6 @@ class DesignSettings:
     objective: Objective = OBJECTIVES["balanced"]
     box: LoopBox = DEFAULT_BOX
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY
-    moving_wind: bool = False
-    moving_wind_above_rated: bool = field(default=False, metadata=RECORDED_IF_ASKED)
     turbulence: str | None = None
 
     def __post_init__(self) -> None:

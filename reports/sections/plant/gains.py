@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 FOLDED = 16
 OBSERVED_LAW = (
-    r"u = u^{*} - \sum_i h_i K_i s, \quad s' = \sum_i h_i \left(A_i s + B_i (u - u^{*}) "
+    r"u = u^{*} - \sum_i h_i K_i s, \quad \dot{s} = \sum_i h_i \left(A_i s + B_i (u - u^{*}) "
     r"+ L_i (y - y^{*} - C_i s - D_i (u - u^{*}))\right)"
 )
 CORNERS = ("lower", "upper")

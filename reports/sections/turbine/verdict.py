@@ -9,7 +9,6 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.claim_summary import (
     ClaimSummary,
     claim_summary,
-    kept_in_moving_wind,
     running_loop_summary,
     seldom_reached,
     turbulence_summary,
@@ -177,7 +176,6 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
             f"{at_most(summary.peaks['speed_error'] * RPM, 2)} rpm of the reference speed",
         ),
         *_with_observer(design),
-        *_in_moving_wind(design),
         *_in_turbulence(design),
         *_in_low_wind(design),
         *_actuators(design),
@@ -223,21 +221,6 @@ def _with_observer(design: TurbineDesign) -> list[tuple[str, str, str]]:
     rate, winds = found
     where = f"at a constant wind, {winds}, from a set of each wind cell, with its filters"
     return [("Decay with the observer", f"\u2265 {at_least(rate)} 1/s", where)]
-
-
-def _in_moving_wind(design: TurbineDesign) -> list[tuple[str, str, str]]:
-    """Return what is proved above rated wind while the wind moves, one row for each range."""
-    return [
-        (
-            f"Wind within {rounded_bounds.at_most(one.low, 6)} to "
-            f"{rounded_bounds.at_least(one.high, 6)} m/s",
-            f"|v'| up to {rounded_bounds.at_least(one.rate)} m/s²",
-            f"rotor speed stays at or below {rounded_bounds.at_most(100 * one.share, 5)} % of "
-            "rated, from a set around the operating point at a schedule wind of "
-            f"{one.schedule[0]:g} to {one.schedule[1]:g} m/s, with the observer and its filters",
-        )
-        for one in kept_in_moving_wind(design)
-    ]
 
 
 def _in_turbulence(design: TurbineDesign) -> list[tuple[str, str, str]]:

@@ -40,7 +40,6 @@ PLACES = {
 # Members that some claims leave out.
 OPTIONAL: dict[str, set[Way]] = {
     "turbine-crossing": {("cuts",)},
-    "running-rate": {("cells", "schedule_cuts")},
     "actuator-rates": {("wind_rate",)},
     "paper-loop": {("unproved", "wind"), ("unproved", "reason")},
 }
@@ -173,7 +172,7 @@ def test_a_file_without_a_controller_is_refused() -> None:
 @pytest.mark.parametrize(
     "place", [("claims", 0, "observer"), ("claims", 0, "uncertainty")], ids=str
 )
-@pytest.mark.parametrize("kind", ["turbine-crossing", "schedule-rate"])
+@pytest.mark.parametrize("kind", ["turbine-crossing", "running-loop"])
 def test_an_observer_with_a_further_gain_is_refused(kind: str, place: tuple[Any, ...]) -> None:
     document = json.loads(next(recorded(kind))[1])
     at = document

@@ -83,8 +83,6 @@ EVIDENCE: dict[str, Data] = {
     "wind-rate": {"loop": 0},
     "actuator-rates": {"loop": 0},
     "running-loop": {},
-    "running-rate": {},
-    "schedule-rate": {},
     "turbine-crossing": {},
     "turbulence-speed": {},
 }

@@ -24,7 +24,7 @@ def program_of(design: TurbineDesign) -> ControllerProgram:
 
 def recorded_program(*, without: Collection[str] = ()) -> ControllerProgram:
     """Return the default law of the NREL 5-MW turbine, from a recorded certificate: quickly."""
-    data = read_text(json.dumps(json.loads(next(recorded("running-rate"))[1])), "certificate")
+    data = read_text(json.dumps(json.loads(next(recorded("running-loop"))[1])), "certificate")
     law = data["gains"]
     trim = {"wind": law["wind"], "rotor_speed": law["rotor_speed"], "pitch": [law["pitch_min"]]}
     own = {**data["controller"], "name": "trial", "turbine": "NREL 5-MW", "trim": trim}

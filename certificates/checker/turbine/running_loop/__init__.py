@@ -7,6 +7,4 @@ equations       the loop as signals with uncertain factors
 signals         signals with uncertain factors, and the matrix of the decay inequality
 limits          proof that limits missing in the equations are not reached
 running_claim   the verdict on one claim
-moving          the loop around an operating point that moves with the wind
-moving_claim    the verdict on one claim in moving wind (``running-rate``)
 """

@@ -1,4 +1,4 @@
-"""The members of the claims about the loop as it runs, at constant winds and in moving wind."""
+"""The members of the claim about the loop as it runs, at constant winds."""
 
 from __future__ import annotations
 
@@ -8,14 +8,19 @@ FILTERED: Members = {
     "measurement": {"speed_filter": {}, "torsion_filter": plain("frequency passed")}
 }
 OBSERVED: Members = {"observer": plain("l1 l2 wind_limits"), **FILTERED}
-FAMILY: Members = {"winds": {}, "uncertainty": plain("inertia wake_length"), **OBSERVED}
-MOVING: Members = {**FAMILY, "functions": plain("wind P")}
-# The readers of ``multipliers`` refuse a name that is not a factor's.
-CELL: Members = {"wind": {}, "multipliers": None}
-MOVING_CELL: Members = {**CELL, **plain("wind_rate decay_rate residual_share")}
-COMMON_SIDES = "speed measured pitch signal estimate measured_rate innovation"
-SIDES = plain(f"{COMMON_SIDES} effort schedule integral")
 OF: dict[str, Members] = {
-    "running-loop": {**FAMILY, "decay_rate": {}, "cells": {**CELL, "P": {}, "sides": SIDES}},
-    "running-rate": {**MOVING, "cells": {**MOVING_CELL, "schedule_cuts": {}, "sides": SIDES}},
+    "running-loop": {
+        **plain("winds decay_rate"),
+        **OBSERVED,
+        "uncertainty": plain("inertia wake_length"),
+        "cells": {
+            **plain("wind P"),
+            "sides": plain(
+                "speed measured pitch signal effort schedule estimate integral measured_rate "
+                "innovation"
+            ),
+            # The reader of ``multipliers`` refuses a name that is not a factor's.
+            "multipliers": None,
+        },
+    }
 }

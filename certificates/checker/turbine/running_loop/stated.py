@@ -1,18 +1,16 @@
-"""What the claims about the loop that runs state alike: the loop, and functions at winds."""
+"""The loop that a claim about the loop as it runs states: plant, law, observer and filters."""
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import listed, matrix, member, number
+from takagi.certificates.checker.kernel.reader import member
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     other_than_the_controller,
 )
-from takagi.certificates.checker.turbine.running_loop.signals import Rows
 
 MOST_CELLS = 500
 
@@ -33,17 +31,3 @@ def stated_loop(claim: Any, data: Any, where: str) -> tuple[Plant, Law, Machine]
     if other := other_than_the_controller(claim, data, where):
         raise CertificateError(f"{where}.{other}")
     return plant, law, machine
-
-
-def stated_functions(claim: Any, order: int, where: str) -> dict[Fraction, Rows]:
-    """Return P by its wind; refuses a wind that stands twice and a P of another size."""
-    found: dict[Fraction, Rows] = {}
-    for i, stated in enumerate(listed(claim, "functions", where, 2, 2 * MOST_CELLS)):
-        place = f"{where}.functions[{i}]"
-        wind, P = number(stated, "wind", place), matrix(stated, "P", place)
-        if len(P) != order or len(P[0]) != order:
-            raise CertificateError(f"{place}.P: {order} rows of {order} numbers are needed")
-        if wind in found:
-            raise CertificateError(f"{place}.wind: two functions at one wind")
-        found[wind] = P
-    return found

@@ -4,10 +4,7 @@ running_loop   the conditions of a claim, cell by cell
 machine        observer, filters and box as the claim states them
 cell           ranges of the loop's factors over the box of one cell
 rates          the loop as a matrix over states and uncertain products
-moving_loop    the conditions of a claim in moving wind (``running-rate``)
-moving_form    the form of both claims in moving wind, and their functions
-moving_rates   the loop around a point that moves with the wind
 shortened      a matrix with short entries whose definiteness implies that of the matrix
 
-Written from docs/running-loop.md and docs/running-rate.md.
+Written from docs/running-loop.md.
 """
