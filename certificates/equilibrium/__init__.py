@@ -19,6 +19,4 @@ if TYPE_CHECKING:
         closed_loop_equilibria as closed_loop_equilibria,
     )
 
-__getattr__, __dir__ = lazy_names(
-    __name__, ClosedLoopRests="ClosedLoopEquilibria", RestCell="EquilibriumCell"
-)
+__getattr__, __dir__ = lazy_names(__name__)

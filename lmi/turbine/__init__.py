@@ -34,4 +34,4 @@ if TYPE_CHECKING:
         regional_gain_condition as regional_gain_condition,
     )
 
-__getattr__, __dir__ = lazy_names(__name__, LoopFamily="LoopOfGains")
+__getattr__, __dir__ = lazy_names(__name__)

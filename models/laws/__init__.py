@@ -40,10 +40,4 @@ if TYPE_CHECKING:
     from takagi.models.laws.published.reference_filter import ReferenceFilter as ReferenceFilter
     from takagi.models.laws.sampled import SampledLaw as SampledLaw
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    CoherentLaw="EffortSharingLaw",
-    PaperLaw="PublishedLaw",
-    PaperRule="PublishedRule",
-    paper_law="published_law",
-)
+__getattr__, __dir__ = lazy_names(__name__)

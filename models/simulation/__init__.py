@@ -49,9 +49,4 @@ if TYPE_CHECKING:
     from takagi.models.simulation.wind import ramp_wind as ramp_wind
     from takagi.models.simulation.wind import step_wind as step_wind
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    Plant="SimulatedTurbine",
-    paper_scenario="published_scenario",
-    paper_winds="published_winds",
-)
+__getattr__, __dir__ = lazy_names(__name__)

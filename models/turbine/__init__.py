@@ -38,4 +38,4 @@ if TYPE_CHECKING:
     from takagi.models.turbine.turbulence import CLASS_B as CLASS_B
     from takagi.models.turbine.turbulence import RotorWind as RotorWind
 
-__getattr__, __dir__ = lazy_names(__name__, Baseline="BaselineController")
+__getattr__, __dir__ = lazy_names(__name__)

@@ -45,4 +45,4 @@ if TYPE_CHECKING:
     from takagi.reports.figures.writing import figure_to_png as figure_to_png
     from takagi.reports.figures.writing import figure_to_svg as figure_to_svg
 
-__getattr__, __dir__ = lazy_names(__name__, rests_figure="equilibria_figure")
+__getattr__, __dir__ = lazy_names(__name__)

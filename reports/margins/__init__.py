@@ -79,6 +79,4 @@ if TYPE_CHECKING:
     from takagi.reports.margins.turbine_loops import plant_at_trim as plant_at_trim
     from takagi.reports.margins.turbine_loops import torque_loop as torque_loop
 
-__getattr__, __dir__ = lazy_names(
-    __name__, LoopRest="LoopEquilibrium", NoRest="NoEquilibrium", loop_rest="loop_equilibrium"
-)
+__getattr__, __dir__ = lazy_names(__name__)
