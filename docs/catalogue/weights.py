@@ -55,8 +55,6 @@ CELLS = MappingProxyType(
         "running-loop": OTHER,
         "running-rate": OTHER,
         "schedule-rate": OTHER,
-        "turbine-crossing": OTHER,
-        "turbulence-speed": OTHER,
     }
 )
 
