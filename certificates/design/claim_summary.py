@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 KIND = "coherent-loop"
-RUNNING, SCHEDULED = "running-loop", "schedule-rate"
+RUNNING = "running-loop"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
