@@ -17,7 +17,6 @@ from takagi.lmi.turbine import (
     LoopOfGains,
     Objective,
     OneStepDesign,
-    effort_loop_reach,
     one_step_gains,
 )
 from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
@@ -180,7 +179,7 @@ def test_no_step_at_all_is_the_analysis_of_the_given_gains(
     gains = near_rated.law.gains
     slow = EffortGains(gains.proportional, 0.8 * gains.integral_rate)
     slower = replace(near_rated, law=replace(near_rated.law, gains=slow))
-    assert effort_loop_reach(slower).decay_rate < reached.decay_rate
+    assert one_step_gains(slower, steps=0).before.decay_rate < reached.decay_rate
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -344,4 +343,4 @@ def test_misuse_is_named(near_rated: LoopOfGains) -> None:
         replace(near_rated, error=np.ones(7))
     tiny = LoopBox(Fraction("0.0004"), Fraction("0.00008"), Fraction("0.0003"), Fraction("0.03"))
     with pytest.raises(ModelError, match="lower the wind class"):
-        effort_loop_reach(replace(near_rated, box=tiny))
+        one_step_gains(replace(near_rated, box=tiny), steps=0)
