@@ -3,13 +3,13 @@
 The loop is the plant's torque, the law's own ``command`` and the limited first-order pitch drive;
 its derivative in (e, zeta, x) is taken by differences along the vector field, so that no formula
 of the embedding is used.  The family is a box of coefficients: membership is decided exactly by
-two intervals, and again by computing each mean value and comparing it with its range.
+two intervals.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from fractions import Fraction
 
 import numpy as np
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from takagi.models import Interval, Turbine
 from takagi.models.laws import Command, EffortSchedule, EffortSharingLaw, Measurement
 from takagi.models.loops.effort_sharing import LoopBox, LoopCell, LoopUncertainty
-from takagi.models.ramps import effort_ramp_slope
 from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import rotor_torque, rotor_torque_gradient
 
@@ -26,9 +25,6 @@ Floats = NDArray[np.float64]
 
 BOX = LoopBox(Fraction("0.045"), Fraction("0.015"), Fraction("0.04"), Fraction("0.03"))
 WIDE = LoopUncertainty(Interval.of("0.9", "1.1"), frozen_wake=True)
-# The true power coefficient differs from the table's by up to 2 %.
-WRONG = 0.02
-WIDER = replace(WIDE, power_coefficient=Interval.of("0.98", "1.02"))
 # A lag that asks for several times the pitch rate limit.
 FAST = LoopBox(Fraction("0.045"), Fraction("0.04"), Fraction("0.04"), Fraction("0.03"))
 # Of the differences along the vector field.  Exactly, the loop lies in its family.
@@ -174,6 +170,10 @@ def spread(factor: float, interval: Interval) -> Floats:
     return np.sort(factor * ends(interval))
 
 
+def outside(value: float, interval: Floats) -> float:
+    return float(max(interval[0] - value, value - interval[1]))
+
+
 def distance(cell: LoopCell, p: Point, rates: tuple[float, float, float]) -> float:
     """Return how far a derivative is outside {A xi + d}; exact, for e' enters zeta' as it is.
 
@@ -191,54 +191,6 @@ def distance(cell: LoopCell, p: Point, rates: tuple[float, float, float]) -> flo
     owed = spread(e_rate + nu * p.e, cell.share_gain) + spread(-p.zeta, cell.lag_rate)
     owed = owed + (turning + float(cell.lag_disturbance)) * np.array([-1, 1])
     return max(outside(e_rate, speed), outside(zeta_rate, owed), abs(x_rate + nu * p.e))
-
-
-def outside(value: float, interval: Floats) -> float:
-    return float(max(interval[0] - value, value - interval[1]))
-
-
-def mean_values(turbine: Turbine, law: EffortSharingLaw, p: Point) -> dict[str, float]:
-    """Return each coefficient of the module's decomposition at one point, as a difference."""
-    omega, beta, effort = physical(law, p)
-    v = p.schedule_wind
-    star, b, q, gamma, eps = (
-        column(law, "rotor_speed", v),
-        column(law, "effectiveness", v),
-        column(law, "trim_effort", v),
-        column(law, "gamma", v),
-        law.schedule.overlap,
-    )
-
-    def torque(speed: float, pitch: float, wind: float) -> float:
-        own = p.power * float(rotor_torque(turbine, speed, pitch, wind))
-        return (own + wake_torque(turbine, law, p, pitch)) / turbine.inertia
-
-    def curve(s: float) -> float:
-        held = law.rated_torque - law.effort_torque * float(effort_ramp(-s, eps))
-        pitch = law.pitch_min + float(effort_ramp(s, eps)) / b
-        return torque(star, pitch, v) - turbine.gear_ratio * held / turbine.inertia
-
-    reached = law.pitch_min + float(effort_ramp(effort, eps)) / b
-    share = float(effort_ramp_slope(effort, eps))
-    trim = curve(q)
-    return {
-        "stiffness": p.kappa * (torque(omega, beta, v) - torque(star, beta, v)) / p.e,
-        "loop_gain": p.kappa * gamma * (curve(effort) - trim) / (q - effort),
-        "lag_gain": p.kappa * (torque(star, beta, v) - torque(star, reached, v)) / p.zeta,
-        "share_gain": share * gamma,
-        "residual": trim,
-        "wind_gain": (torque(omega, beta, p.wind) - torque(omega, beta, v)) / (p.wind - v),
-    }
-
-
-def excess(cell: LoopCell, values: dict[str, float]) -> dict[str, float]:
-    """Return how far each mean value is outside its stated range or size."""
-    found = {}
-    for name, value in values.items():
-        stated = getattr(cell, name)
-        bounds = ends(stated) if isinstance(stated, Interval) else float(stated) * np.array([-1, 1])
-        found[name] = outside(value, bounds)
-    return found
 
 
 def campaign(

@@ -2,36 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
-import numpy as np
 import pytest
 
-from takagi.models import Interval, ModelError, Turbine
-from takagi.models.intervals.jet import Jet
+from takagi.models import ModelError, Turbine
 from takagi.models.laws import EffortSharingLaw
 from takagi.models.loops.effort_sharing import (
     LoopBox,
     LoopCell,
-    LoopUncertainty,
     effort_sharing_cells,
-    loop_vertices,
 )
 from tests.models.loop.loop_points import (
     BOX,
     FAST,
     ROUNDING,
     WIDE,
-    Floats,
-    Point,
     campaign,
-    derivative,
-    distance,
-    ends,
-    excess,
-    mean_values,
     points,
     rates_of,
 )
@@ -47,17 +34,6 @@ def test_the_loop_lies_in_its_family(
 
 
 @pytest.mark.slow
-def test_every_mean_value_lies_in_its_range(
-    turbine: Turbine, law: EffortSharingLaw, cells: list[LoopCell]
-) -> None:
-    """The decomposition of the docstring, coefficient by coefficient."""
-    for p in points(law, BOX, 800, seed=2):
-        if min(abs(p.e), abs(p.zeta), abs(p.e - p.x), abs(p.wind - p.schedule_wind)) > 1e-4:
-            found = excess(cells[p.k], mean_values(turbine, law, p))
-            assert max(found.values()) < ROUNDING, (p, found)
-
-
-@pytest.mark.slow
 def test_the_rate_limit_is_a_sector(turbine: Turbine, law: EffortSharingLaw) -> None:
     """With a lag box so large that the drive saturates the loop still lies in its family."""
     cells = list(effort_sharing_cells(turbine, law, FAST, WIDE, rates_of(law)))
@@ -68,95 +44,6 @@ def test_the_rate_limit_is_a_sector(turbine: Turbine, law: EffortSharingLaw) -> 
     assert min(cell.lag_rate.lower / cell.lag_rate.upper for cell in cells) < 0.3
 
 
-SHRUNK = (
-    "stiffness",
-    "loop_gain",
-    "lag_gain",
-    "share_gain",
-    "lag_rate",
-    "wind_gain",
-    "effectiveness_slope",
-    "reference_slope",
-)
-
-
-@pytest.fixture(scope="module")
-def sampled(
-    turbine: Turbine, law: EffortSharingLaw
-) -> list[tuple[Point, tuple[float, float, float]]]:
-    """Return points with their derivatives, for tests that break the family."""
-    return [(p, derivative(turbine, law, p)) for p in points(law, BOX, 3000, seed=4)]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SHRUNK)
-def test_a_family_without_one_term_is_left(
-    name: str,
-    cells: list[LoopCell],
-    sampled: list[tuple[Point, tuple[float, float, float]]],
-) -> None:
-    """Each coefficient is needed: pinned to its middle, or to zero, some point falls outside."""
-    pinned = []
-    for cell in cells:
-        change: dict[str, Any] = {name: Fraction(0)}
-        if isinstance(stated := getattr(cell, name), Interval):
-            change[name] = Interval(stated.centre, stated.centre)
-        pinned.append(replace(cell, **change))
-
-    assert max(distance(pinned[p.k], p, rates) for p, rates in sampled) > 100 * ROUNDING
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "smaller",
-    [
-        replace(WIDE, frozen_wake=False),
-        replace(WIDE, inertia=Interval.of(1, 1)),
-    ],
-    ids=["equilibrium wake", "nominal inertia"],
-)
-def test_a_family_with_less_uncertainty_is_left(
-    smaller: LoopUncertainty,
-    turbine: Turbine,
-    law: EffortSharingLaw,
-    sampled: list[tuple[Point, tuple[float, float, float]]],
-) -> None:
-    """A frozen wake or another inertia is not inside the family that leaves it out."""
-    narrow = list(effort_sharing_cells(turbine, law, BOX, smaller, rates_of(law)))
-
-    assert max(distance(narrow[p.k], p, rates) for p, rates in sampled) > 100 * ROUNDING
-
-
-def test_corners_span_the_family(cells: list[LoopCell]) -> None:
-    """Random coefficients give a loop that is a convex blend of the corners: weights by product."""
-    rng = np.random.default_rng(5)
-    names = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
-    cell = next(
-        c for c in cells if all(getattr(c, n).width > 0 for n in names) and c.lag_disturbance
-    )
-    corners, nu = loop_vertices(cell), float(cell.integral_rate.lower)
-    rate = float(cell.wind_rate)
-    steady = float(cell.inertia_gain * cell.residual) + float(cell.reference_slope) * rate
-    turning = float(cell.effectiveness_slope) * rate
-    for moving in (0.0, 1.0):
-        for _ in range(20):
-            shares = rng.uniform(size=5)
-            a, g, s, f, t = (
-                (ends(getattr(cell, n)) + wider * np.array([-1, 1])) @ [1 - t, t]
-                for n, t, wider in zip(names, shares, [0, 0, 0, 0, moving * turning], strict=True)
-            )
-            expected = [[a - g, s, g], [f * (a - g + nu), f * s - t, f * g], [-nu, 0, 0]]
-            weights = np.ones(1)
-            for share in [*shares, 0.5] if moving else shares:
-                weights = np.outer(weights, [1 - share, share]).ravel()
-            found = corners.A if moving else corners.at_rest
-            assert np.tensordot(weights, found, 1) == pytest.approx(np.array(expected))
-            if moving:
-                assert weights @ corners.fixed == pytest.approx([steady, f * steady, 0], abs=1e-12)
-    signs = corners.fixed[:, 1] - corners.A[:, 1, 2] / corners.A[:, 0, 2] * steady
-    assert np.abs(signs) == pytest.approx(float(cell.lag_disturbance))
-
-
 def test_a_schedule_that_moves_too_fast_is_misuse(turbine: Turbine, law: EffortSharingLaw) -> None:
     """40 m/s^2 asks for more than the pitch rate limit by itself; so many rates as cells."""
     fast = [40.0 for _ in rates_of(law)]
@@ -165,24 +52,6 @@ def test_a_schedule_that_moves_too_fast_is_misuse(turbine: Turbine, law: EffortS
         list(effort_sharing_cells(turbine, law, BOX, WIDE, fast))
     with pytest.raises(ModelError, match="wind rates for"):
         list(effort_sharing_cells(turbine, law, BOX, WIDE, fast[1:]))
-
-
-def test_jets_are_taylor_coefficients() -> None:
-    """(f / g)'' of lines, by the quotient rule and by differences."""
-    f = Jet.linear(Fraction(1), Fraction(3), Fraction(1))
-    g = Jet.linear(Fraction(2), Fraction(5), Fraction(1))
-    t, h = np.linspace(0.01, 0.99, 50), 1e-4
-
-    def quotient(s: Floats) -> Floats:
-        return np.asarray((1 + 2 * s) / (2 + 3 * s))
-
-    bent = (quotient(t + h) - 2 * quotient(t) + quotient(t - h)) / h**2
-    both = f / g
-    assert float(both.curvature.lower) - 1e-6 <= bent.min()
-    assert bent.max() <= float(both.curvature.upper) + 1e-6
-    assert (f * g).curvature == Interval.of(12)
-    assert (f + g).slope == Interval.of(5)
-    assert (f * f).scaled(Fraction(1, 2)).rounded(3).curvature == Interval.of(4)
 
 
 @pytest.mark.parametrize(
