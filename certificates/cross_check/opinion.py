@@ -73,11 +73,7 @@ RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
 # Claims that also read the gain file's observer and filters, from the member ``controller``.
-WITH_OBSERVER = (
-    "running-loop",
-    "turbine-crossing",
-    "turbulence-speed",
-)
+WITH_OBSERVER = ("running-loop",)
 # Claims about a turbine's loop whose conditions are implemented here.
 OF_TURBINES = ("coherent-loop", "equilibrium", *RESTING, *WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
@@ -236,10 +232,6 @@ def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
         from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
 
         return running_loop(claim, document)
-    if kind == "turbine-crossing":
-        from takagi.certificates.cross_check.turbine.linear.turbine_crossing import turbine_crossing
-
-        return turbine_crossing(claim, document)
     from takagi.certificates.cross_check.turbine.overspeed.seldom_reached import seldom_reached
 
     return seldom_reached(claim, document)

@@ -55,8 +55,6 @@ CELLS = MappingProxyType(
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
         "running-loop": OTHER,
-        "turbine-crossing": OTHER,
-        "turbulence-speed": OTHER,
     }
 )
 

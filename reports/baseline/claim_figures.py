@@ -197,14 +197,6 @@ def _crossing(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "horizon", "s", larger=True)
 
 
-def _exceeded(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(
-        claim, "probability", "-", larger=False, name="probability of reaching the speed"
-    )
-    yield from _of(claim, "speed", "rad/s", larger=False, name="speed that is seldom reached")
-    yield from _of(claim, "horizon", "s", larger=True)
-
-
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
     model = document["model"]
     if model.get("kind") == "plant":
@@ -244,11 +236,6 @@ def _running_loop(claim: Data, document: Data) -> Iterator[Found]:
     covered = sum((high - low for low, high, _ in _boxes(claim)), Fraction(0))
     yield ClaimFigure("winds covered with the observer", "m/s", covered)
     yield Profile("box of the wind estimate", "m/s", _boxes(claim))
-
-
-def _turbine_crossing(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "probability", "-", larger=False, name="probability of overspeed")
-    yield from _of(claim, "horizon", "s", larger=True, name="time it is for")
 
 
 def _boxes(claim: Data) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
@@ -297,8 +284,6 @@ _READINGS: dict[str, Reading] = {
     "wind-rate": _wind_rate,
     "actuator-rates": _actuator_rates,
     "running-loop": _running_loop,
-    "turbine-crossing": _turbine_crossing,
-    "turbulence-speed": _exceeded,
 }
 # Members that bound a disturbance; which of them are present is a part of the question.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")
@@ -310,8 +295,6 @@ _QUESTIONS = {
     "peak": ("disturbance", "output"),
     "exit-probability": ("disturbance", "noise", "start"),
     "crossing-probability": ("disturbance", "noise", "row", "limit"),
-    "turbine-crossing": ("wind", "turbulence", "overspeed", "uncertainty"),
-    "turbulence-speed": ("wind", "least_estimate"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

@@ -86,8 +86,6 @@ EVIDENCE: dict[str, Data] = {
     "wind-rate": {"loop": 0},
     "actuator-rates": {"loop": 0},
     "running-loop": {},
-    "turbine-crossing": {},
-    "turbulence-speed": {},
 }
 # Asked of the plant by itself: with gains it would be refused for another reason.
 LAWLESS = {("fuzzy-decay", "secants"), ("fuzzy-l2-gain", "secants"), ("observer", "secants")}

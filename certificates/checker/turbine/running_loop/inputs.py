@@ -125,9 +125,7 @@ class Machine:
         )
 
 
-def other_than_the_controller(
-    claim: Any, data: Any, where: str, parts: Iterable[str] = tuple(STATED)
-) -> str:
+def other_than_the_controller(claim: Any, data: Any, where: str) -> str:
     """Return where the claim's observer or filters differ from the certificate's ``controller``.
 
     That member is the gain file's content, with which ``takagi check --gains`` compares the file.
@@ -136,8 +134,8 @@ def other_than_the_controller(
     controller = data.get("controller") if isinstance(data, dict) else None
     if controller is None:
         return ""
-    for part in parts:
-        stated, names = member(claim, part, where), STATED[part]
+    for part, names in STATED.items():
+        stated = member(claim, part, where)
         own = controller.get(part) if isinstance(controller, dict) else None
         for name in names:
             there, here = (

@@ -70,13 +70,12 @@ def box(cell: Any, names: Sequence[str] = SIDES) -> dict[str, fmpq]:
     return sides
 
 
-def same_controller(
-    claim: Any, document: Any, parts: tuple[str, ...] = ("observer", "measurement")
-) -> bool:
+def same_controller(claim: Any, document: Any) -> bool:
     """Return whether observer and filters are those of the file's controller, if there is one."""
     if not isinstance(document, dict) or document.get("controller") is None:
         return True
     own = document["controller"]
+    parts = ("observer", "measurement")
     return all(_numbers(claim, part) == _numbers(own, part) for part in parts)
 
 
