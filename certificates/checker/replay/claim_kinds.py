@@ -27,7 +27,6 @@ KINDS = {
     "l2-gain": "kinds.l2_gain.check_l2_gain",
     "h2-norm": "kinds.h2_norm.check_h2_norm",
     "exit-probability": "kinds.exit_probability.check_exit_probability",
-    "crossing-probability": "kinds.crossing_probability.check_crossing_probability",
     "peak": "kinds.peak.check_peak",
     "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
     "input-limits": "kinds.input_limits.check_input_limits",
@@ -41,7 +40,6 @@ KINDS = {
 OWN_READING = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
     "paper-loop": "turbine.published.loop_claim.check_published",
-    "equilibrium": "turbine.equilibria.equilibrium_claim.check_equilibrium",
     "effort-blend": "plant.effort_blend.check_effort_blend",
     "sector-embedding": "plant.sector_embedding.check_embedding",
     "secant-embedding": "plant.secant_embedding.check_secant_embedding",
@@ -61,14 +59,14 @@ RESTING = {
 }
 
 # Kinds that earlier versions read and this one does not, and the last commit that reads them all.
-NO_LONGER_READ = frozenset(
-    {
-        "running-rate",
-        "schedule-rate",
-        "turbine-crossing",
-        "turbulence-speed",
-    }
-)
+NO_LONGER_READ = frozenset({
+    "crossing-probability",
+    "equilibrium",
+    "running-rate",
+    "schedule-rate",
+    "turbine-crossing",
+    "turbulence-speed",
+})  # fmt: skip
 LAST_READER = "1e325e61"
 
 

@@ -17,7 +17,6 @@ from takagi.lmi import (
     common_lyapunov_condition,
     exact_matrices,
     expressed,
-    latex,
     max_decay_rate,
 )
 from takagi.lmi.analysis.common_quadratic import rates_of
@@ -249,14 +248,6 @@ def test_a_model_knows_its_sample_time() -> None:
         max_decay_rate(TSModel(-book_pair()), sample_time=0.1)
     with pytest.raises(ModelError, match="must be positive"):
         max_decay_rate(book_pair(), sample_time=0.0)
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """A_i' P A_i - rho^2 P, as printed in the literature."""
-    text = latex(common_lyapunov_condition(book_pair(), sample_time=1.0))
-
-    assert r"A_{i}^\top P A_{i}" in text
-    assert r"\rho^2 P" in text
 
 
 def test_certificates_of_discrete_time_are_about_it() -> None:

@@ -14,7 +14,6 @@ from takagi.lmi import (
     h2_norm_condition,
     hinf_norm,
     hinf_norm_condition,
-    latex,
 )
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import gain_of
@@ -217,9 +216,3 @@ def test_the_sample_time_must_make_sense() -> None:
         h2_norm(two_vertices(), sample_time=0.2)
     with pytest.raises(ModelError, match="continuous time"):
         hinf_norm(TSModel([[[-1.0]]], [[1.0]], C=[[1.0]]), sample_time=0.2)
-
-
-def test_the_builders_write_the_formulas_they_pose() -> None:
-    """The typeset conditions show the discrete forms."""
-    assert r"A_{i}^\top P A_{i} - P" in latex(hinf_norm_condition(two_vertices()))
-    assert r"A_{i}^\top P A_{i} - P + C_{i}^\top C_{i}" in latex(h2_norm_condition(two_vertices()))

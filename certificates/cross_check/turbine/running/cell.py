@@ -232,12 +232,6 @@ class RunningCell:
         nodes, k = self.rotor.wind, self.own
         return (column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k])
 
-    def trim_slope(self) -> NumberRange:
-        """Return the range of b_0 beta*' = b_0 (F q*' - psi b' / b) / b at the trim."""
-        turned = self._share(self.q).times(self.own_slope("effort"))
-        bent = (self._psi(self.q) / self.b).times(self.own_slope("effectiveness"))
-        return _outward(((turned - bent) / self.b).times(self.b0))
-
     # The factors.
 
     def lead(self) -> NumberRange:
