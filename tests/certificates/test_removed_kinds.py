@@ -17,6 +17,7 @@ from takagi.certificates.checker.replay import claim_kinds
 from takagi.certificates.checker.replay.removed_kinds import LAST_READER, NO_LONGER_READ
 from takagi.certificates.cross_check import judge_document, opinion
 from takagi.cli.main import main
+from tests.certificates.kinds.claims import model_data
 from tests.certificates.turbine.running_documents import sealed
 
 REMOVED = sorted(NO_LONGER_READ)
@@ -27,12 +28,12 @@ SENTENCE = (
 
 
 def document(*kinds: str) -> dict[str, Any]:
-    """Return a file with a claim of each kind, about x' = -x with its own matrices."""
-    claim = {"name": "by hand", "A": [[[-1]]], "P": [[1]], "decay_rate": 0.5}
+    """Return a file with a claim of each kind, about x' = -x."""
+    claim = {"name": "by hand", "P": [[1]], "decay_rate": 0.5}
     return sealed({
         "format": "takagi-certificate",
         "version": 1,
-        "model": {"kind": "matrices"},
+        "model": model_data([[[-1]]]),
         "gains": None,
         "claims": [{"kind": kind, **claim} for kind in kinds],
     })  # fmt: skip
@@ -40,14 +41,14 @@ def document(*kinds: str) -> dict[str, Any]:
 
 def test_the_document_is_proved_with_a_kind_that_is_read() -> None:
     """So the files below are refused for their kinds, not for how they are made."""
-    assert check_document(document("quadratic-decay")).verdict.name == "PROVED"
+    assert check_document(document("decay")).verdict.name == "PROVED"
 
 
 @pytest.mark.parametrize("kind", REMOVED)
 def test_a_file_with_the_kind_is_refused(kind: str, tmp_path: Path) -> None:
     """Also beside a claim that is proved; the sentence names the last commit that reads it."""
     path = tmp_path / "certificate.json"
-    for kinds in ((kind,), ("quadratic-decay", kind)):
+    for kinds in ((kind,), ("decay", kind)):
         path.write_text(json.dumps(document(*kinds)), encoding="utf-8")
         with pytest.raises(CertificateError) as refused:
             check(path)

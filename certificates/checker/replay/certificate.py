@@ -49,8 +49,7 @@ def check(
         messages[0] = compare_gains(data, gains)
     if model is not None:
         messages[1] = given_files.compare_model(data, model)
-    checked = _replayed(data, str(path), [message for message in messages if message])
-    return given_files.of_the_files(data, checked)
+    return _replayed(data, str(path), [message for message in messages if message])
 
 
 def check_document(document: Mapping[str, Any]) -> Checked:

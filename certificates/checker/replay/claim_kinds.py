@@ -36,7 +36,7 @@ KINDS = {
     "transient": "kinds.transient.check_transient",
     "sampled-loop": "kinds.sampled_loop.check_sampled_loop",
 }
-# Claims that read model and gains in their own way, or contain their own matrices.
+# Claims that read model and gains in their own way.
 OWN_READING = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
     "paper-loop": "turbine.published.loop_claim.check_published",
@@ -45,8 +45,6 @@ OWN_READING = {
     "secant-embedding": "plant.secant_embedding.check_secant_embedding",
     "tracking": "plant.tracking.check_tracking",
     "slope-embedding": "plant.slope_embedding.check_slope_embedding",
-    "quadratic-decay": "kinds.quadratic.check_quadratic",
-    "no-common-quadratic": "kinds.quadratic.check_impossibility",
 }
 # Claims that also read the file's member ``controller``: they get the whole file.
 WHOLE_FILE = {
