@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_continuous_lyapunov
 
-from takagi.certificates.requests.loop.decimals import rounded_up, short
+from takagi.certificates.requests.loop.decimals import floats, rounded_up, short, stack_of
 from takagi.certificates.requests.loop.disturbance_channel import WAYS
-from takagi.certificates.requests.loop.exact_floats import floats, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
 from takagi.models.arrays import Floats

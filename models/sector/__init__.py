@@ -10,7 +10,7 @@ rule_counting     the number of rules, and the premises that could be left out a
 assembly          derivation and model from entries in premise symbols
 exactness         whether the factored form is the plant: symbolically, or at points
 multilinear       entries at all corners, each rounded once
-rule_steps, domain_steps    rules and vertices in LaTeX; a band or a union of cells in LaTeX
+rule_steps        rules and vertices in LaTeX; a band or a union of cells in LaTeX
 """
 
 from __future__ import annotations
