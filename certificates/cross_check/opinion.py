@@ -25,7 +25,6 @@ from takagi.certificates.cross_check.kernel.reading import (
     whole,
 )
 from takagi.certificates.cross_check.loop import (
-    crossing,
     decay,
     disturbed,
     fuzzy,
@@ -54,7 +53,6 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "h2-norm": disturbed.h2_norm,
     "peak": disturbed.peak,
     "exit-probability": noisy.exit_probability,
-    "crossing-probability": crossing.crossing_probability,
     "invariant-ellipsoid": disturbed.invariant_ellipsoid,
     "input-limits": limits.input_limits,
     "observer": observing.observer,
@@ -70,10 +68,10 @@ SLOPES = "slope-embedding"
 RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
-# Claims that also read the gain file's observer and filters, from the member ``controller``.
-WITH_OBSERVER = ("running-loop",)
+# The claim that also reads the gain file's observer and filters, from the member ``controller``.
+WITH_OBSERVER = "running-loop"
 # Claims about a turbine's loop whose conditions are implemented here.
-OF_TURBINES = ("coherent-loop", "equilibrium", *RESTING, *WITH_OBSERVER)
+OF_TURBINES = ("coherent-loop", *RESTING, WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
 AGAINST = ("no-common-decay",)
 
@@ -196,8 +194,10 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
             nothing_unread(document)
         if unread:
             yield str(kind), _abstained(unread)
-        elif kind in WITH_OBSERVER:
-            yield str(kind), _with_observer(claim, str(kind), document)
+        elif kind == WITH_OBSERVER:
+            from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
+
+            yield str(kind), running_loop(claim, document)
         elif kind in RESTING:
             yield str(kind), _resting(claim, str(kind), document)
         else:
@@ -222,17 +222,6 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
             )
         if {"blending", "references"} & set(gains):
             raise Refusal("a law with outputs has neither a blend nor references")
-
-
-def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
-    """Return the conditions of a claim about the loop with its observer."""
-    if kind == "running-loop":
-        from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
-
-        return running_loop(claim, document)
-    from takagi.certificates.cross_check.turbine.overspeed.seldom_reached import seldom_reached
-
-    return seldom_reached(claim, document)
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:
@@ -287,10 +276,6 @@ def obligations(
         from takagi.certificates.cross_check.turbine.loop_claim import effort_sharing_loop
 
         return effort_sharing_loop(claim, model, gains)
-    if kind == "equilibrium":
-        from takagi.certificates.cross_check.turbine.equilibrium import equilibrium
-
-        return equilibrium(claim, model, gains)
     return None
 
 

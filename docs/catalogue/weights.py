@@ -30,7 +30,6 @@ CELLS = MappingProxyType(
         "h2-norm": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
         "peak": THEOREM,
         "exit-probability": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
-        "crossing-probability": ("open (14)",) * 5,
         "sampled-loop": THEOREM,
         "fuzzy-decay": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
         "observer": ("theorem (6)", "theorem (6)", PROVED, PROVED, "refused (7)"),
@@ -49,12 +48,9 @@ CELLS = MappingProxyType(
         "effort-blend": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
         "coherent-loop": OTHER,
         "paper-loop": OTHER,
-        "equilibrium": OTHER,
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
         "running-loop": OTHER,
-        "running-rate": OTHER,
-        "schedule-rate": OTHER,
     }
 )
 

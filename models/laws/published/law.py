@@ -116,12 +116,17 @@ class PublishedLaw:
         """
         return np.array(equilibrium(self, wind).integrals)
 
-    def blended(self, state: ArrayLike, measurement: Measurement) -> BlendedCommands:
-        """Return the regional and the blended commands before the limits."""
+    def blended(
+        self, state: ArrayLike, measurement: Measurement, *, reference: float | None = None
+    ) -> BlendedCommands:
+        """Return the regional and the blended commands before the limits.
+
+        ``reference`` [rad/s] stands in for omega_ref(v_hat); None takes that.
+        """
         speed, pitch, wind = measurement
         x = np.asarray(state, dtype=np.float64)
         x_b, x_c = float(x[0]), float(x[-1])
-        error = speed - self.reference_speed(wind)
+        error = speed - (self.reference_speed(wind) if reference is None else reference)
         b, c = self.partial.gains_at(speed, pitch, wind), self.full.gains_at(speed, pitch, wind)
         torque = -b.speed * error - b.pitch * pitch + b.integral * x_b
         angle = -c.speed * error - c.pitch * pitch + c.integral * x_c
@@ -138,12 +143,15 @@ class PublishedLaw:
         torque = min(max(blended.blended_torque, 0.0), self.turbine.rated_torque)
         return Command(torque, min(max(blended.blended_pitch, low), high))
 
-    def state_rate(self, state: ArrayLike, measurement: Measurement) -> Floats:
-        """Return the derivative of the integrals [rad/s]."""
-        if self.tracking_time is None:
+    def state_rate(
+        self, state: ArrayLike, measurement: Measurement, *, reference: float | None = None
+    ) -> Floats:
+        """Return the derivative of the integrals [rad/s]; ``reference`` as in ``blended``."""
+        if reference is None:
             reference = self.reference_speed(measurement.wind_estimate)
+        if self.tracking_time is None:
             return np.array([reference - measurement.rotor_speed])
-        found = self.blended(state, measurement)
+        found = self.blended(state, measurement, reference=reference)
         return self.tracking_rate(found, self.limited(found))
 
     def tracking_rate(self, blended: BlendedCommands, command: Command) -> Floats:

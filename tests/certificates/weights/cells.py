@@ -62,8 +62,6 @@ EVIDENCE: dict[str, Data] = {
     "exit-probability": PUSHED
     | {"noise": [0.5], "P": [[1]], "rate": 1, "exponent": 5, "start": 0, "horizon": 1}
     | {"probability": 0.1},
-    "crossing-probability": PUSHED
-    | {"noise": [0.5], "row": [1], "limit": 1, "C": [[[0.2]]], "horizon": 1, "probability": 0.9},
     "sampled-loop": {"P": [[2]], "level": 1, "sample_time": 0.1, "decay_rate": 0.1}
     | {"functions": [[[1.924, 0.18], [0.18, 0.172]], [[2.15, 0], [0, 0.0665]]]},
     "fuzzy-decay": {"decay_rate": 1, "degrees": [1], "polya": 0, "rates": [[0.1, 0.1]]}
@@ -79,7 +77,6 @@ EVIDENCE: dict[str, Data] = {
     "effort-blend": {},
     "coherent-loop": SET,
     "paper-loop": SET,
-    "equilibrium": SET,
     "wind-rate": {"loop": 0},
     "actuator-rates": {"loop": 0},
     "running-loop": {},

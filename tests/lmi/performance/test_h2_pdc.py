@@ -6,17 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are, solve_discrete_are
 
-from takagi.lmi import expressed, h2_norm, h2_pdc, h2_pdc_condition, latex, lqr_pdc
+from takagi.lmi import expressed, h2_norm, h2_pdc, h2_pdc_condition, lqr_pdc
 from takagi.lmi.condition import margin
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import gramian_norm, sampled_gramian_norm
 from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
-
-Floats = NDArray[np.float64]
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
@@ -191,14 +188,6 @@ def test_units_change_the_gain_as_they_should() -> None:
 
     expected = gain_of(h2_pdc(model)) * d / c * np.sqrt(rate)
     assert gain_of(h2_pdc(other)) == pytest.approx(expected, rel=1e-4)
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """The output below the loop, the noise beside Q."""
-    text = latex(h2_pdc_condition(two_rules()))
-
-    assert r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right)" in text
-    assert r"\begin{bmatrix} W_{i} & E_{i}^\top \\ \ast & Q \end{bmatrix} \succ 0" in text
 
 
 def test_white_noise_that_reaches_the_output_directly_is_refused() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import expressed, hinf_norm, hinf_pdc, hinf_pdc_condition, latex
+from takagi.lmi import expressed, hinf_norm, hinf_pdc, hinf_pdc_condition
 from takagi.lmi.condition import margin
 from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.models import ModelError, TSModel
@@ -299,17 +299,6 @@ def test_tg1_needs_no_help_with_its_units() -> None:
     )
 
     assert gain_of(design) == pytest.approx(system.hinf, rel=1e-5)
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """Continuous: He(G), the path of w, that of z; discrete: the next state as well."""
-    continuous = latex(hinf_pdc_condition(two_rules(), decay_rate=0.1))
-    discrete = latex(hinf_pdc_condition(two_rules(0.1)))
-
-    assert r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) & E_{i}" in continuous
-    assert r"(C_{i} Q - D^{12}_{i} M_{i})^\top" in continuous
-    assert r"\text{decay, rule:}" in continuous
-    assert r"\bar A_{i} Q - \bar B_{i} M_{i}" in discrete
 
 
 @pytest.mark.parametrize(

@@ -6,18 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import expressed, latex, peak_gain, peak_pdc, peak_pdc_condition
+from takagi.lmi import expressed, peak_gain, peak_pdc, peak_pdc_condition
 from takagi.lmi.condition import margin
 from takagi.lmi.gains.disturbance import peak_gain as peak_gain_design
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import sampled
 from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
-
-Floats = NDArray[np.float64]
 
 
 @pytest.mark.parametrize("sample_time", [None, 0.1])
@@ -203,19 +200,6 @@ def test_units_change_the_gain_by_their_ratio() -> None:
     scaled = peak_pdc(other, decay_rate=2.0 * rate, disturbance_peak=1 / d)
 
     assert gain_of(scaled) == pytest.approx(gain_of(plain) * d / c, rel=1e-4)
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """The ellipsoid's matrix and that of the output, in both times."""
-    continuous = latex(peak_pdc_condition(two_rules(), decay_rate=0.5))
-    discrete = latex(peak_pdc_condition(two_rules(0.1), decay_rate=0.5))
-
-    assert (
-        r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) + \sigma Q & \tfrac1{\sqrt{\sigma}} E_{i}"
-        in continuous
-    )
-    assert r"\text{output, rule:}" in continuous
-    assert r"\bar A_{i} Q - \bar B_{i} M_{i}" in discrete
 
 
 def test_held_disturbances_are_some_of_all() -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
-from takagi.lmi import Design, expressed, latex, lqr_pdc, lqr_pdc_condition
+from takagi.lmi import Design, lqr_pdc, lqr_pdc_condition
 from takagi.lmi.condition import smallest_eigenvalues
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import cost_of
@@ -123,22 +123,6 @@ def test_two_rules_against_cvxpy() -> None:
     assert cost_of(lqr_pdc(model, Q, R)) == pytest.approx(float(problem.value), rel=1e-5)
 
 
-@pytest.mark.parametrize("relaxation", ["wang-tanaka-griffin", "tanaka-wang", "tuan"])
-def test_the_condition_itself_in_cvxpy(relaxation: str) -> None:
-    """The relaxations, read by cvxpy from the same data, have the same least cost.
-
-    Sampled faster than this, or with one gain, cvxpy's own call ends with LMIs that are violated:
-    the numbers in the model's coordinates differ too much.  That is what the units are for.
-    """
-    Q, R, model = np.eye(2), [[1.0]], two_rules(0.5)
-    other = expressed(lqr_pdc_condition(model, Q, R, relaxation=relaxation), margin=0.0)
-    problem = other.problem()
-    problem.solve(solver="CLARABEL")
-    design = lqr_pdc(model, Q, R, relaxation=relaxation)
-
-    assert cost_of(design) == pytest.approx(float(problem.value), rel=1e-4)
-
-
 def test_the_cost_holds_for_every_blend_and_along_trajectories() -> None:
     """V+ - V + x'Qx + u'Ru <= 0 at random memberships; sums along random schedules stay below."""
     Q, R, model = np.eye(2), np.eye(1), two_rules()
@@ -204,17 +188,6 @@ def test_units_of_states_inputs_and_cost_do_not_matter() -> None:
     assert cost_of(other) == pytest.approx(unit * cost_of(plain), rel=1e-5)
     ours, theirs = plain.require()[0], tau * other.require()[0] / s
     np.testing.assert_allclose(theirs, ours, atol=1e-2 * np.abs(ours).max())
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """The blocks of the formula in N_i = A_i - I, divided by e and by its root r."""
-    text = latex(lqr_pdc_condition(two_rules(), np.eye(2), [[1.0]]))
-
-    assert (
-        r"\mathrm{He}\left(\tfrac{1}{e} N_{i} S - \tfrac{1}{e} B_{i} M_{i}\right)"
-        in text.replace("}N", "} N").replace("}B", "} B")
-    )
-    assert r"\tfrac{1}{\sqrt{e}}" in text and r"-S" in text
 
 
 def test_rules_that_no_gain_serves() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
 from takagi.lmi import Unknown
 from takagi.lmi.condition import lmi_value
 from takagi.lmi.turbine import (
@@ -23,7 +24,7 @@ from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
 from takagi.lmi.turbine.one_step.motion import motion
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw, effort_schedule
-from takagi.models.loops.effort_sharing import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing import LoopBox, LoopUncertainty
 from takagi.models.turbine import rotor_thrust, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
@@ -64,9 +65,8 @@ def family_between(
         turbine=turbine,
         law=law,
         box=BOX,
-        uncertainty=UNCERTAINTY,
         error=np.full(cells, error),
-        rate=[rate] * cells,
+        enclosed=enclosures_of_gains(turbine, law, BOX, UNCERTAINTY, [rate] * cells),
     )
 
 
