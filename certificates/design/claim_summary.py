@@ -11,8 +11,7 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-KIND = "coherent-loop"
-RUNNING, CROSSING, SPEED = "running-loop", "turbine-crossing", "turbulence-speed"
+KIND, RUNNING = "coherent-loop", "running-loop"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,59 +78,6 @@ def running_loop_summary(design: TurbineDesign) -> tuple[float, str] | None:
         if stated["kind"] == RUNNING and checked.verdict is Verdict.PROVED:
             return float(stated["decay_rate"]), checked.name.partition(", ")[2]
     return None
-
-
-@dataclass(frozen=True, slots=True)
-class RareOverspeed:
-    """A proved claim about the linear loop in turbulence.
-
-    ``wind`` its mean [m/s], ``overspeed`` the distance from the reference speed as a share of rated
-    speed, ``probability`` of reaching it within ``horizon`` [s].
-    """
-
-    wind: float
-    overspeed: float
-    probability: float
-    horizon: float
-
-
-def turbulence_summary(design: TurbineDesign) -> list[RareOverspeed]:
-    """Return the proved claims about the linear loop in turbulence, in the file's order."""
-    names = RareOverspeed.__dataclass_fields__
-    return [
-        RareOverspeed(*(float(stated[name]) for name in names))
-        for stated, checked in zip(design.document["claims"], design.checked.claims, strict=False)
-        if stated["kind"] == CROSSING and checked.verdict is Verdict.PROVED
-    ]
-
-
-@dataclass(frozen=True, slots=True)
-class SeldomReached:
-    """A proved claim about the nonlinear loop in turbulence.
-
-    ``wind`` its mean [m/s], ``share`` the speed over rated speed [-], ``probability`` of reaching
-    it within ``horizon`` [s].
-    """
-
-    wind: float
-    share: float
-    probability: float
-    horizon: float
-
-
-def seldom_reached(design: TurbineDesign) -> list[SeldomReached]:
-    """Return the proved claims of a speed that turbulence seldom reaches, in the file's order."""
-    rated = float(design.document["model"]["rated_rotor_speed"])
-    return [
-        SeldomReached(
-            float(stated["wind"]["mean"]),
-            float(stated["speed"]) / rated,
-            float(stated["probability"]),
-            float(stated["horizon"]),
-        )
-        for stated, checked in zip(design.document["claims"], design.checked.claims, strict=False)
-        if stated["kind"] == SPEED and checked.verdict is Verdict.PROVED
-    ]
 
 
 def _summary(

@@ -13,11 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.options.claim_options import (
-    OF_CLAIMS,
-    Turbulence,
-    turbulence_class,
-)
 from takagi.cli.options.filter_options import (
     OF_FILTERS,
     SpeedFilter,
@@ -173,7 +168,6 @@ def turbine_claims(
     inertia: Inertia = None,
     power_coefficient: PowerCoefficient = None,
     equilibrium_wake: EquilibriumWake = False,
-    turbulence: Turbulence = None,
 ) -> None:
     """Declare the plants and winds that claims are about: only the signature is read."""
 
@@ -202,7 +196,6 @@ _OF_EFFORT_SHARING = (
     *_OF_GAINS,
     "margins",
     *OF_UNCERTAINTY,
-    *OF_CLAIMS,
     *OF_EFFORT_SHARING,
     *OF_FILTERS,
     *OF_SYNTHESIS,
@@ -249,7 +242,6 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
         asked,
         effort=effort,
         uncertainty=covered,
-        turbulence=turbulence_class(given["turbulence"]),
     )
     check_limits(turbine, asked)
     return asked

@@ -15,7 +15,6 @@ _OF_GIVEN_GAINS = (
     "inertia",
     "power_coefficient",
     "equilibrium_wake",
-    "turbulence",
     "choice",
     "solve_rest",
     "sample_time",

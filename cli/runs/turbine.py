@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
-from takagi.cli.options.claim_options import turbulence_class
 from takagi.cli.options.design_options import TURBINE_OPTIONS, design_settings
 from takagi.cli.options.given import Groups, as_typed
 from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
@@ -90,7 +89,6 @@ class TurbineMaker:
         controller = read_observer(gains)
         uncertainty = uncertainty_asked(**{name: self.asked[name] for name in OF_UNCERTAINTY})
         files = self.source.files
-        rough = turbulence_class(self.asked["turbulence"])
 
         def work(noted: Tell) -> CertifiedLaw:
             made = certify_law(
@@ -99,7 +97,6 @@ class TurbineMaker:
                 uncertainty=uncertainty,
                 files=files,
                 controller=controller,
-                turbulence=rough,
                 tell=noted,
             )
             return CertifiedLaw(*made)

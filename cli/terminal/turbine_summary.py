@@ -60,8 +60,6 @@ def as_text(design: TurbineDesign) -> str:
         "settling": f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
         "constant",
         "observer": _observer(design),
-        "turbulence": _turbulence(design),
-        "low wind": _low_wind(design),
         "found in": synthesis_words(design),
         "assumes": "; ".join(design.checked.assumes),
     }
@@ -86,38 +84,6 @@ def _observer(design: TurbineDesign) -> str:
     return (
         f"with it in the loop, at constant wind ({winds}): decay of at least {at_least(rate)} 1/s "
         "from a set of each wind cell"
-    )
-
-
-def _turbulence(design: TurbineDesign) -> str:
-    """Return what is proved of the linear loop in turbulence; empty for nothing."""
-    from takagi.certificates.design.claim_summary import turbulence_summary
-    from takagi.reports.page.rounded_bounds import at_least, at_most
-
-    found = turbulence_summary(design)
-    if not found:
-        return ""
-    told = "; ".join(
-        f"{one.wind:g} m/s: {at_most(100 * one.overspeed)} % with {at_most(one.probability, 2)}"
-        for one in found
-    )
-    shortest = min(one.horizon for one in found)
-    return (
-        f"the linear loop's speed leaves its reference within {at_least(shortest)} s, by a share "
-        f"of rated speed, with probability at most, at {told}"
-    )
-
-
-def _low_wind(design: TurbineDesign) -> str:
-    """Return what is proved of the nonlinear loop in turbulence; empty for nothing."""
-    from takagi.certificates.design.claim_summary import seldom_reached
-    from takagi.reports.page.rounded_bounds import at_least, at_most
-
-    return "; ".join(
-        f"in turbulence of mean {one.wind:g} m/s the nonlinear loop's rotor reaches "
-        f"{at_most(100 * one.share, 4)} % of rated speed within {at_least(one.horizon)} s with "
-        f"probability at most {at_most(one.probability, 2)}"
-        for one in seldom_reached(design)
     )
 
 

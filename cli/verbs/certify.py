@@ -61,8 +61,8 @@ def certify(
 ) -> int:
     """Write a certificate for MODEL with the gains of a file, or with gains designed anew.
 
-    With --gains the law is in the file: only --inertia, --power-coefficient, --equilibrium-wake
-    and --turbulence apply to a turbine, --choice and --solve-rest to a plant.
+    With --gains the law is in the file: only --inertia, --power-coefficient and --equilibrium-wake
+    apply to a turbine, --choice and --solve-rest to a plant.
 
     The certificate is bound to the whole gain file. Fields that do not agree with MODEL are listed,
     such as the range of an input that has changed. --gains-out writes the file again.
@@ -94,15 +94,12 @@ def certify(
     # A plant whose equations cannot be written has a certificate of its model's vertices alone.
     alone = not found.is_about_plant
     difference = None if old is None else compared(old, document, checked, share)
-    from takagi.certificates.design.claim_summary import not_kept_above_rated
-
-    missing = not_kept_above_rated(document)
-    warned = "\n".join(missing)
+    warned = ""
     if gains is not None:
         from takagi.certificates.controller.given_file import told
 
         differs = told(document, gains) if gains_out is None else ""
-        warned = "\n".join((*found.notes, *missing, *([differs] if differs else ())))
+        warned = "\n".join((*found.notes, *([differs] if differs else ())))
     _print(out, checked, gains_out or gains, old, difference, warned, alone=alone, as_json=as_json)
     kept = difference is None or difference.passes
     return PROVED if checked.verdict.name == "PROVED" and not alone and kept else UNPROVED

@@ -5,7 +5,6 @@ data, derating       a turbine as a value; the same one at a lower torque set-po
 aerodynamics, trim   rotor torque, power, thrust; steady operation over wind
 partial_load, full_load, regional_model    the regional models, and what they share
 operating_band, torque_secants, torque_slope    where they hold; secants and slopes of the torque
-turbulence           the rotor-effective wind as a Gaussian process
 wind_observer        the wind observer: for design, and to run
 """
 
@@ -35,7 +34,5 @@ if TYPE_CHECKING:
     from takagi.models.turbine.trim import optimal_torque_constant as optimal_torque_constant
     from takagi.models.turbine.trim import rated_wind as rated_wind
     from takagi.models.turbine.trim import reference_speed as reference_speed
-    from takagi.models.turbine.turbulence import CLASS_B as CLASS_B
-    from takagi.models.turbine.turbulence import RotorWind as RotorWind
 
-__getattr__, __dir__ = lazy_names(__name__, Baseline="BaselineController")
+__getattr__, __dir__ = lazy_names(__name__)

@@ -190,21 +190,6 @@ def _exit(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "horizon", "s", larger=True)
 
 
-def _crossing(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(
-        claim, "probability", "-", larger=False, name="probability of reaching the limit"
-    )
-    yield from _of(claim, "horizon", "s", larger=True)
-
-
-def _exceeded(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(
-        claim, "probability", "-", larger=False, name="probability of reaching the speed"
-    )
-    yield from _of(claim, "speed", "rad/s", larger=False, name="speed that is seldom reached")
-    yield from _of(claim, "horizon", "s", larger=True)
-
-
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
     model = document["model"]
     if model.get("kind") == "plant":
@@ -246,11 +231,6 @@ def _running_loop(claim: Data, document: Data) -> Iterator[Found]:
     yield Profile("box of the wind estimate", "m/s", _boxes(claim))
 
 
-def _turbine_crossing(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "probability", "-", larger=False, name="probability of overspeed")
-    yield from _of(claim, "horizon", "s", larger=True, name="time it is for")
-
-
 def _boxes(claim: Data) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
     cells: list[Data] = [{"wind": cell["wind"], **cell["sides"]} for cell in claim["cells"]]
     return _spans(cells, "estimate")
@@ -276,7 +256,6 @@ def _spans(cells: list[Data], key: str) -> tuple[tuple[Fraction, Fraction, Fract
 
 _READINGS: dict[str, Reading] = {
     "decay": _decay,
-    "quadratic-decay": _decay,
     "observer": _decay,
     "observed-feedback": _decay,
     "fuzzy-decay": _fuzzy,
@@ -290,15 +269,12 @@ _READINGS: dict[str, Reading] = {
     "input-limits": _inputs,
     "peak": _peak,
     "exit-probability": _exit,
-    "crossing-probability": _crossing,
     "sampled-loop": _sampled,
     "coherent-loop": _effort_sharing,
     "paper-loop": _published,
     "wind-rate": _wind_rate,
     "actuator-rates": _actuator_rates,
     "running-loop": _running_loop,
-    "turbine-crossing": _turbine_crossing,
-    "turbulence-speed": _exceeded,
 }
 # Members that bound a disturbance; which of them are present is a part of the question.
 _BOUNDS = ("disturbance_bounds", "disturbance_norm")
@@ -309,9 +285,6 @@ _QUESTIONS = {
     "h2-norm": ("disturbance", "output"),
     "peak": ("disturbance", "output"),
     "exit-probability": ("disturbance", "noise", "start"),
-    "crossing-probability": ("disturbance", "noise", "row", "limit"),
-    "turbine-crossing": ("wind", "turbulence", "overspeed", "uncertainty"),
-    "turbulence-speed": ("wind", "least_estimate"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

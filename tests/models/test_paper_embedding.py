@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from takagi.models import ModelError, nrel5mw
 from takagi.models.laws import Measurement, PublishedLaw, published_law
-from takagi.models.laws.published import PublishedLawName
-from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.loops.published import (
+from takagi.models.laws.published import (
     LoopFigures,
     PublishedCell,
+    PublishedLawName,
     enclosed_cell,
     loop_figures,
 )
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine import rotor_torque
 from tests.paper_models import regional_models
 

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from takagi.certificates.equilibrium import EquilibriumCell
 from takagi.reports.figures import (
     BodeLine,
     OverlapRow,
@@ -23,7 +22,6 @@ from takagi.reports.figures import (
     bode_figure,
     cells_figure,
     decimate,
-    equilibria_figure,
     figure_to_png,
     figure_to_svg,
     overlaps_figure,
@@ -35,7 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MAKERS: dict[str, Callable[[], Figure]] = {}
-UNKNOWN = EquilibriumCell((3.0, 25.0), "unknown", "too close to call")
 
 
 def maker(make: Callable[[], Figure]) -> Callable[[], Figure]:
@@ -96,15 +93,6 @@ def overlaps() -> Figure:
     rows = [OverlapRow("0.1 rad/s, 2000 N m (chosen)", ((3, 10), (10.4, 25)), ((10, 10.4),))]
     rows += [OverlapRow("0.05 rad/s, 1000 N m", windows[:k], windows[k:]) for k in range(7, -1, -1)]
     return overlaps_figure(rows, wind=(3, 25))
-
-
-@maker
-def rests() -> Figure:
-    """Every answer, beside a gap and a range that is not known."""
-    found = ("one at the trim", "one", "one off the trim", "none", "several", "continuum")
-    cells = [EquilibriumCell((3.0 + 3 * k, 6.0 + 3 * k), words) for k, words in enumerate(found)]
-    gap = [EquilibriumCell((3.0, 11.0), "one"), EquilibriumCell((11.1, 20.0), "none")]
-    return equilibria_figure({"coherent": cells, "paper, placement 1": gap, "other": [UNKNOWN]})
 
 
 class Pictured(NamedTuple):
@@ -198,15 +186,6 @@ def test_what_is_not_proved_is_hatched_and_lies_on_top() -> None:
 
     assert looks == [False, False, True]
     np.testing.assert_allclose(ends, [(3, 10), (10.4, 25), (10, 10.4)])
-
-
-def test_a_range_that_is_not_known_stays_white() -> None:
-    """Six answers in the legend, eight bars: nothing is drawn for what no proof was found for."""
-    figure = rests()
-
-    assert [text.get_text() for text in figure.legends[0].get_texts()][-1] == "continuum"
-    assert len(figure.legends[0].get_texts()) == 6
-    assert len(figure.axes[0].patches) == 8
 
 
 @settings(derandomize=True, max_examples=30, deadline=None)

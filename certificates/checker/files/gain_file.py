@@ -19,18 +19,10 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 
 # The versions of gain files before this form: law and names, but no program.
 EARLIER = ("1", "2")
-# Claims about the loop with the file's observer and filters, and which of these they state.
-BOTH = ("observer", "measurement")
-OBSERVED = {
-    "running-loop": BOTH,
-    "turbine-crossing": BOTH,
-    "turbulence-speed": ("measurement",),
-}
-# Which limits of rates such claims have; they are computed from the model's.
-RATES = {
-    "running-loop": ("torque_rate", "pitch_rate"),
-    "turbulence-speed": ("torque_rate",),
-}
+# The claim about the loop with the file's observer and filters, both of which it states.
+OBSERVED, BOTH = "running-loop", ("observer", "measurement")
+# The limits of rates that it has; they are computed from the model's.
+RATES = ("torque_rate", "pitch_rate")
 # What the observer knows of the rotor.
 ROTOR = ("torque_constant", "radius", "inertia", "gear_ratio", "torque_coefficient")
 # The number of differences that are reported, and that are counted.
@@ -103,21 +95,16 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
     what the file says: then only a file that leaves a member out can be another.
     """
     for claim in member(data, "claims", "certificate"):
-        kind = claim.get("kind") if isinstance(claim, dict) else None
-        if isinstance(kind, str) and kind in OBSERVED:
+        if isinstance(claim, dict) and claim.get("kind") == OBSERVED:
             # Imported here: most certificates have no such claim.
             from takagi.certificates.checker.turbine.running_loop.inputs import (
                 other_than_the_controller,
             )
 
-            if other := other_than_the_controller(
-                claim, {"controller": file}, "claim", OBSERVED[kind]
-            ):
+            if other := other_than_the_controller(claim, {"controller": file}, "claim"):
                 told = other.replace("the controller's", "the gain file's")
                 raise _other_loop(gains, told)
-            parts = {"limits": RATES.get(kind, ())}
-            if "observer" in OBSERVED[kind]:
-                parts["rotor"] = ROTOR
+            parts = {"limits": RATES, "rotor": ROTOR}
             for other in _other_than_the_loop(file, _loop(data, claim), parts):
                 raise _other_loop(gains, f"{other} is not the certificate's")
 

@@ -26,29 +26,6 @@ RUNNING = (
     PROGRAM[0],
     "speed measured exactly before its filters, pitch exactly",
 )
-# Of the loop linearised at one wind.
-LINEAR = (
-    "loop linearised at the trim of one mean wind, without its limits",
-    "start at rest in the mean wind",
-    "constant parameters in the stated ranges",
-    "rotor-effective wind Gaussian, with the stated deviation and rate",
-    "c_P of the table at the trims, its slopes within the stated factors",
-    "wake with one state for pitch and one for wind",
-    *RUNNING[4:],
-)
-# Until a rotor speed is exceeded, whatever the wind estimate.
-IN_TURBULENCE = (
-    "wind of one number, Gaussian, with the stated deviation and rate, from rest",
-    "start at the trim of the mean wind",
-    "rotor's torque at most that of the table at the present wind, speed and pitch, plus the "
-    "stated excess: no delay of the wake",
-    "c_Q outside the table at most that at its edge",
-    "torque at once, within the limit of its rate",
-    RIGID[0],
-    PROGRAM[0],
-    "speed measured exactly before its filters",
-)
-
 LOOP = (IN_THE_SET, *DRIVES, *RIGID, *PROGRAM)
 ASSUMED = {
     "coherent-loop": (*LOOP, OUTSIDE),
@@ -62,9 +39,6 @@ ASSUMED = {
         *PROGRAM,
     ),
     "running-loop": RUNNING,
-    "turbine-crossing": LINEAR,
-    "turbulence-speed": IN_TURBULENCE,
-    "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 
 

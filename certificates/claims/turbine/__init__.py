@@ -11,9 +11,6 @@ actuator_rates         how fast pitch and torque move
 published              the loop with a published law, over a grid of overlaps
 published_search       its cells: a centre, a box and a P for each
 running_loop           the loop with its observer and filters, at constant winds
-linear_loop            that loop linearised at one wind, in turbulence
-stated_controller      what such claims state of observer and filters
-overspeed              a rotor speed that the nonlinear loop seldom reaches in turbulence
 """
 
 from __future__ import annotations
@@ -35,19 +32,6 @@ if TYPE_CHECKING:
     )
     from takagi.certificates.claims.turbine.largest_wind_error import (
         EffortSharingCandidate as EffortSharingCandidate,
-    )
-    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import (
-        MEAN_WINDS as MEAN_WINDS,
-    )
-    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import (
-        CrossingAsked as CrossingAsked,
-    )
-    from takagi.certificates.claims.turbine.loop_claims import crossing_claim as crossing_claim
-    from takagi.certificates.claims.turbine.loop_claims import crossing_claims as crossing_claims
-    from takagi.certificates.claims.turbine.loop_claims import low_wind_claims as low_wind_claims
-    from takagi.certificates.claims.turbine.loop_claims import speed_claim as speed_claim
-    from takagi.certificates.claims.turbine.overspeed.speed_candidate import (
-        SpeedAsked as SpeedAsked,
     )
     from takagi.certificates.claims.turbine.published import (
         PublishedCandidate as PublishedCandidate,

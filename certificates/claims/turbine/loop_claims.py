@@ -12,7 +12,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
@@ -30,17 +30,9 @@ from takagi.certificates.document.certificate_file import (
 )
 from takagi.certificates.document.provenance import provenance
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.turbine import RotorWind
 from takagi.models.turbine.data import Turbine
 
-if TYPE_CHECKING:
-    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import CrossingAsked
-    from takagi.certificates.claims.turbine.overspeed.speed_candidate import SpeedAsked
-
 Made = Callable[[], "dict[str, Any] | None"]
-# The claim about the rotor's speed in a low wind: mean [m/s], probability, horizon [s], and the
-# largest speed, over rated, that is worth a claim.
-LOW_WIND, SELDOM, TEN_MINUTES, FASTEST = 5.0, 1e-3, 600.0, 1.2
 
 
 def loop_document(
@@ -51,7 +43,6 @@ def loop_document(
     *,
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
-    turbulence: str | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """Return the certificate of an effort-sharing loop, with every claim that holds.
@@ -60,8 +51,6 @@ def loop_document(
     ----------
     asked : the configuration, as recorded in the provenance.
     controller : the gain file's observer and filters; None makes no claim about the loop with them.
-    turbulence : the class of turbulence of claims about that loop, linearised at some mean winds,
-        and about the rotor's speed at a low one; None makes none.
     tell : called with a word before the search for each of these claims.
     files : the turbine's data files; the certificate records what they say.
 
@@ -78,11 +67,6 @@ def loop_document(
         running, why = running_claim(model, gains, controller, inertia)
         claims += running
         left_out |= why
-        if turbulence is not None:
-            for seek in (crossing_claims, low_wind_claims):
-                rare, why = seek(model, gains, controller, inertia, turbulence, tell)
-                claims += rare
-                left_out |= why
     return certificate_document(
         model=model,
         gains=gains,
@@ -146,119 +130,6 @@ def running_claim(
 
     made = partial(running_loop_claim, model, gains, controller, inertia)
     return _alone("running-loop", made, model, gains)
-
-
-def crossing_claim(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-    asked: CrossingAsked,
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claim about the linear loop in turbulence at one wind, or why there is none.
-
-    Parameters
-    ----------
-    controller, inertia, asked : as ``turbine_crossing_claim`` takes them.
-    """
-    # Imported here: it loads a solver.
-    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import (
-        turbine_crossing_claim,
-    )
-
-    made = partial(turbine_crossing_claim, model, gains, controller, inertia, asked)
-    return _alone("turbine-crossing", made, model, gains)
-
-
-def crossing_claims(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-    turbulence: str,
-    tell: Callable[[str], None] | None = None,
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return such claims at the mean winds ``MEAN_WINDS``, and by wind why there is none.
-
-    Parameters
-    ----------
-    turbulence : the class of turbulence, a letter.
-    tell : called with a word before each wind.
-    """
-    from takagi.certificates.claims.turbine.linear_loop.turbine_crossing_claim import (
-        MEAN_WINDS,
-        CrossingAsked,
-    )
-
-    claims: list[dict[str, Any]] = []
-    left_out: dict[str, str] = {}
-    for wind in MEAN_WINDS:
-        if tell is not None:
-            tell(f"linear loop in turbulence, at {wind:g} m/s")
-        asked = CrossingAsked(wind, RotorWind.of_class(turbulence, wind))
-        found, why = crossing_claim(model, gains, controller, inertia, asked)
-        claims += found
-        left_out |= {f"{kind}, {wind:g} m/s": reason for kind, reason in why.items()}
-    return claims, left_out
-
-
-def speed_claim(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-    asked: SpeedAsked,
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claim that the rotor seldom reaches a speed, or by its kind why there is none.
-
-    Parameters
-    ----------
-    controller, inertia, asked : as ``turbulence_speed_claim`` takes them.
-    """
-    from takagi.certificates.claims.turbine.overspeed.speed_candidate import turbulence_speed_claim
-
-    made = partial(turbulence_speed_claim, model, gains, controller, inertia, asked)
-    return _alone("turbulence-speed", made, model, gains)
-
-
-def low_wind_claims(
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-    controller: Mapping[str, Any],
-    inertia: Sequence[float],
-    turbulence: str,
-    tell: Callable[[str], None] | None = None,
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return the claim of a speed that the nonlinear loop seldom reaches in ``LOW_WIND``.
-
-    The claim holds for every estimate of the wind. A speed above ``FASTEST`` times rated is not
-    claimed.
-
-    Parameters
-    ----------
-    turbulence : the class of turbulence, a letter.
-    tell : called with a word before the search.
-    """
-    from takagi.certificates.claims.turbine.overspeed.speed_candidate import SpeedAsked
-
-    if tell is not None:
-        tell(f"rotor speed in turbulence, at {LOW_WIND:g} m/s")
-    wind = RotorWind.of_class(turbulence, LOW_WIND)
-    asked = SpeedAsked(
-        mean=LOW_WIND,
-        deviation=wind.deviation,
-        rate=wind.rate,
-        probability=SELDOM,
-        horizon=TEN_MINUTES,
-        least_estimate=float(gains["wind"][0]),
-    )
-    claims, left_out = speed_claim(model, gains, controller, inertia, asked)
-    for claim in claims:
-        share = claim["speed"] / float(model["rated_rotor_speed"])
-        if share > FASTEST:
-            why = f"not claimed: the least speed that is shown is {100 * share:.4g} % of rated"
-            return [], {"turbulence-speed": why}
-    return claims, left_out
 
 
 def _alone(

@@ -13,10 +13,6 @@ from typing import Any
 
 from takagi.certificates.cross_check.kernel.reading import Refusal, entry
 
-_SEEN = """
-    observer.l1 observer.l2 observer.wind_limits measurement.speed_filter
-    measurement.torsion_filter.frequency measurement.torsion_filter.passed
-"""
 _WORDS = {
     "coherent-loop": """
         state P uncertainty.inertia uncertainty.frozen_wake uncertainty.power_coefficient
@@ -35,23 +31,13 @@ _WORDS = {
         loop wind_rate torque_step
         cells.pitch_rate cells.signal_rate cells.torque_rate cells.schedule_bend
     """,
-    "equilibrium": "cells.wind cells.rests",
-    "running-loop": f"""
-        winds decay_rate uncertainty.inertia uncertainty.wake_length {_SEEN}
+    "running-loop": """
+        winds decay_rate uncertainty.inertia uncertainty.wake_length
+        observer.l1 observer.l2 observer.wind_limits measurement.speed_filter
+        measurement.torsion_filter.frequency measurement.torsion_filter.passed
         cells.wind cells.P cells.multipliers.* cells.sides.speed cells.sides.measured
         cells.sides.pitch cells.sides.signal cells.sides.effort cells.sides.schedule
         cells.sides.estimate cells.sides.integral cells.sides.measured_rate cells.sides.innovation
-    """,
-    "turbine-crossing": f"""
-        wind overspeed horizon probability cuts C {_SEEN}
-        turbulence.deviation turbulence.rate turbulence.rotor_time
-        uncertainty.inertia uncertainty.speed_damping uncertainty.pitch_effectiveness
-        uncertainty.wake_of_pitch uncertainty.wake_of_wind uncertainty.wake_length
-    """,
-    "turbulence-speed": """
-        wind.mean wind.deviation wind.rate highest_wind least_estimate speed window horizon
-        probability uncertainty.inertia uncertainty.torque_excess measurement.speed_filter
-        measurement.torsion_filter.frequency measurement.torsion_filter.passed
     """,
 }
 _Path = tuple[str, ...]

@@ -129,13 +129,6 @@ class _Side:
                 found.append((k, low - a, high - low))
         return found
 
-    def place(self, x: fmpq) -> tuple[int, fmpq]:
-        """Return the patch of a point, and u, its distance from the patch's left end."""
-        if x < self.breaks[0] or x > self.breaks[-1]:
-            raise Outside("a point that leaves the coefficient table")
-        patch = min(bisect_right(self.breaks, x) - 1, len(self.breaks) - 2)
-        return patch, x - self.breaks[patch]
-
     def basis(self, patch: int) -> fmpq_mat:
         """Return (4, 4): row i has the coefficients of N_{patch + i} by powers of u."""
         if patch not in self._bases:
@@ -193,11 +186,6 @@ def _to_bernstein(order: int, start: fmpq, width: fmpq) -> Ratio:
     return found
 
 
-def _steep(u: fmpq) -> list[fmpq]:
-    """Return the slopes of the powers of u."""
-    return [fmpq(0), *(k * u ** (k - 1) for k in range(1, DEGREE + 1))]
-
-
 class CoefficientSurface:
     """The bicubic spline c_Q(lambda, beta) of a turbine's certificate."""
 
@@ -217,21 +205,6 @@ class CoefficientSurface:
         Outside : the rectangle leaves the table.
         """
         return Band(self, y, dy).over(x, dx)
-
-    def at(self, x: fmpq, y: fmpq) -> tuple[fmpq, fmpq, fmpq]:
-        """Return s, ds/dx and ds/dy at a point, exactly.
-
-        Raises
-        ------
-        Outside : the point is not in the table.
-        """
-        i, u = self.x.place(x)
-        j, t = self.y.place(y)
-        c = self._patch(i, j)
-        by_x = fmpq_mat([[u**k for k in range(DEGREE + 1)], _steep(u)])
-        by_y = fmpq_mat([[t**k for k in range(DEGREE + 1)], _steep(t)]).transpose()
-        found = by_x * c * by_y
-        return found[0, 0], found[1, 0], found[0, 1]
 
     def _patch(self, i: int, j: int) -> fmpq_mat:
         """Return the coefficients of the patch's polynomial by powers of u (rows) and of v."""

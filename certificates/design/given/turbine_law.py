@@ -27,8 +27,8 @@ from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.feedforward import Feedforward
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wake_effectiveness
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 
@@ -147,7 +147,6 @@ def certify_law(
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY,
     files: Sequence[Path] = (),
     controller: Mapping[str, Any] | None = None,
-    turbulence: str | None = None,
     tell: Tell | None = None,
 ) -> tuple[dict[str, Any], Checked]:
     """Return the certificate of a given law on a turbine, and the checker's verdict.
@@ -158,7 +157,6 @@ def certify_law(
     files : the turbine's data files; the certificate records their SHA-256.
     controller : the gain file's observer and filters, for the claim about the loop with them; None
         makes no such claim.
-    turbulence : the class of turbulence of claims about that loop, linearised; None makes none.
     tell : called with a word on progress.
 
     Raises
@@ -188,7 +186,6 @@ def certify_law(
         asked,
         files=files,
         controller=controller,
-        turbulence=turbulence,
         tell=tell,
     )
     return document, check_document(document)

@@ -73,7 +73,6 @@ def design_turbine(
             asked,
             files=files,
             controller=observer_members(observer, asked),
-            turbulence=asked.turbulence,
             tell=clock.told,
         )
     else:

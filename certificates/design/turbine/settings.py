@@ -11,9 +11,8 @@ from takagi.certificates.design.turbine.effort_sharing_gains import SYNTHESES, S
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHARE
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
-from takagi.models.turbine.turbulence import CLASSES
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
@@ -59,8 +58,6 @@ class DesignSettings:
         afterwards; "one-step" changes the gains together with the functions, for a larger claim.
     objective : the quantity that the one-step synthesis improves.
     box, uncertainty : what the effort-sharing certificate covers.
-    turbulence : class of turbulence, A, B or C, of the effort-sharing certificate's claims
-        ``turbine-crossing``; None makes none.
     """
 
     law: str = "coherent"
@@ -81,7 +78,6 @@ class DesignSettings:
     objective: Objective = OBJECTIVES["balanced"]
     box: LoopBox = DEFAULT_BOX
     uncertainty: LoopUncertainty = DEFAULT_UNCERTAINTY
-    turbulence: str | None = None
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
@@ -94,11 +90,6 @@ class DesignSettings:
         for name in (*overlaps, "wind_filter", "effectiveness_share", "tracking_time"):
             if not getattr(self, name) > 0:
                 raise ModelError(f"{name} = {getattr(self, name)!r} was given; it must be positive")
-        if self.turbulence is not None and self.turbulence not in CLASSES:
-            raise ModelError(
-                f"turbulence class {self.turbulence!r} was given; choose one of "
-                f"{', '.join(CLASSES)}"
-            )
         if not 0 <= self.speed_filter < math.inf:
             raise ModelError(
                 f"speed_filter = {self.speed_filter!r} rad/s was given; a corner above 0 is "

@@ -10,8 +10,6 @@ from takagi.certificates.design.claim_summary import (
     ClaimSummary,
     claim_summary,
     running_loop_summary,
-    seldom_reached,
-    turbulence_summary,
 )
 from takagi.models.laws.law_words import law_words
 from takagi.reports.figures.captioned_figure import captioned_figure
@@ -24,7 +22,6 @@ from takagi.reports.loops.overlap_claims import (
     window_width,
 )
 from takagi.reports.loops.proved_kinds import proved_claims
-from takagi.reports.page import rounded_bounds
 from takagi.reports.page.text import (
     DASH,
     CaptionedFigure,
@@ -176,8 +173,6 @@ def _facts(design: TurbineDesign, summary: ClaimSummary) -> list[tuple[str, str,
             f"{at_most(summary.peaks['speed_error'] * RPM, 2)} rpm of the reference speed",
         ),
         *_with_observer(design),
-        *_in_turbulence(design),
-        *_in_low_wind(design),
         *_actuators(design),
         (
             "Uncertainty",
@@ -221,34 +216,6 @@ def _with_observer(design: TurbineDesign) -> list[tuple[str, str, str]]:
     rate, winds = found
     where = f"at a constant wind, {winds}, from a set of each wind cell, with its filters"
     return [("Decay with the observer", f"\u2265 {at_least(rate)} 1/s", where)]
-
-
-def _in_turbulence(design: TurbineDesign) -> list[tuple[str, str, str]]:
-    """Return what is proved of the linear loop in turbulence, one row for each mean wind."""
-    return [
-        (
-            f"Turbulence at {one.wind:g} m/s",
-            f"\u2264 {rounded_bounds.at_most(one.probability, 2)}",
-            f"probability that the speed of the loop linearised at this wind leaves its reference "
-            f"by {rounded_bounds.at_most(100 * one.overspeed)} % of rated speed within "
-            f"{at_least(one.horizon)} s",
-        )
-        for one in turbulence_summary(design)
-    ]
-
-
-def _in_low_wind(design: TurbineDesign) -> list[tuple[str, str, str]]:
-    """Return what is proved of the nonlinear loop in turbulence, one row for each mean wind."""
-    return [
-        (
-            f"Turbulence at {one.wind:g} m/s, nonlinear loop",
-            f"\u2264 {rounded_bounds.at_most(one.probability, 2)}",
-            f"probability that the rotor reaches {rounded_bounds.at_most(100 * one.share, 4)} % of "
-            f"rated speed within {at_least(one.horizon)} s, whatever the wind estimate, without "
-            "delay of the wake",
-        )
-        for one in seldom_reached(design)
-    ]
 
 
 def _actuators(design: TurbineDesign) -> list[tuple[str, str, str]]:

@@ -39,7 +39,6 @@ PLACES = {
 }
 # Members that some claims leave out.
 OPTIONAL: dict[str, set[Way]] = {
-    "turbine-crossing": {("cuts",)},
     "actuator-rates": {("wind_rate",)},
     "paper-loop": {("unproved", "wind"), ("unproved", "reason")},
 }
@@ -127,31 +126,31 @@ def test_a_further_member_is_refused_at_every_place(kind: str, value: Any) -> No
 
 
 def test_a_name_with_a_dot_is_a_name() -> None:
-    claim = deepcopy(claims()["turbulence-speed"])
-    claim["wind.mean"] = 3.0
+    claim = deepcopy(claims()["running-loop"])
+    claim["observer.l1"] = 3.0
     with pytest.raises(CertificateError, match="not known"):
-        first.refuse_further(listed("turbulence-speed"), claim, "claim")
+        first.refuse_further(listed("running-loop"), claim, "claim")
     with pytest.raises(Refusal, match="no condition"):
-        second.no_other_members(claim, "turbulence-speed")
+        second.no_other_members(claim, "running-loop")
 
 
 # In whole files.
 
-SPEED = {
+FURTHER = {
     "an uncertainty that another claim has": ("uncertainty", "power_coefficient", [0.9, 1.2]),
     "an uncertainty without a meaning": ("uncertainty", "torque_lag", 0.3),
     "a third number of the band-stop": ("measurement", "torsion_filter", "order", 4),
     "a further filter": ("measurement", "notch", 5.0),
-    "a number of the wind": ("wind", "shear", 0.2),
+    "a side of a cell": ("cells", 0, "sides", "shear", 0.2),
     "a number of the claim": ("delay", 0.5),
 }
 
 
-@pytest.mark.parametrize("name", SPEED)
+@pytest.mark.parametrize("name", FURTHER)
 def test_a_file_with_it_is_refused(name: str) -> None:
     """With a ``controller`` whose filters have the further number, too."""
-    document = json.loads(next(recorded("turbulence-speed"))[1])
-    *way, last, value = SPEED[name]
+    document = json.loads(next(recorded("running-loop"))[1])
+    *way, last, value = FURTHER[name]
     owners = [document["claims"][0], document["controller"]]
     for owner in owners if way[:1] == ["measurement"] else owners[:1]:
         at = owner
@@ -163,7 +162,7 @@ def test_a_file_with_it_is_refused(name: str) -> None:
 
 def test_a_file_without_a_controller_is_refused() -> None:
     """Then nothing else says that the filters of the claim are all filters."""
-    document = json.loads(next(recorded("turbulence-speed"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     del document["controller"]
     document["claims"][0]["measurement"]["notch"] = 5.0
     assert verdicts(document) == ("refused", "refused")
@@ -172,9 +171,8 @@ def test_a_file_without_a_controller_is_refused() -> None:
 @pytest.mark.parametrize(
     "place", [("claims", 0, "observer"), ("claims", 0, "uncertainty")], ids=str
 )
-@pytest.mark.parametrize("kind", ["turbine-crossing", "running-loop"])
-def test_an_observer_with_a_further_gain_is_refused(kind: str, place: tuple[Any, ...]) -> None:
-    document = json.loads(next(recorded(kind))[1])
+def test_an_observer_with_a_further_gain_is_refused(place: tuple[Any, ...]) -> None:
+    document = json.loads(next(recorded("running-loop"))[1])
     at = document
     for key in place:
         at = at[key]
@@ -205,7 +203,7 @@ def test_both_checkers_know_the_same_members_of_turbine_law_and_observer() -> No
     ids=str,
 )
 def test_a_further_member_beside_the_claims_is_refused(way: Way) -> None:
-    document = json.loads(next(recorded("turbine-crossing"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     assert verdicts(document) == ("PROVED", "PROVED")
     at = document
     for key in way[:-1]:
@@ -216,7 +214,7 @@ def test_a_further_member_beside_the_claims_is_refused(way: Way) -> None:
 
 @pytest.mark.parametrize("units", ["SI, angles in deg", None, 1])
 def test_other_units_are_refused(units: Any) -> None:
-    document = json.loads(next(recorded("turbulence-speed"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     document["model"]["units"] = units
     assert verdicts(document) == ("refused", "refused")
     del document["model"]["units"]
@@ -274,7 +272,7 @@ def test_a_law_states_all_its_premises(region: str) -> None:
 )
 def test_winds_of_the_law_differ_as_floats(wind: str, read: bool) -> None:
     """At the tables' end a program would divide by the width of an empty interval."""
-    document = json.loads(next(recorded("turbulence-speed"))[1])
+    document = json.loads(next(recorded("running-loop"))[1])
     law = document["gains"]
     for name in set(effort_sharing.LAW) & {key for key in law if isinstance(law[key], list)}:
         law[name].append(law[name][-1])

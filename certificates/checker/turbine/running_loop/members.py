@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from takagi.certificates.checker.turbine.members import Members, plain
 
-FILTERED: Members = {
-    "measurement": {"speed_filter": {}, "torsion_filter": plain("frequency passed")}
-}
-OBSERVED: Members = {"observer": plain("l1 l2 wind_limits"), **FILTERED}
 OF: dict[str, Members] = {
     "running-loop": {
         **plain("winds decay_rate"),
-        **OBSERVED,
+        "observer": plain("l1 l2 wind_limits"),
+        "measurement": {"speed_filter": {}, "torsion_filter": plain("frequency passed")},
         "uncertainty": plain("inertia wake_length"),
         "cells": {
             **plain("wind P"),

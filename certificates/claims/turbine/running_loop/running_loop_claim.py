@@ -14,12 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
+from takagi.certificates.checker.turbine.running_loop.inputs import STATED, Machine, Sides, Span
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
 from takagi.certificates.claims.turbine.running_loop.candidate import (
     SIZES,
@@ -27,7 +27,7 @@ from takagi.certificates.claims.turbine.running_loop.candidate import (
     running_candidate,
     size_of_box,
 )
-from takagi.certificates.claims.turbine.stated_controller import stated_controller
+from takagi.models.errors import ModelError
 
 # The required decay rate [1/s], and the wake's length over the rotor's radius: 40 to 80 m for a
 # radius of 63 m.
@@ -61,7 +61,7 @@ def running_loop_claim(
     cells = list(cells_over_winds(subject))
     if not cells:
         raise Refused("no quadratic function was found at any wind")
-    winds = joined(cells)
+    winds = _joined(cells)
     nodes = subject.law.wind
     return {
         "name": f"running loop, {float(nodes[0]):g} to {float(nodes[-1]):g} m/s",
@@ -84,7 +84,7 @@ def claim_head(
     Refused : the law has no filter of the measured speed or of the wind.
     ModelError : the controller's observer or filters are no objects.
     """
-    stated = stated_controller(controller, gains)
+    stated = _stated_controller(controller, gains)
     radius = float(model["rotor_radius"])
     return {
         "kind": "running-loop",
@@ -94,6 +94,33 @@ def claim_head(
             "wake_length": [float(f"{share * radius:.2g}") for share in WAKE],
         },
         **stated,
+    }
+
+
+def _stated_controller(
+    controller: Mapping[str, Any], gains: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Return the numbers of observer and filters that a claim repeats from the gain file.
+
+    Raises
+    ------
+    Refused : one of them is missing, or the law has no filter of the wind estimate.
+    ModelError : one of them is no object.
+    """
+    if any(part not in controller for part in STATED):
+        raise Refused("the gain file has no observer, or no low-pass on the measured speed")
+    for part, names in STATED.items():
+        if not isinstance(controller[part], Mapping):
+            raise ModelError(
+                f"controller[{part!r}] is {controller[part]!r}; an object with "
+                f"{', '.join(names)} is needed, as gains.json has it: give that one, or "
+                "leave the member out for a law without it"
+            )
+    if not gains["wind_filter"] > 0:
+        raise Refused("the law has no filter of the wind estimate")
+    return {
+        part: {name: controller[part][name] for name in names if name in controller[part]}
+        for part, names in STATED.items()
     }
 
 
@@ -156,12 +183,7 @@ def _place(cell: StatedCell) -> int:
     return SIZES.index(size_of_box(cell.sides))
 
 
-class _OfWinds(Protocol):
-    @property
-    def winds(self) -> Span: ...
-
-
-def joined(cells: Sequence[_OfWinds]) -> list[Span]:
+def _joined(cells: Sequence[StatedCell]) -> list[Span]:
     """Return the ranges of winds that cells cover."""
     found: list[Span] = []
     for low, high in (cell.winds for cell in cells):

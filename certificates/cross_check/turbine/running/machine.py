@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from decimal import Decimal
 from typing import Any
 
@@ -62,21 +61,20 @@ class Machine:
         return 8 if self.stop is None else 10
 
 
-def box(cell: Any, names: Sequence[str] = SIDES) -> dict[str, fmpq]:
+def box(cell: Any) -> dict[str, fmpq]:
     """Return the sides of a cell's box."""
-    sides = {name: rational(entry(cell, "sides"), name) for name in names}
+    sides = {name: rational(entry(cell, "sides"), name) for name in SIDES}
     if min(sides.values()) <= 0:
         raise Refusal("sides: positive numbers are needed")
     return sides
 
 
-def same_controller(
-    claim: Any, document: Any, parts: tuple[str, ...] = ("observer", "measurement")
-) -> bool:
+def same_controller(claim: Any, document: Any) -> bool:
     """Return whether observer and filters are those of the file's controller, if there is one."""
     if not isinstance(document, dict) or document.get("controller") is None:
         return True
     own = document["controller"]
+    parts = ("observer", "measurement")
     return all(_numbers(claim, part) == _numbers(own, part) for part in parts)
 
 
