@@ -213,11 +213,4 @@ if TYPE_CHECKING:
         fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
     )
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    Fixed="KnownBlock",
-    LyapunovFamily="PolynomialLyapunov",
-    Part="SumPart",
-    Region="EigenvalueRegion",
-    Rung="RelaxationResult",
-)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -6,7 +6,7 @@
     equations/, sector/     the plant about its equilibrium; symbolic sector nonlinearity
     intervals/, splines/, ranges/    interval arithmetic; spline surfaces; rigorous ranges
     ramps/, blending/       one quantity handed over to another; two actuators that share one effort
-    laws/, loops/           controller laws as values; closed loops as families of matrices
+    laws/                   controller laws as values; closed loops as families of matrices
     turbine/, simulation/   wind turbines; the nonlinear plant and the loop in time
     loading, errors         models from files and built-in ones by name; ModelError
     lazy_names              the names of a package, imported when they are used

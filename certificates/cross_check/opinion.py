@@ -17,13 +17,11 @@ from takagi.certificates.cross_check.kernel.obligation import Definite, Obligati
 from takagi.certificates.cross_check.kernel.reading import (
     NotReplayed,
     Refusal,
-    Written,
     entry,
     hashes_differ,
     line,
     load,
     loads,
-    stack,
     whole,
 )
 from takagi.certificates.cross_check.loop import (
@@ -75,7 +73,7 @@ WITH_OBSERVER = "running-loop"
 # Claims about a turbine's loop whose conditions are implemented here.
 OF_TURBINES = ("coherent-loop", *RESTING, WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
-AGAINST = ("no-common-decay", "no-common-quadratic")
+AGAINST = ("no-common-decay",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,8 +254,6 @@ def obligations(
     """Return the conditions of one claim; None for a kind that is not implemented here."""
     if kind in LOOPS and loop is not None:
         return LOOPS[kind](claim, loop)
-    if kind in ("quadratic-decay", "no-common-quadratic"):
-        return _own_matrices(claim, kind)
     if kind == "sector-embedding":
         from takagi.certificates.cross_check.plant.embedding import embedded
 
@@ -281,28 +277,6 @@ def obligations(
 
         return effort_sharing_loop(claim, model, gains)
     return None
-
-
-def _own_matrices(claim: Any, kind: str) -> Obligations:
-    """Yield the conditions of a claim that contains its own vertices, in continuous time."""
-    A = stack(claim, "A")
-    if A[0].nrows() != A[0].ncols():
-        raise Refusal("A: square matrices are needed")
-    loop = VertexLoop(A)
-    if kind == "no-common-quadratic":
-        factors = entry(claim, "multiplier_factors")
-        if not isinstance(factors, list) or len(factors) != len(A):
-            raise Refusal("multiplier_factors: one for each vertex is needed")
-        listed = [{"blend": Written(i), "factor": one} for i, one in enumerate(factors)]
-        yield from decay.no_common_decay({**claim, "multipliers": listed}, loop)
-        return
-    if "K" in claim:
-        B, K = stack(claim, "B"), stack(claim, "K")
-        fits = (B[0].nrows(), B[0].ncols()) == (K[0].ncols(), K[0].nrows())
-        if not fits or B[0].nrows() != loop.n or not len(A) == len(B) == len(K):
-            raise Refusal("one B and one K that fit are needed for each vertex")
-        loop = VertexLoop(A, B=B, K=K)
-    yield from decay.decay(claim, loop)
 
 
 def _opinion(kind: str, found: Obligations | None) -> Opinion:

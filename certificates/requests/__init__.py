@@ -60,4 +60,4 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.sampled_loop import SampledLoop as SampledLoop
     from takagi.certificates.requests.transient import Transient as Transient
 
-__getattr__, __dir__ = lazy_names(__name__, Loop="ClaimedLoop")
+__getattr__, __dir__ = lazy_names(__name__)

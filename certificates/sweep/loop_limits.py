@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from takagi.certificates.claims.turbine.cell_loop import cell_loops
 from takagi.certificates.claims.turbine.wind_class import asked_rates
 from takagi.certificates.sweep.loop_settings import LoopSettings
 from takagi.certificates.sweep.widest_set import widest_functions
 from takagi.certificates.sweep.wind_ranges import WindRange, law_on
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopCell
+from takagi.models.laws.effort_sharing.loop_cell import LoopCell
 
 # Coefficient -> what it is, in words.  The first five are ranges, the others sizes.
 COEFFICIENTS = {
@@ -61,8 +61,7 @@ def what_limits(loop: LoopSettings, winds: WindRange) -> tuple[Limit, ...]:
     ModelError : the box leaves a table or a limit, or there is no function even with all widths.
     """
     law = law_on(loop.law, winds.low, winds.high)
-    count = len(law.schedule.wind) - 1
-    loops = [CellLoop(loop.turbine, law, loop.box, loop.uncertainty, k) for k in range(count)]
+    loops = cell_loops(loop.turbine, law, loop.box, loop.uncertainty)
     rates = asked_rates(loops, loop.box, loop.shape)
     cells = [each.enclosed(rate) for each, rate in zip(loops, rates, strict=True)]
     here = _mean_error(loop, cells)

@@ -15,7 +15,7 @@ from takagi.certificates.sweep.axis import AxisKind
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.splines.surface import Surface
 from takagi.models.turbine.data import Turbine
 

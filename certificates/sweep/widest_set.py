@@ -14,6 +14,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from takagi.certificates.claims.turbine.cell_loop import cell_loops
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.largest_wind_error import (
     EffortSharingCandidate,
@@ -27,9 +28,7 @@ from takagi.lmi.turbine.one_step.joint_step import Weights, joint_step
 from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, functions_at
 from takagi.lmi.turbine.one_step.loop_of_gains import WindCellCorners
 from takagi.models.arrays import Floats
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
-from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, loop_vertices
 
 # How often all rates are halved if no function exists for them, the factor of this, and how often
 # a function is improved.
@@ -45,10 +44,10 @@ def widest_candidate(loop: LoopSettings) -> EffortSharingCandidate:
     ------
     ModelError : the box exceeds tables or actuator limits; names the wind cell.
     """
-    on, count = loop.box, len(loop.law.schedule.wind) - 1
-    loops = [CellLoop(loop.turbine, loop.law, on, loop.uncertainty, k) for k in range(count)]
+    on = loop.box
+    loops = cell_loops(loop.turbine, loop.law, on, loop.uncertainty)
     rates = asked_rates(loops, on, loop.shape)
-    middle = [float(each.law.wind.centre) for each in loops]
+    middle = [float(each.wind.centre) for each in loops]
     error = np.interp(middle, loop.shape.wind, loop.shape.error)
     for attempt in range(ATTEMPTS):
         cells = [each.enclosed(rate) for each, rate in zip(loops, rates, strict=True)]

@@ -10,7 +10,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
-    from takagi.models.loops.effort_sharing.loop_cell import LoopUncertainty
+    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
 
 # Options that only the effort-sharing law has.
 OF_UNCERTAINTY = ("inertia", "power_coefficient", "equilibrium_wake")
@@ -53,7 +53,7 @@ def uncertainty_asked(
     ModelError : an inertia or a power coefficient that is not an interval around 1.
     """
     from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
-    from takagi.models.loops.effort_sharing.loop_cell import LoopUncertainty
+    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
 
     default = DEFAULT_UNCERTAINTY
     span, power = default.inertia, default.power_coefficient

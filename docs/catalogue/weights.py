@@ -46,8 +46,6 @@ CELLS = MappingProxyType(
         "secant-embedding": (PLANT, PLANT, "refused: its form", "refused: its form", PROVED),
         "tracking": (PLANT, PLANT, "refused: its form", "refused: its form", "refused (13)"),
         "effort-blend": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
-        "quadratic-decay": THEOREM,
-        "no-common-quadratic": ("disproof",) * 5,
         "coherent-loop": OTHER,
         "paper-loop": OTHER,
         "wind-rate": OTHER,

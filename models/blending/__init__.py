@@ -25,4 +25,4 @@ if TYPE_CHECKING:
     from takagi.models.ramps.exact_effort_ramp import share_range as share_range
     from takagi.models.ramps.exact_effort_ramp import share_value as share_value
 
-__getattr__, __dir__ = lazy_names(__name__, RunningBlend="RunTimeBlending")
+__getattr__, __dir__ = lazy_names(__name__)

@@ -22,8 +22,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.expressions.evidence_file import evidence_data as evidence_data
-    from takagi.models.expressions.evidence_file import evidence_of_data as evidence_of_data
     from takagi.models.intervals.interval import Interval as Interval
     from takagi.models.intervals.interval import exact as exact
     from takagi.models.ranges.cell import Cell as Cell

@@ -3,7 +3,7 @@
 curve, surface      interpolating splines of one and two arguments
 scalar_surface fast evaluation at one point
 exact_spline, bernstein_coefficients    exact values and rigorous ranges; the linear maps for them
-patch_ranges, approximate_ranges    ranges in floats, for searches
+patch_ranges        ranges in floats, for searches
 table_function      a table as a function in sympy expressions
 """
 

@@ -35,4 +35,4 @@ if TYPE_CHECKING:
     from takagi.models.turbine.trim import rated_wind as rated_wind
     from takagi.models.turbine.trim import reference_speed as reference_speed
 
-__getattr__, __dir__ = lazy_names(__name__, Baseline="BaselineController")
+__getattr__, __dir__ = lazy_names(__name__)

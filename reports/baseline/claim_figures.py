@@ -256,7 +256,6 @@ def _spans(cells: list[Data], key: str) -> tuple[tuple[Fraction, Fraction, Fract
 
 _READINGS: dict[str, Reading] = {
     "decay": _decay,
-    "quadratic-decay": _decay,
     "observer": _decay,
     "observed-feedback": _decay,
     "fuzzy-decay": _fuzzy,

@@ -1,6 +1,6 @@
 """Robustness of linear loops: classical and disk margins, and the turbine's loops at a trim.
 
-margins, disk       one loop: ``loop_margins``; several at once: ``mimo_disk_margins``
+margins, disk       one loop: ``loop_margins``; several at once: ``disk_of``
 response            L(j omega), on a grid fine where the loop is lively
 turbine_dynamics    the turbine linearised at a trim
 turbine_loops       its two loops, each broken at its actuator with the other closed
@@ -27,9 +27,8 @@ if TYPE_CHECKING:
     from takagi.reports.margins.design_levers import free_levers as free_levers
     from takagi.reports.margins.design_levers import lever_changes as lever_changes
     from takagi.reports.margins.disk import DiskMargin as DiskMargin
-    from takagi.reports.margins.disk import MimoDiskMargins as MimoDiskMargins
     from takagi.reports.margins.disk import disk_margin as disk_margin
-    from takagi.reports.margins.disk import mimo_disk_margins as mimo_disk_margins
+    from takagi.reports.margins.disk import disk_of as disk_of
     from takagi.reports.margins.kept_margins import KeptMargins as KeptMargins
     from takagi.reports.margins.kept_margins import MarginSearch as MarginSearch
     from takagi.reports.margins.kept_margins import NoMargins as NoMargins
@@ -75,10 +74,6 @@ if TYPE_CHECKING:
     from takagi.reports.margins.turbine_loops import break_loops as break_loops
     from takagi.reports.margins.turbine_loops import closed_loop_poles as closed_loop_poles
     from takagi.reports.margins.turbine_loops import loops_at_trim as loops_at_trim
-    from takagi.reports.margins.turbine_loops import pitch_loop as pitch_loop
     from takagi.reports.margins.turbine_loops import plant_at_trim as plant_at_trim
-    from takagi.reports.margins.turbine_loops import torque_loop as torque_loop
 
-__getattr__, __dir__ = lazy_names(
-    __name__, LoopRest="LoopEquilibrium", NoRest="NoEquilibrium", loop_rest="loop_equilibrium"
-)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -24,7 +24,7 @@ from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
 from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
 from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
-from takagi.models.loops.effort_sharing import CellLoop, loop_vertices
+from takagi.models.laws.effort_sharing import loop_vertices
 from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import rotor_torque
 
@@ -198,37 +198,6 @@ def test_a_law_without_a_filter_does_not_know_its_winds_rate(short: Any) -> None
     none = [0.0] * len(law["inertia_feedforward"])
     silent = law | {"inertia_feedforward": none, "pitch_lead": 0.0}
     assert Law.read(as_read({"gains": silent})["gains"]).lead == 0
-
-
-@pytest.mark.slow
-def test_checker_and_embedding_agree_on_a_moving_schedule(built: Any) -> None:
-    """Two derivations of the same bounds, at the class's rates and at others."""
-    turbine, law, candidate = built.turbine, built.law, built.candidate
-    for k in range(len(law.schedule.wind) - 1):
-        cell = CellLoop(turbine, law, candidate.box, candidate.uncertainty, k)
-        for rate in ("0", "0.05", "0.3"):
-            ours, theirs = cell.enclosed(rate), loop(built.document, k, rate)
-            for name in ("reference_slope", "lag_disturbance", "effectiveness_slope"):
-                stated, found = getattr(ours, name), getattr(theirs, name)()
-                assert found <= stated <= found + Fraction("3e-7"), (k, rate, name)
-            slowest, fastest = theirs.lag_rates() or (0, 0)
-            assert ours.lag_rate.lower <= slowest <= ours.lag_rate.lower + Fraction("2e-7")
-            assert ours.lag_rate.upper == fastest
-
-
-def test_checker_and_embedding_agree_where_rated_torque_cuts_the_feedforward(built: Any) -> None:
-    """With a wide limit g it is the reserve to rated torque that bounds what reaches the rotor."""
-    ahead, candidate = built.law.feedforward, built.candidate
-    wide = replace(built.law, feedforward=replace(ahead, effort_limit=4 * ahead.effort_limit))
-    limits = [4 * g for g in subject(built.document).law.inertia_limit]
-    cut = 0
-    for k in np.flatnonzero(ahead.inertia):
-        cell = CellLoop(built.turbine, wide, candidate.box, candidate.uncertainty, int(k))
-        theirs = loop(built.document, int(k), "0.25", inertia_limit=limits)
-        ours = cell.moving.reference_slope(Fraction("0.25"))
-        assert ours == theirs.reference_slope()
-        cut += theirs.reference_slope() > loop(built.document, int(k), "0.001").reference_slope()
-    assert cut > 2
 
 
 def test_what_the_feedforward_leaves_is_a_disturbance(built: Any) -> None:

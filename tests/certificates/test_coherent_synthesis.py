@@ -25,7 +25,7 @@ from takagi.certificates.document import certificate_document, effort_sharing_la
 from takagi.lmi.turbine.one_step import iteration as one_step_climb
 from takagi.models import Interval, ModelError, nrel5mw
 from takagi.models.laws import EffortGains, EffortSharingLaw
-from takagi.models.loops.effort_sharing import LoopUncertainty
+from takagi.models.laws.effort_sharing import LoopUncertainty
 from takagi.models.turbine import model_files
 from tests.certificates.conftest import Built
 

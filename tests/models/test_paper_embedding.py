@@ -14,18 +14,18 @@ from takagi.models import Interval, ModelError, nrel5mw
 from takagi.models.intervals import Dual
 from takagi.models.intervals.dual import larger
 from takagi.models.laws import Measurement, PublishedLaw, published_law
-from takagi.models.laws.published import PublishedLawName
-from takagi.models.laws.published.coupling_filter import coupling_filter
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.loops.published import (
+from takagi.models.laws.published import (
     LoopFigures,
     PublishedCell,
+    PublishedLawName,
     disturbance_bound,
     enclosed_cell,
     loop_figures,
     wind_breaks,
 )
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.splines.patch_ranges import patch_ranges
 from takagi.models.turbine import rotor_torque
 from tests.paper_models import regional_models

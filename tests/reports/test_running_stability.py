@@ -21,7 +21,7 @@ from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.files import resolve_model
-from takagi.models.loops.effort_sharing import LoopUncertainty
+from takagi.models.laws.effort_sharing import LoopUncertainty
 from takagi.models.turbine import load_turbine
 from takagi.reports.margins import (
     NoEquilibrium,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates.checker.words.rounded import at_least, at_most
+from takagi.certificates.claims.turbine.cell_loop import cell_loops
 from takagi.certificates.claims.turbine.largest_wind_error import (
     EffortSharingCandidate,
     RequestedLoops,
@@ -24,9 +25,12 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
-from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.laws.effort_sharing.loop_cell import (
+    LoopBox,
+    LoopCell,
+    LoopUncertainty,
+    loop_vertices,
+)
 from takagi.models.turbine.data import Turbine
 
 Tell = Callable[[str], None]
@@ -72,9 +76,9 @@ def effort_sharing_candidate(
     say = tell or _silent
     shape = wind_class or WindClass()
     say("enclosing the closed loop")
-    loops = [CellLoop(turbine, law, box, uncertainty, k) for k in range(len(law.schedule.wind) - 1)]
+    loops = cell_loops(turbine, law, box, uncertainty)
     asked = asked_rates(loops, box, shape) if rates is None else list(rates)
-    middle = np.array([float(loop.law.wind.centre) for loop in loops])
+    middle = np.array([float(loop.wind.centre) for loop in loops])
     error = np.interp(middle, shape.wind, shape.error)
     if P is not None and _inside(P, box):
         given = largest_wind_errors(

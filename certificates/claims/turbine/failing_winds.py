@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.loops.effort_sharing.loop_cell import LoopCell
-from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.laws.effort_sharing.loop_cell import LoopCell, loop_vertices
 
 
 def failing_winds(cells: Sequence[LoopCell]) -> str:

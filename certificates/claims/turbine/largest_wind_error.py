@@ -12,13 +12,18 @@ from fractions import Fraction
 
 import numpy as np
 
+from takagi.certificates.claims.turbine.cell_loop import CellLoop
 from takagi.certificates.claims.turbine.wind_class import RESERVE, cell_class
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates
 from takagi.models.arrays import Floats
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
-from takagi.models.loops.effort_sharing.vertices import LoopVertices, loop_vertices
+from takagi.models.laws.effort_sharing.loop_cell import (
+    LoopBox,
+    LoopCell,
+    LoopUncertainty,
+    LoopVertices,
+    loop_vertices,
+)
 
 Tell = Callable[[str], None]
 

@@ -16,13 +16,13 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.equilibrium_point import Equilibrium
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.loops.published.cells import (
+from takagi.models.laws.published.loop_cells import (
     PublishedCell,
     disturbance_bound,
     enclosed_cell,
     wind_breaks,
 )
-from takagi.models.loops.published.tables import LoopFigures, loop_figures
+from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
 
 # Half widths of the set in rotor speed [rad/s]: the starting value, and those to grow to.
 STARTS = (0.001, 0.0005)

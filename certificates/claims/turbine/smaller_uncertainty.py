@@ -7,7 +7,7 @@ from fractions import Fraction
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 # Fractions of the requested interval's excess over 1 that are tried, the largest first.

@@ -9,11 +9,10 @@ from fractions import Fraction
 
 import numpy as np
 
+from takagi.certificates.claims.turbine.cell_loop import CellLoop
 from takagi.lmi.analysis.invariant_ellipsoid import largest_scale
 from takagi.models.arrays import Floats
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell
-from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, loop_vertices
 
 # The requested rate is lowered if the lag would keep less than this fraction of the pitch drive's
 # rate, or if it disturbs the speed by more than this fraction of the control authority.
@@ -57,8 +56,8 @@ def asked_rates(loops: Sequence[CellLoop], box: LoopBox, shape: WindClass) -> li
     """Return the wind rate to enclose in each cell [m/s^2], in the decimals that are emitted."""
     rates = []
     for loop in loops:
-        wanted = float(np.interp(float(loop.law.wind.centre), shape.wind, shape.rate))
-        rate, answer = _down(wanted), loop.law.gamma.lower * box.speed_signal
+        wanted = float(np.interp(float(loop.wind.centre), shape.wind, shape.rate))
+        rate, answer = _down(wanted), loop.gamma.lower * box.speed_signal
         for _ in range(STEPS):
             if _bearable(loop, rate, answer):
                 break
@@ -73,9 +72,9 @@ def calmer(rate: Fraction, factor: float) -> Fraction:
 
 
 def _bearable(loop: CellLoop, rate: Fraction, answer: Fraction) -> bool:
-    left = loop.moving.reference_slope(rate) * rate
-    room = loop.moving.drive_room(rate) >= min(
-        Fraction(str(DRIVE_SHARE)), loop.moving.drive_room(Fraction(0))
+    left = loop.reference_slope(rate) * rate
+    room = loop.drive_share(rate) >= min(
+        Fraction(str(DRIVE_SHARE)), loop.drive_share(Fraction(0))
     ) * Fraction(9, 10)
     return room and left <= Fraction(str(ANSWER_SHARE)) * answer
 

@@ -27,8 +27,8 @@ from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.feedforward import Feedforward
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wake_effectiveness
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 

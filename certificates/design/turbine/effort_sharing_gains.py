@@ -7,12 +7,14 @@ result does not hold for the enclosed loop of the claim, the two-step design is 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
 import numpy as np
 
+from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
 from takagi.certificates.claims.turbine.failing_winds import failing_winds
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
@@ -24,7 +26,7 @@ from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
 Synthesis = Literal["one-step", "two-step"]
@@ -94,7 +96,7 @@ def effort_sharing_gain_design(
     except ModelError as error:
         found, kept = None, str(error)
     if found is not None and len(found.history) > 1:
-        better = _stated(loop, found, say)
+        better = _stated(turbine, first, found, say)
         if better is not None:
             return EffortSharingGainDesign(found.law, better, found, "")
         kept = "the gains found together do not hold on the exactly enclosed loop"
@@ -122,7 +124,7 @@ def widened(
         # That search needs a function with a wind error above 0 in every cell. If there is none,
         # the first candidate is kept.
         return first
-    wider = _stated(loop, found, say)
+    wider = _stated(turbine, first, found, say)
     return wider if wider is not None and _mean(law, wider) > _mean(law, first) else first
 
 
@@ -137,36 +139,40 @@ def loop_of_gains(
     *,
     box: LoopBox,
     uncertainty: LoopUncertainty,
-    rates: list[Fraction],
+    rates: Sequence[Fraction],
 ) -> LoopOfGains:
-    """Return the loop as a function of its gains, with the default proportions of wind errors."""
+    """Return the loop as a function of its gains, with the default proportions of wind errors.
+
+    Parameters
+    ----------
+    rates : |v_s'| of each cell [m/s^2].
+    """
     nodes, shape = law.schedule.wind, WindClass()
     return LoopOfGains(
         turbine=turbine,
         law=law,
         box=box,
-        uncertainty=uncertainty,
         error=np.interp((nodes[1:] + nodes[:-1]) / 2, shape.wind, shape.error),
-        rate=rates,
+        enclosed=enclosures_of_gains(turbine, law, box, uncertainty, rates),
     )
 
 
-def _stated(loop: LoopOfGains, found: OneStepDesign, say: Tell) -> EffortSharingCandidate | None:
+def _stated(
+    turbine: Turbine, first: EffortSharingCandidate, found: OneStepDesign, say: Tell
+) -> EffortSharingCandidate | None:
     """Return the candidate for the found gains and function; None if it does not hold."""
-    rates = [Fraction(rate) for rate in loop.rate]
-    given = np.asarray(found.functions.P)
     try:
         candidate = effort_sharing_candidate(
-            loop.turbine,
+            turbine,
             found.law,
-            box=loop.box,
-            uncertainty=loop.uncertainty,
-            P=given,
-            rates=rates,
+            box=first.box,
+            uncertainty=first.uncertainty,
+            P=np.asarray(found.functions.P),
+            rates=[cell.wind_rate for cell in first.cells],
             tell=say,
         )
     except ModelError:
-        # The exact enclosure of a cell may refuse gains that the search's enclosure accepted.
+        # Rounded gains may leave a table or a limit that those of the search just met.
         return None
     return candidate if candidate.P is not None and candidate.wind_error.min() > 0 else None
 

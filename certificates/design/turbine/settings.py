@@ -11,8 +11,8 @@ from takagi.certificates.design.turbine.effort_sharing_gains import SYNTHESES, S
 from takagi.lmi.turbine.one_step.objective import OBJECTIVES, Objective
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import DEFAULT_WIND_FILTER
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHARE
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings

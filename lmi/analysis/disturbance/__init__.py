@@ -21,6 +21,4 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.peak_to_peak import peak_bound as peak_bound
     from takagi.lmi.analysis.disturbance.reachable_set import OneVertex as OneVertex
 
-__getattr__, __dir__ = lazy_names(
-    __name__, peak_shown="peak_bound", variance_shown="variance_bound"
-)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -11,8 +11,8 @@ The linear functions are not bounds: the gains that a step proposes are enclosed
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 
@@ -23,9 +23,7 @@ from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.loops.effort_sharing.cells import CellLoop
-from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
-from takagi.models.loops.effort_sharing.vertices import loop_vertices
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, loop_vertices
 from takagi.models.turbine.data import Turbine
 
 # Decimals of the gains during the search.  Gains are rounded to fewer decimals only at its end.
@@ -86,7 +84,7 @@ class MovingCorners:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class LoopOfGains:
-    """The closed loop as a function of its gains: turbine, law, box, uncertainty and wind class.
+    """The closed loop as a function of its gains: turbine, law, box and wind class.
 
     The gains form one row theta of G = 2K - 1 numbers: gamma at the K nodes, then nu of the K - 1
     cells.
@@ -94,24 +92,23 @@ class LoopOfGains:
     Attributes
     ----------
     law : law whose schedule and feed-forward are used; theta replaces its gains.
-    error, rate : (K - 1,) the wind class: |v - v_s| [m/s] and |v_s'| [m/s^2] of each cell.
+    error : (K - 1,) |v - v_s| of each cell [m/s], its part of the wind class.
+    enclosed : encloses one cell, at its wind rate, with given gains and the cell's number; raises
+        ModelError where these gains make the cell leave a table or an actuator limit.
     """
 
     turbine: Turbine
     law: EffortSharingLaw
     box: LoopBox
-    uncertainty: LoopUncertainty
     error: Floats
-    rate: Sequence[Fraction | float]
-    _residuals: dict[int, Fraction] = field(default_factory=dict, init=False, repr=False)
+    enclosed: Callable[[EffortGains, int], LoopCell]
 
     def __post_init__(self) -> None:
-        for name in ("error", "rate"):
-            if len(getattr(self, name)) != self.cells:
-                raise ModelError(
-                    f"{name} has {len(getattr(self, name))} entries for {self.cells} wind cells; "
-                    "give one for each"
-                )
+        if len(self.error) != self.cells:
+            raise ModelError(
+                f"error has {len(self.error)} entries for {self.cells} wind cells; give one for "
+                "each"
+            )
 
     @property
     def cells(self) -> int:
@@ -132,8 +129,8 @@ class LoopOfGains:
         ModelError : at these gains a cell leaves a table or an actuator limit; the message names
             the cell.
         """
-        law = self.at(theta)
-        parts = [self._rows(self._enclosed(law, k), k) for k in range(self.cells)]
+        gains = self.at(theta).gains
+        parts = [self._rows(self.enclosed(gains, k), k) for k in range(self.cells)]
         windy, still = ([_distinct(part[i]) for part in parts] for i in (0, 1))
         return _gathered(windy), _gathered(still)
 
@@ -170,23 +167,6 @@ class LoopOfGains:
     def _members(self, k: int) -> tuple[int, int, int]:
         return k, k + 1, self.cells + 1 + k
 
-    def _enclosed(self, law: EffortSharingLaw, k: int) -> LoopCell:
-        """Return a cell's enclosure with quick ranges.
-
-        The residual of the trim tables depends on no gain, so it is enclosed once and kept.
-        """
-        loop = CellLoop(
-            self.turbine,
-            law,
-            self.box,
-            self.uncertainty,
-            k,
-            searching=True,
-            residual=self._residuals.get(k),
-        )
-        self._residuals[k] = loop.residual
-        return loop.enclosed(self.rate[k])
-
     def _rows(self, cell: LoopCell, k: int) -> tuple[Floats, Floats]:
         """Return (A, fixed, error) of each corner as rows of 15; as many rows at all gains."""
         found = loop_vertices(_opened(cell))
@@ -201,7 +181,7 @@ class LoopOfGains:
         self, theta: Floats, k: int, reach: float, free: NDArray[np.bool_]
     ) -> tuple[Floats, Floats]:
         """Return rows of 60: a corner and its three secants, for each combination of secants."""
-        cell = self._enclosed(self.at(theta), k)
+        cell = self.enclosed(self.at(theta).gains, k)
         here = self._rows(cell, k)
         secants: list[list[tuple[Floats, ...]]] = []
         for number, member in enumerate(self._members(k)):
@@ -237,10 +217,10 @@ class LoopOfGains:
         """
         beside = theta.copy()
         beside[member] *= np.exp(change)
-        law = self.at(beside)
+        gains = self.at(beside).gains
         if member <= self.cells:
-            return self._enclosed(law, k)
-        rate = Interval.of(float(law.gains.integral_rate[k]))
+            return self.enclosed(gains, k)
+        rate = Interval.of(float(gains.integral_rate[k]))
         return replace(cell, integral_rate=rate)
 
     def _spread(self, parts: list[Floats]) -> MovingCorners:

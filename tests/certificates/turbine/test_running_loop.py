@@ -26,9 +26,8 @@ from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.controller import turbine_content
 from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop.cell import Cell
+from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
 from takagi.certificates.checker.turbine.running_loop.equations import equations
-from takagi.certificates.checker.turbine.running_loop.factors import factors
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates
 from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches

@@ -37,7 +37,6 @@ x, u, w = sp.symbols("x u w", real=True)
 GAINS = [[[1.0]], [[1.5]]]
 SET = {"P": [[1]], "level": 1, "multiplier": 0.5}
 PUSHED = {"disturbance": "disturbances"}
-OWN = {"A": [[[-2]], [[-3]]], "P": [[1]], "decay_rate": 1}
 # One state, P = 1: with A from -4 to -1 and gains from 1 to 1.5 the loop lies in [-5.5, -2].
 EVIDENCE: dict[str, Data] = {
     "decay": {"P": [[1]], "decay_rate": 1},
@@ -76,8 +75,6 @@ EVIDENCE: dict[str, Data] = {
     "secant-embedding": {},
     "tracking": {},
     "effort-blend": {},
-    "quadratic-decay": OWN,
-    "no-common-quadratic": {"A": [[[1]]], "decay_rate": 1, "multiplier_factors": [[[1]]]},
     "coherent-loop": SET,
     "paper-loop": SET,
     "wind-rate": {"loop": 0},

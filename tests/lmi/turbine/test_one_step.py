@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
 from takagi.lmi import Unknown
 from takagi.lmi.condition import lmi_value
 from takagi.lmi.turbine import (
     LoopOfGains,
     Objective,
     OneStepDesign,
-    effort_loop_reach,
     one_step_gains,
 )
 from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
 from takagi.lmi.turbine.one_step.motion import motion
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw, effort_schedule
-from takagi.models.loops.effort_sharing import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing import LoopBox, LoopUncertainty
 from takagi.models.turbine import rotor_thrust, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
@@ -65,9 +65,8 @@ def family_between(
         turbine=turbine,
         law=law,
         box=BOX,
-        uncertainty=UNCERTAINTY,
         error=np.full(cells, error),
-        rate=[rate] * cells,
+        enclosed=enclosures_of_gains(turbine, law, BOX, UNCERTAINTY, [rate] * cells),
     )
 
 
@@ -180,7 +179,7 @@ def test_no_step_at_all_is_the_analysis_of_the_given_gains(
     gains = near_rated.law.gains
     slow = EffortGains(gains.proportional, 0.8 * gains.integral_rate)
     slower = replace(near_rated, law=replace(near_rated.law, gains=slow))
-    assert effort_loop_reach(slower).decay_rate < reached.decay_rate
+    assert one_step_gains(slower, steps=0).before.decay_rate < reached.decay_rate
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -344,4 +343,4 @@ def test_misuse_is_named(near_rated: LoopOfGains) -> None:
         replace(near_rated, error=np.ones(7))
     tiny = LoopBox(Fraction("0.0004"), Fraction("0.00008"), Fraction("0.0003"), Fraction("0.03"))
     with pytest.raises(ModelError, match="lower the wind class"):
-        effort_loop_reach(replace(near_rated, box=tiny))
+        one_step_gains(replace(near_rated, box=tiny), steps=0)

@@ -53,23 +53,8 @@ def states(machine: Machine) -> int:
 
 def equations(cell: Cell, span: Factors, held: Span) -> tuple[Signals, list[Signal]]:
     """Return the signals and the states' rates for a share of pitch from ``held``."""
-    signals = Signals(states(cell.machine))
-    return signals, rates_from(signals, cell, span, held, {})
-
-
-def rates_from(
-    signals: Signals, cell: Cell, span: Factors, held: Span, imbalance: Signal
-) -> list[Signal]:
-    """Return the states' rates.
-
-    Parameters
-    ----------
-    signals : new; it collects the factors.
-    held : the range of the share of pitch.
-    imbalance : the torques at the point from which distances are measured, over J [rad/s^2];
-        nothing where that is a rest.
-    """
     machine = cell.machine
+    signals = Signals(states(machine))
 
     def times(name: str, signal: Signal) -> Signal:
         return signals.times(name, span[name], signal)
@@ -82,7 +67,7 @@ def rates_from(
     rate = combined((1 / machine.wind_filter, seen), (-1 / machine.wind_filter, s))
     unit = cell.effort_unit
     braking = combined((unit, u), (-unit, g), (-unit, times("feed-forward", rate)))
-    table = combined((1, times("stiffness", e)), (-1, times("pitch gain", p)), (1, imbalance))
+    table = combined((1, times("stiffness", e)), (-1, times("pitch gain", p)))
     late = times("late pitch gain", combined((1, p), (-1, eta)))
     distance = combined(
         (1, times("pitch per effort", g)),
@@ -97,7 +82,7 @@ def rates_from(
         (-1, braking),
     )
     apart = combined((1, m), (-1, o))
-    found = [
+    rates = [
         times("inertia", combined((1, table), (-1, late), (-1, braking))),
         combined((1 / cell.plant.lag, times("drive", distance))),
         combined((-1, times("integral rate", error))),
@@ -109,8 +94,8 @@ def rates_from(
     ]
     if machine.stop:
         w, first, second = machine.stop[0], signals.state(FIRST), signals.state(SECOND)
-        found += [combined((w, e), (-w, first)), combined((w, first), (-w, second))]
-    return found
+        rates += [combined((w, e), (-w, first)), combined((w, first), (-w, second))]
+    return signals, rates
 
 
 def measured_rate(machine: Machine) -> Signal:

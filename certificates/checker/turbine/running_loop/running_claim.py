@@ -26,20 +26,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop.cell import Cell
+from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
 from takagi.certificates.checker.turbine.running_loop.equations import (
     FACTORS,
     equations,
     rows,
     states,
 )
-from takagi.certificates.checker.turbine.running_loop.factors import cut, factors
 from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
@@ -52,11 +51,6 @@ from takagi.certificates.checker.turbine.running_loop.signals import Rows, decay
 from takagi.certificates.checker.turbine.running_loop.stated import MOST_CELLS, stated_loop
 
 MOST_PIECES = 8
-
-
-class _OfWinds(Protocol):
-    @property
-    def winds(self) -> Span: ...
 
 
 @dataclass(frozen=True)
@@ -105,7 +99,7 @@ def check_running_loop(claim: Any, data: Any, where: str) -> Found:
         StatedCell.read(cell, states(machine), f"{where}.cells[{i}]")
         for i, cell in enumerate(listed(claim, "cells", where, 1, MOST_CELLS))
     ]
-    winds = stated_winds(claim, cells, where)
+    winds = _stated_winds(claim, cells, where)
     said = {"law": law, "winds": winds}
     if decay <= 0:
         return Found(Verdict.UNDECIDED, "running_loop", said | {"why": "no rate is claimed"})
@@ -120,7 +114,7 @@ def check_running_loop(claim: Any, data: Any, where: str) -> Found:
     return Found(Verdict.PROVED, "running_loop", said | proved)
 
 
-def stated_winds(claim: Any, cells: Sequence[_OfWinds], where: str) -> list[Span]:
+def _stated_winds(claim: Any, cells: Sequence[StatedCell], where: str) -> list[Span]:
     """Return the claim's ranges of winds; refuses cells that do not cover exactly these.
 
     The cells come in the order of their winds and do not overlap.

@@ -9,15 +9,10 @@ tau_i > 0
 
 proves that V = xi'P xi decays at least as exp(-2 alpha t).  The left side is one quadratic form in
 (xi, w); ``decay_form`` returns its matrix.  A factor may change with time in any way.
-
-Inputs from outside, u, stand between xi and w in a row.  With weights b and a matrix D,
-
-    -(2 xi'P (xi)' + 2 alpha xi'P xi + xi'D xi - sum b_i u_i^2 + sum tau_i (z_i^2 - w_i^2)) > 0 .
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from math import lcm
 
@@ -36,10 +31,10 @@ def combined(*parts: tuple[Fraction | int, Signal]) -> Signal:
 
 
 class Signals:
-    """The states, the inputs from outside, and the uncertain factors that have been used so far."""
+    """The states, and the uncertain factors that have been used so far."""
 
-    def __init__(self, states: int, inputs: int = 0) -> None:
-        self.states, self.inputs = states, inputs
+    def __init__(self, states: int) -> None:
+        self.states = states
         self.outer: list[Signal] = []
         self.names: list[str] = []
 
@@ -61,37 +56,24 @@ class Signals:
         return [signal.get(place, Fraction(0)) for place in range(self._size())]
 
     def _size(self) -> int:
-        return self.states + self.inputs + len(self.outer)
+        return self.states + len(self.outer)
 
 
 def decay_form(
-    signals: Signals,
-    rates: list[Signal],
-    P: Rows,
-    tau: list[Fraction],
-    alpha: Fraction,
-    drift: Rows | None = None,
-    inputs: Sequence[Fraction] = (),
+    signals: Signals, rates: list[Signal], P: Rows, tau: list[Fraction], alpha: Fraction
 ) -> list[list[int]]:
     """Return the module's matrix times a positive integer; ``rates`` are the states' derivatives.
 
     It is computed over integers with one common denominator: fractions would take ten times as
     long.
-
-    Parameters
-    ----------
-    drift, inputs : D and the weights b, where there are any.
     """
-    n, first = signals.states, signals.states + signals.inputs
-    size = first + len(signals.outer)
+    n, size = signals.states, signals.states + len(signals.outer)
     F, of_F = _whole([signals.row(rate) for rate in rates])
     whole_P, of_P = _whole(P)
     outer = [_whole([signals.row(one)]) for one in signals.outer]
     weights = [weight / of_z**2 for weight, (_, of_z) in zip(tau, outer, strict=True)]
     common = lcm(of_P * of_F, of_P * alpha.denominator, *(w.denominator for w in weights))
-    common = lcm(common, *(weight.denominator for weight in (*tau, *inputs)))
-    D, of_D = _whole(drift) if drift else ([], 1)
-    common = lcm(common, of_D)
+    common = lcm(common, *(weight.denominator for weight in tau))
     form = [[0] * size for _ in range(size)]
     times, shift = common // (of_P * of_F), 2 * alpha.numerator * common // alpha.denominator
     for i in range(n):
@@ -101,13 +83,8 @@ def decay_form(
             form[j][i] -= left
         for j in range(n):
             form[i][j] -= shift * whole_P[i][j] // of_P
-    for i, drifting in enumerate(D):
-        for j, entry in enumerate(drifting):
-            form[i][j] -= entry * (common // of_D)
-    for i, weight in enumerate(inputs):
-        form[n + i][n + i] += weight.numerator * (common // weight.denominator)
     for k, (weight, scaled, (rows, _)) in enumerate(zip(tau, weights, outer, strict=True)):
-        form[first + k][first + k] += weight.numerator * (common // weight.denominator)
+        form[n + k][n + k] += weight.numerator * (common // weight.denominator)
         factor = scaled.numerator * (common // scaled.denominator)
         filled = [(i, a) for i, a in enumerate(rows[0]) if a]
         for i, a in filled:

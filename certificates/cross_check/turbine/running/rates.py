@@ -43,17 +43,12 @@ NAMES = (
 
 
 class RunningRates:
-    """xi' of one cell for a share of pitch from ``share``; every name has its own w.
-
-    A subclass may have columns ``beyond`` these, and torques out of balance where xi is 0.
-    """
-
-    beyond = 0
+    """xi' of one cell for a share of pitch from ``share``; every name has its own w."""
 
     def __init__(self, cell: RunningCell, factors: dict[str, NumberRange], share: NumberRange):
         self.cell, self.spans = cell, factors | {"share": share}
         self.n = cell.machine.states
-        self.width = self.n + len(NAMES) + self.beyond
+        self.width = self.n + len(NAMES)
         self.outer: dict[str, Row] = {}
         self.rates = self._equations()
 
@@ -78,7 +73,6 @@ class RunningRates:
         rate = _by(1 / machine.lag, _less(times("held estimate", z), s))
         load = _by(rotor.m, _less(_less(u, g), times("feed-forward", rate)))
         table = _less(times("stiffness", e), times("pitch gain", p))
-        table = _sum(table, self.imbalance())
         late = times("late pitch gain", _less(p, eta))
         asked = _less(times("pitch per effort", g), times("pitch by schedule", s))
         distance = _less(_sum(asked, times("lead", rate)), p)
@@ -99,10 +93,6 @@ class RunningRates:
             w, first, second = machine.stop[0], self._state(8), self._state(9)
             found += [_by(w, _less(e, first)), _by(w, _less(first, second))]
         return found
-
-    def imbalance(self) -> Row:
-        """Return the torques over J at the point from which distances are measured."""
-        return [fmpq(0)] * self.width
 
     def filtered_rate(self) -> Row:
         """Return m' = c_l (e - 2 (1 - p_t) (y_1 - y_2) - m)."""

@@ -42,12 +42,12 @@ def running_loop(claim: Any, document: Any) -> Obligations:
     cells = entry(claim, "cells")
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
-    same_winds(claim, [rationals(cell, "wind", 2) for cell in cells])
+    _same_winds(claim, [rationals(cell, "wind", 2) for cell in cells])
     for number, cell in enumerate(cells, start=1):
         yield from _cell(rotor, machine, cell, alpha, f"cell {number}")
 
 
-def same_winds(claim: Any, cells: list[list[fmpq]]) -> None:
+def _same_winds(claim: Any, cells: list[list[fmpq]]) -> None:
     """Refuse cells that overlap, are not in order, or cover other winds than the claim states."""
     ends = [end for pair in cells for end in pair]
     if any(a >= b for a, b in cells) or sorted(ends) != ends:

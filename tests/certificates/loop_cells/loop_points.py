@@ -8,16 +8,17 @@ two intervals, and again by computing each mean value and comparing it with its 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
+from takagi.certificates.claims.turbine.cell_loop import cell_loops
 from takagi.models import Interval, Turbine
 from takagi.models.laws import Command, EffortSchedule, EffortSharingLaw, Measurement
-from takagi.models.loops.effort_sharing import LoopBox, LoopCell, LoopUncertainty
+from takagi.models.laws.effort_sharing import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.ramps import effort_ramp_slope
 from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import rotor_torque, rotor_torque_gradient
@@ -60,6 +61,18 @@ def plain_gains(turbine: Turbine, schedule: EffortSchedule) -> tuple[Floats, Flo
     gamma = np.asarray(np.round(np.minimum(0.5, 0.6 * reserve / 0.04), 5), dtype=np.float64)
     nu = np.asarray(np.round(0.05 * np.minimum(gamma[:-1], gamma[1:]), 6), dtype=np.float64)
     return gamma, nu
+
+
+def effort_sharing_cells(
+    turbine: Turbine,
+    law: EffortSharingLaw,
+    box: LoopBox,
+    uncertainty: LoopUncertainty,
+    rates: Sequence[float],
+) -> list[LoopCell]:
+    """Return the enclosed loop of every cell, as a claim states it."""
+    loops = cell_loops(turbine, law, box, uncertainty)
+    return [loop.enclosed(rate) for loop, rate in zip(loops, rates, strict=True)]
 
 
 def rates_of(law: EffortSharingLaw) -> list[float]:

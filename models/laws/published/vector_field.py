@@ -29,7 +29,7 @@ from typing import Literal
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range, constant, hull, larger, smaller, span, times
-from takagi.models.loops.published.tables import GainTable, LoopFigures, TrimTable
+from takagi.models.laws.published.loop_tables import GainTable, LoopFigures, TrimTable
 
 End = Literal["all", "low", "high"]
 Hold = Literal["all", "free", "held"]

@@ -6,10 +6,11 @@ import pytest
 
 from takagi.models import Turbine, nrel5mw
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.loops.effort_sharing import LoopCell, effort_sharing_cells
-from tests.models.loop.loop_points import (
+from takagi.models.laws.effort_sharing import LoopCell
+from tests.certificates.loop_cells.loop_points import (
     BOX,
     WIDE,
+    effort_sharing_cells,
     plain_gains,
     rates_of,
 )
@@ -30,4 +31,4 @@ def law(turbine: Turbine) -> EffortSharingLaw:
 
 @pytest.fixture(scope="module")
 def cells(turbine: Turbine, law: EffortSharingLaw) -> list[LoopCell]:
-    return list(effort_sharing_cells(turbine, law, BOX, WIDE, rates_of(law)))
+    return effort_sharing_cells(turbine, law, BOX, WIDE, rates_of(law))

@@ -9,9 +9,9 @@ import pytest
 
 from takagi.models import Turbine
 from takagi.models.laws import EffortSharingLaw
-from takagi.models.loops.effort_sharing import LoopCell, effort_sharing_cells
+from takagi.models.laws.effort_sharing import LoopCell
 from takagi.models.turbine import rotor_torque
-from tests.models.loop.loop_points import (
+from tests.certificates.loop_cells.loop_points import (
     BOX,
     ROUNDING,
     WIDER,
@@ -20,6 +20,7 @@ from tests.models.loop.loop_points import (
     column,
     derivative,
     distance,
+    effort_sharing_cells,
     excess,
     mean_values,
     points,
@@ -30,7 +31,7 @@ from tests.models.loop.loop_points import (
 @pytest.fixture(scope="module")
 def wider(turbine: Turbine, law: EffortSharingLaw) -> list[LoopCell]:
     """Return the family with a wrong power coefficient in it."""
-    return list(effort_sharing_cells(turbine, law, BOX, WIDER, rates_of(law)))
+    return effort_sharing_cells(turbine, law, BOX, WIDER, rates_of(law))
 
 
 @pytest.mark.slow

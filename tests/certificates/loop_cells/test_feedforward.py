@@ -9,8 +9,8 @@ import pytest
 
 from takagi.models import Turbine
 from takagi.models.laws import EffortSharingLaw, Feedforward, Measurement, known_rate_feedforward
-from takagi.models.loops.effort_sharing import LoopCell, effort_sharing_cells
-from tests.models.loop.loop_points import (
+from takagi.models.laws.effort_sharing import LoopCell
+from tests.certificates.loop_cells.loop_points import (
     BOX,
     ROUNDING,
     WIDE,
@@ -19,6 +19,7 @@ from tests.models.loop.loop_points import (
     commanded,
     derivative,
     distance,
+    effort_sharing_cells,
     physical,
     points,
     rates_of,
@@ -67,7 +68,7 @@ def test_what_the_feedforward_leaves_is_bounded(
 ) -> None:
     """Both remainders from the law's commands, inside their bounds and close to them somewhere."""
     other = leads(turbine, law, lead, inertia)
-    cells = list(effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law)))
+    cells = effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law))
     speed, owed = [], []
     for p in points(other, BOX, 3000, seed=7):
         nodes = other.schedule.wind[p.k : p.k + 2]
@@ -95,7 +96,7 @@ def test_another_feedforward_has_its_own_family(
 ) -> None:
     """The loop lies in the family of its own law, and not in that of the law it was before."""
     other = leads(turbine, law, lead, inertia)
-    own = list(effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law)))
+    own = effort_sharing_cells(turbine, other, BOX, WIDE, rates_of(law))
     found = [(p, derivative(turbine, other, p)) for p in points(other, BOX, 1000, seed=8)]
 
     assert max(distance(own[p.k], p, rates) for p, rates in found) < ROUNDING

@@ -1,0 +1,247 @@
+"""One wind cell of the effort-sharing loop, with the coefficients that the checker encloses.
+
+The checker's own functions compute every range and size here, so a claim states what the checker
+will find, rounded outward to the decimals of a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from takagi.certificates.checker.arithmetic.effort_ramp import psi
+from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.turbine.effort_sharing.inputs import (
+    Box,
+    Law,
+    Plant,
+    Subject,
+    Uncertainty,
+)
+from takagi.certificates.checker.turbine.effort_sharing.loop import Loop
+from takagi.certificates.claims.turbine.stated_residual import stated_residual
+from takagi.certificates.document.certificate_file import (
+    as_read,
+    effort_sharing_law_data,
+    turbine_data,
+)
+from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval, Number, exact
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
+from takagi.models.turbine.data import Turbine
+
+# Decimals of the intervals that a certificate states; rounded outward.
+EMITTED_DIGITS = 7
+# An end that is a short decimal is bracketed by far less than this.
+HAIR = Fraction(1, 10**30)
+
+
+class CellLoop:
+    """One cell of the loop, which can be enclosed again for another wind rate at little cost.
+
+    Attributes
+    ----------
+    wind : schedule winds of the cell [m/s];  gamma : range of the proportional gain [1/s].
+    widest_error : the largest |v - v_s| that is enclosed [m/s].
+    residual : a bound of the tables' trim error, once the cell was enclosed.
+
+    Parameters
+    ----------
+    subject : turbine, law, box and uncertainty, as the checker reads them.
+    k : the cell lies between the nodes k and k + 1 of the law's schedule.
+    residual : that of the same cell with other gains, which do not change it; None computes it.
+    """
+
+    def __init__(self, subject: Subject, k: int, residual: Fraction | None = None) -> None:
+        self._subject, self._k, self.residual = subject, k, residual
+        self._at_rest: LoopCell | None = None
+        resting = self._moving(Fraction(0))
+        self.wind = Interval(*resting.ends(subject.law.wind))
+        self.gamma = Interval(*resting.ends(subject.law.gamma))
+        self.widest_error = subject.box.wind_share * self.wind.lower
+
+    def enclosed(self, rate: Number) -> LoopCell:
+        """Return the enclosure for |v_s'| <= rate [m/s^2].
+
+        Raises
+        ------
+        ModelError : the box leaves the coefficient table, asks for negative torque, or for pitch or
+            a pitch rate beyond its limit; the message names the cell and what to reduce.
+        """
+        # Most of the enclosure does not depend on the rate; it is computed once and kept for other
+        # rates.
+        if self._at_rest is None:
+            self._at_rest = self._resting()
+        speed = exact(rate)
+        if speed < 0:
+            raise ModelError(f"wind rate {float(speed):g} m/s^2 was given; it must not be negative")
+        loop = self._moving(speed)
+        self._check_pitch(loop)
+        lag_rates = loop.lag_rates()
+        if lag_rates is None:
+            raise ModelError(
+                f"wind cell {self.wind} m/s: a schedule wind that moves at {float(speed):.4g} "
+                f"m/s^2 asks for a pitch rate of {float(speed * loop.asked[1]):.4g} rad/s by "
+                f"itself, and the limit is {float(loop.plant.rate_limit):.4g}; lower the wind rate "
+                "there"
+            )
+        self._check_torque(loop)
+        return replace(
+            self._at_rest,
+            wind_rate=speed,
+            lag_rate=Interval(*lag_rates).outward(EMITTED_DIGITS),
+            reference_slope=_bound(loop.reference_slope()),
+            lag_disturbance=_bound(loop.lag_disturbance()),
+            pitch_rate=_up(loop.box.effort_lag / (loop.least_b * loop.plant.lag) + loop.led()),
+        )
+
+    def reference_slope(self, rate: Fraction) -> Fraction:
+        """Return |omega*' - kappa m mu f| for |v_s'| <= rate [rad/s per m/s]."""
+        return self._moving(rate).reference_slope()
+
+    def drive_share(self, rate: Fraction) -> Fraction:
+        """Return the part of the lag's pitch rate that the drive's limit leaves, at most 1."""
+        rates = self._moving(rate).lag_rates()
+        return Fraction(0) if rates is None else rates[0] * self._subject.plant.lag
+
+    def _moving(self, rate: Fraction) -> Loop:
+        return Loop(self._subject, self._k, rate)
+
+    def _resting(self) -> LoopCell:
+        loop, law = self._moving(Fraction(0)), self._subject.law
+        self._check_torque(loop)
+        self._check_pitch(loop)
+        try:
+            ranges = {
+                name: Interval(Fraction(found.low, ONE), Fraction(found.high, ONE))
+                for name, found in loop.ranges()
+            }
+            sizes = dict(loop.sizes())
+            residual = stated_residual(loop) if self.residual is None else self.residual
+        except Refused as error:
+            box = loop.box
+            raise ModelError(
+                f"wind cell {self.wind} m/s: {error}. The box is the speed error of "
+                f"{float(box.speed_error):.4g} rad/s and the wind share of "
+                f"{float(box.wind_share):.4g} about the trim: extend the c_P and c_T tables, "
+                "leave these winds out by cut_in and cut_out of the turbine's file, or, from "
+                "Python, reduce the speed error or the wind share"
+            ) from error
+        self.residual = residual
+        still, nu = Fraction(0), law.nu[self._k]
+        return LoopCell(
+            wind=self.wind,
+            wind_rate=still,
+            stiffness=_stated(ranges["stiffness"]),
+            loop_gain=_stated(ranges["loop_gain"]),
+            lag_gain=_stated(ranges["lag_gain"]),
+            share_gain=ranges["share_gain"].outward(EMITTED_DIGITS),
+            lag_rate=ranges["lag_rate"].outward(EMITTED_DIGITS),
+            integral_rate=Interval(nu, nu),
+            effectiveness_limit=Interval(*loop.ends(law.limit)),
+            residual=_bound(residual),
+            wind_gain=_bound(sizes["wind_gain"]),
+            inertia_gain=_up(sizes["inertia_gain"]),
+            effectiveness_slope=_up(sizes["effectiveness_slope"]),
+            reference_slope=still,
+            lag_disturbance=still,
+            pitch_rate=still,
+        )
+
+    def _check_torque(self, loop: Loop) -> None:
+        """Refuse a set that may ask for negative torque."""
+        if loop.least_torque() >= 0:
+            return
+        law, k = loop.law, self._k
+        reserve = psi(-loop.low, law.overlap)
+        ahead = min(abs(law.inertia[k]) * loop.rate, law.inertia_limit[k])
+        raise ModelError(
+            f"wind cell {self.wind} m/s: the set may demand {float(reserve):.4g} rad/s^2 below "
+            f"rated effort and {float(ahead):.4g} for the moving schedule, but torque reaches zero "
+            f"at {float(law.rated_torque / law.effort_torque):.4g}; lower the proportional gain "
+            f"there ({float(self.gamma.upper):.4g} 1/s) or the box's speed signal "
+            f"({float(loop.box.speed_signal):.4g} rad/s)"
+        )
+
+    def _check_pitch(self, loop: Loop) -> None:
+        """Refuse a set that reaches, or a command that asks for, more than the largest pitch."""
+        most = max(loop.largest_pitch(), Fraction(loop.reached.high, ONE))
+        limit = loop.law.pitch_max
+        if most > limit:
+            raise ModelError(
+                f"wind cell {self.wind} m/s: the set reaches pitch {float(most):.4g} rad, beyond "
+                f"the limit {float(limit):.4g} rad; reduce the box"
+            )
+
+
+def loop_subject(
+    turbine: Turbine, law: EffortSharingLaw, box: LoopBox, uncertainty: LoopUncertainty
+) -> Subject:
+    """Return turbine, law, box and uncertainty as the checker reads them from a file."""
+    inertia, power = uncertainty.inertia, uncertainty.power_coefficient
+    return Subject(
+        Plant.read(as_read(turbine_data(turbine, []))),
+        Law.read(as_read(effort_sharing_law_data(law))),
+        Box(box.speed_error, box.effort_lag, box.speed_signal, box.wind_share),
+        Uncertainty(
+            (inertia.lower, inertia.upper), uncertainty.frozen_wake, (power.lower, power.upper)
+        ),
+    )
+
+
+def cell_loops(
+    turbine: Turbine, law: EffortSharingLaw, box: LoopBox, uncertainty: LoopUncertainty
+) -> list[CellLoop]:
+    """Return the cells between the nodes of the law's schedule."""
+    subject = loop_subject(turbine, law, box, uncertainty)
+    return [CellLoop(subject, k) for k in range(len(subject.law.wind) - 1)]
+
+
+def enclosures_of_gains(
+    turbine: Turbine,
+    law: EffortSharingLaw,
+    box: LoopBox,
+    uncertainty: LoopUncertainty,
+    rates: Sequence[Number],
+) -> Callable[[EffortGains, int], LoopCell]:
+    """Return a function of gains and a cell's number: the cell of ``law`` with these gains.
+
+    Parameters
+    ----------
+    rates : |v_s'| of each cell [m/s^2].
+    """
+    subject = loop_subject(turbine, law, box, uncertainty)
+    residuals: dict[int, Fraction] = {}
+
+    def enclosed(gains: EffortGains, k: int) -> LoopCell:
+        gamma, nu = (
+            [exact(gain) for gain in column.tolist()]
+            for column in (gains.proportional, gains.integral_rate)
+        )
+        other = replace(subject, law=replace(subject.law, gamma=gamma, nu=nu))
+        loop = CellLoop(other, k, residuals.get(k))
+        cell = loop.enclosed(rates[k])
+        if loop.residual is not None:
+            residuals[k] = loop.residual
+        return cell
+
+    return enclosed
+
+
+def _stated(found: Interval) -> Interval:
+    """Return the emitted range: one unit of its last decimal wider than the enclosure."""
+    unit = Fraction(1, 10**EMITTED_DIGITS)
+    rounded = Interval(found.lower + HAIR, found.upper - HAIR).outward(EMITTED_DIGITS)
+    return Interval(rounded.lower - unit, rounded.upper + unit)
+
+
+def _bound(value: Fraction) -> Fraction:
+    """Return a bound as it is emitted: one unit larger, except if it is exactly zero."""
+    return _up(value - HAIR) + Fraction(1, 10**EMITTED_DIGITS) if value else value
+
+
+def _up(value: Fraction) -> Fraction:
+    return Interval(Fraction(0), value).outward(EMITTED_DIGITS).upper
