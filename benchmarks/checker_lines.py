@@ -74,13 +74,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     changes = [c for module in modules for c in changes_of(module) if not c.is_of_size]
     random.Random(asked.seed).shuffle(changes)
     changes = changes[: asked.count]
-    with multiprocessing.get_context("fork").Pool(asked.jobs) as pool:
-        noticed = pool.map(partial(is_noticed, tests=tests), changes, chunksize=1)
     why = tomllib.loads(WHY.read_text(encoding="utf-8"))
-    survivors = [c for c, yes in zip(changes, noticed, strict=True) if not yes]
-    unexplained = [c for c in survivors if not explanation(c, why)]
-    for change in sorted(unexplained, key=lambda c: (c.module, c.line, c.at)):
-        print(f"{change.module.relative_to(ROOT)}:{change.line}: {change.owner}: {change.what}")
+    survivors, unexplained = [], []
+    with multiprocessing.get_context("fork").Pool(asked.jobs) as pool:
+        answers = pool.imap(partial(is_noticed, tests=tests), changes)
+        for change, noticed in zip(changes, answers, strict=True):
+            if noticed:
+                continue
+            survivors.append(change)
+            if not explanation(change, why):
+                unexplained.append(change)
+                place = f"{change.module.relative_to(ROOT)}:{change.line}"
+                print(f"{place}: {change.owner}: {change.what}", flush=True)
     rooms = sorted({room_of(change) for change in changes})
     rows = [_row(room, changes, survivors, unexplained) for room in (*rooms, "all")]
     print(table(("room", "changes", "noticed", "share", "survivors explained"), rows))

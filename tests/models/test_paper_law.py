@@ -22,7 +22,6 @@ from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.ramps import Shape
 from takagi.models.turbine import rotor_torque
 from takagi.models.turbine.trim import trim
-from tests.models.placement import placement_rows
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
@@ -190,32 +189,6 @@ def test_the_loop_settles_where_it_was_computed(name: PublishedLawName, wind: fl
     )
 
     np.testing.assert_allclose(run.y[:2, -1], z[:2], atol=2e-3)
-
-
-@pytest.mark.parametrize("speed_overlap", [0.03, 0.1, 0.2])
-@pytest.mark.parametrize("shape", ["linear", "smooth"])
-def test_no_placement_serves_both_regions(speed_overlap: float, shape: Shape) -> None:
-    """f_1(omega_rated) > 0 pitches in region 2.5, f_1 = 0 leaves region 3 without equilibrium.
-
-    In between, f_1 of a few thousandths is near both trims, at an integral of hundreds of rad.
-    """
-    law = make_law(speed_overlap=speed_overlap, shape=shape)
-    placements = (0.0, 0.3, 0.6, 0.9, 0.97, 0.99, 0.999, 1.0)
-    rows = placement_rows(law, placements=placements, winds=(10.7, 11.3, 11.6, 18.0, 25.0))
-    both = [row for row in rows if {"2.5", "3"} <= set(row.served)]
-
-    assert all(row.integral_travel > 500 for row in both)
-    assert rows[0].served == () and rows[-1].served == ("2.5",)
-
-
-def test_region_25_pitch_grows_with_the_share_at_rated_speed() -> None:
-    """What region 2.5 spends is proportional to f_1(omega_rated), the integral to its inverse."""
-    law = make_law(shape="linear", uniform=True)
-    rows = placement_rows(law, placements=(0.998, 0.999), winds=(11.0, 25.0))
-    pitch, travel = rows[0].worst_pitch / rows[1].worst_pitch, rows[1].integral_travel
-
-    assert pitch == pytest.approx(2.0, rel=0.02)
-    assert travel / rows[0].integral_travel == pytest.approx(2.0, rel=0.02)
 
 
 def test_region_25_spends_pitch_and_power() -> None:
