@@ -1,13 +1,13 @@
 """Feeds the checker damaged certificates, guided by the lines they reach, and looks for crashes.
 
-    python benchmarks/fuzz_checker.py [--seconds N] [--seed N] [--seeds DIR] [--keep DIR] [--small]
+    python benchmarks/fuzz_checker.py [--seconds N] [--seed N] [--keep DIR] [--small]
 
-Starts from true certificates of every kind (``fuzz_seeds``), changes their trees, texts and files
-(``fuzz_mutations``), most of them with matching hashes so that the change is looked at, and keeps
-what takes the checker from one line to another in a way not seen before.  A crash is any exception
-but CertificateError, more than ``LONGEST`` seconds or ``MEMORY`` bytes for one file, a sentence
-that is not printable or too long, a report that its reader cannot parse.  The exit status is 1 when
-there was one; ``--keep`` names the folder that it is written to.
+Starts from a recorded certificate of every kind, and from models with their files, changes their
+trees, texts and files (``fuzz_mutations``), most of them with matching hashes so that the change is
+looked at, and keeps what takes the checker from one line to another in a way not seen before.  A
+crash is any exception but CertificateError, more than ``LONGEST`` seconds or ``MEMORY`` bytes for
+one file, a sentence that is not printable or too long, a report that its reader cannot parse.  The
+exit status is 1 when there was one; ``--keep`` names the folder that it is written to.
 
 Whether a verdict is true is not asked here: benchmarks/soundness.py and mutations.py do.
 """
@@ -36,11 +36,13 @@ from fuzz_mutations import damaged_text, damaged_tree, resealed, without_content
 
 from takagi.certificates import checker
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.checker.kernel.reader import canonical, read_text
+from takagi.certificates.checker.kernel.reader import Number, canonical, read_text
 from takagi.reports import ci_formats
 
 CERTIFICATE, GAINS = "certificate.json", "gains.json"
-READ = (".json", ".toml", ".csv")
+RECORDED = Path(__file__).resolve().parents[1] / "tests" / "certificates" / "recorded"
+# Characters of a certificate that is no turbine's loop.
+SMALL = 20_000
 LONGEST, MEMORY = 60.0, 2_000_000_000
 MOST_WORDS = 20_000
 # Of each function, so many calls of one run are followed line by line, and this share of the rest.
@@ -108,28 +110,30 @@ class Case:
     with_gains: bool = False
     model: str = ""
 
-    @classmethod
-    def read(cls, folder: Path) -> Case:
-        """Return the files of a folder, as ``takagi design`` writes one.
 
-        Raises
-        ------
-        FileNotFoundError : it has no gain file, with which half of the cases are checked.
-        CertificateError : its certificate cannot be read.
-        """
-        if not (folder / GAINS).is_file():
-            raise FileNotFoundError(
-                f"{folder} has a {CERTIFICATE} and no {GAINS}; a seed needs both, as "
-                "`takagi design MODEL --out DIR` writes them"
-            )
-        files = {
-            f.name: f.read_text(encoding="utf-8")
-            for f in sorted(folder.iterdir())
-            # A design's folder has a report and figures too, which no checker reads.
-            if f.suffix in READ and f.is_file()
-        }
-        model = next((name for name in files if name.endswith(".toml")), "")
-        return cls(folder.name, files, read_text(files[CERTIFICATE], "seed"), False, model)
+def seeds(*, small: bool) -> list[Case]:
+    """Return the shortest proved certificate of every kind, and models with their files.
+
+    ``small`` leaves out the turbines' loops, which take longer.
+    """
+    cases = []
+    for place in sorted(RECORDED.glob("*.jsonl")):
+        answers = map(json.loads, place.read_text(encoding="utf-8").splitlines())
+        proved = [text for answer, text in answers if answer[0] == ["PROVED"]]
+        if proved and not (small and len(min(proved, key=len)) > SMALL):
+            cases.append(_case(place.stem, read_text(min(proved, key=len), "seed"), {}))
+    recorded = (RECORDED / "model_files.json").read_text(encoding="utf-8")
+    for name, parts in read_text(recorded, "seeds").items():
+        files = parts.pop("files")
+        tree = {"format": "takagi-certificate", "version": Number("1"), **parts}
+        cases.append(_case(name, resealed(tree), files))
+    return cases
+
+
+def _case(origin: str, tree: Any, files: dict[str, str]) -> Case:
+    gains = {GAINS: canonical({"law": tree.get("gains")})}
+    model = next((name for name in files if name.endswith(".toml")), "")
+    return Case(origin, {CERTIFICATE: canonical(tree), **gains, **files}, tree, False, model)
 
 
 def main() -> int:
@@ -137,31 +141,14 @@ def main() -> int:
     reader = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     reader.add_argument("--seconds", type=float, default=600.0)
     reader.add_argument("--seed", type=int, default=1)
-    reader.add_argument("--seeds", type=Path, help="folders of certificates made before")
     reader.add_argument("--keep", type=Path, help="where crashes are written")
     reader.add_argument("--small", action="store_true", help="start without the turbines' loops")
     asked = reader.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
-        folders = _folders(asked.seeds, asked.small, Path(scratch) / "seeds")
-        if not folders:
-            reader.error(f"{asked.seeds}: holds no folder with a {CERTIFICATE}")
-        try:
-            seeds = [Case.read(folder) for folder in folders]
-        except (FileNotFoundError, CertificateError) as error:
-            reader.error(str(error))
-        campaign = Campaign(asked.seed, Path(scratch) / "case", asked.keep)
-        campaign.run(seeds, asked.seconds)
+        campaign = Campaign(asked.seed, Path(scratch), asked.keep)
+        campaign.run(seeds(small=asked.small), asked.seconds)
     print(campaign.summary(asked.seed))
     return 1 if campaign.crashes else 0
-
-
-def _folders(given: Path | None, small: bool, scratch: Path) -> list[Path]:
-    if given is not None:
-        return sorted(place.parent for place in given.glob(f"*/{CERTIFICATE}"))
-    # Imported here: solvers and plants are needed for the seeds alone.
-    from fuzz_seeds import write_seeds
-
-    return write_seeds(scratch, small=small)
 
 
 class Campaign:

@@ -16,23 +16,7 @@ STRANGE: list[Any] = [None, True, False, "", "x", "1", "NaN", "\x00", "\u202e", 
 STRANGE += [[[]], [{}], {"": {}}, [Number("1")], [[Number("1")]], [[[Number("1")]]], "../x", "/dev"]
 STRANGE += [[Number("1"), [Number("2")]], {"motion": [Number("1")]}, "disturbances", "inputs"]
 TOKENS = ["sin(", "cos(", "tan(", "exp(", "log(", "sqrt(", "abs(", "min(", "atan2(", "(", ")", ","]
-TOKENS += [
-    "+",
-    "-",
-    "*",
-    "/",
-    "^",
-    "**",
-    "**0.5",
-    "^-1",
-    "^99",
-    "^1e9",
-    "0",
-    "1",
-    "1e99",
-    "pi",
-    "e",
-]
+TOKENS += "+ - * / ^ ** **0.5 ^-1 ^99 ^1e9 0 1 1e99 pi e".split()
 TOKENS += ["9" * 40, " ", ".", "_", "\n", "\t", "é", "x", "(" * 50, ")" * 50, "-" * 50, "1/0", "=="]
 CHARACTERS = '{}[]",:0123456789.eE+-\\ \n\x00é\ud7ff tfn"'
 

@@ -45,9 +45,9 @@ SHOWN = 1.4  # of the time in which the law settles, in the pictures
 POINTS = 160  # of a line in a picture
 HEAD = """# Gallery: textbook plants
 
-Plants of courses and papers that are not built in, each a file of some thirty lines with its
-source. Equations and numbers are those of the source, as far as they could be recalled or compared;
-ranges of states and inputs are chosen. The command is
+For those who look for a plant like theirs: plants of courses and papers that are not built in, each
+a file of some thirty lines with its source. Equations and numbers are those of the source, as far
+as they could be recalled or compared; ranges of states and inputs are chosen. The command is
 
     takagi design tests/gallery/plants/NAME.toml --out build/NAME
 

@@ -8,10 +8,8 @@ imports and constants of a module stay.
 from __future__ import annotations
 
 import ast
-import hashlib
 import re
 from collections.abc import Callable, Iterator
-from copy import deepcopy
 from itertools import islice, pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -44,40 +42,25 @@ SWAPPED |= {"is_positive_definite": "is_symmetric", "is_positive_semidefinite": 
 
 
 class Change(NamedTuple):
-    """One change of a module: where it is, and a name that outlives edits elsewhere.
+    """One change of a module.
 
     Attributes
     ----------
     module : the file.
     owner : the outermost function or method that holds it, or "" beside all functions.
-    digest : of the owner's code without its words, so that an edited function is tried anew.
-    k, at : its number in the owner, and in the module.
+    at : its number in the module.
     line, last : the statement's lines; of a compound one, those of its head.
-    first : the owner's first line.
     what : before and after.
     of_size : whether only the count changes that is compared with a limit of size.
     """
 
     module: Path
     owner: str
-    digest: str
-    k: int
     at: int
     line: int
     last: int
-    first: int
     what: str
     of_size: bool = False
-
-    @property
-    def key(self) -> str:
-        """Return the name in the journal: module, function, digest and number."""
-        return f"{module_name(self.module)} {self.owner or '-'} {self.digest} {self.k}"
-
-    @property
-    def inside(self) -> bool:
-        """Whether the change is in a function's body, which can be put in its place later."""
-        return bool(self.owner)
 
     @property
     def is_of_size(self) -> bool:
@@ -95,54 +78,21 @@ class Change(NamedTuple):
         return f"{before[: found.start()]}{sign} {before[found.start(2) :]}" == after
 
 
-def module_name(module: Path) -> str:
-    """Return a module's room and name."""
-    return f"{module.parent.name}/{module.stem}"
-
-
 def changes_of(module: Path) -> list[Change]:
     """Return every change that is known for a module, in order."""
-    text = module.read_text(encoding="utf-8")
-    tree = ast.parse(text)
+    tree = ast.parse(module.read_text(encoding="utf-8"))
     owners, spans, counted_sizes = _owners(tree), _spans(tree), _of_size(tree)
-    digests = {name: _digest(node) for name, node in dict(owners.values()).items()}
-    counted: dict[str, int] = {}
-    found = []
+    changes = []
     for at, (node, what) in enumerate(_sites(tree)):
-        owner, holder = owners.get(id(node), ("", tree))
-        k = counted[owner] = counted.get(owner, -1) + 1
         before = ast.unparse(node).splitlines()[0]
         restored = _changed(node, what)
         after = ast.unparse(node).splitlines()[0]
         restored()
         line, last = spans.get(id(node), (getattr(node, "lineno", 1),) * 2)
-        digest = digests[owner] if owner else _digest(tree)
-        first = getattr(holder, "lineno", 1)
-        said = f"{before}  ->  {after}"
+        words = f"{before}  ->  {after}"
         of_size = id(node) in counted_sizes
-        found.append(Change(module, owner, digest, k, at, line, last, first, said, of_size))
-    return found
-
-
-class Function(NamedTuple):
-    """An outermost function or method: its name with the module's, lines, and a hash of them."""
-
-    name: str
-    first: int
-    last: int
-    sha: str
-
-
-def functions_of(module: Path) -> list[Function]:
-    """Return the functions and methods of a module that hold changes, or might."""
-    text = module.read_text(encoding="utf-8")
-    lines = text.splitlines()
-    found = []
-    for name, node in dict(_owners(ast.parse(text)).values()).items():
-        first, last = node.lineno, node.end_lineno or node.lineno
-        sha = hashlib.sha256("\n".join(lines[first - 1 : last]).encode()).hexdigest()[:10]
-        found.append(Function(f"{module_name(module)} {name}", first, last, sha))
-    return found
+        changes.append(Change(module, owners.get(id(node), ""), at, line, last, words, of_size))
+    return changes
 
 
 def broken_tree(module: Path, at: int) -> ast.Module:
@@ -153,24 +103,21 @@ def broken_tree(module: Path, at: int) -> ast.Module:
     return ast.fix_missing_locations(tree)
 
 
-Definition = ast.FunctionDef | ast.AsyncFunctionDef
-
-
-def _owners(tree: ast.Module) -> dict[int, tuple[str, Definition]]:
-    """Return for every node in a function's body the outermost function, by name and node."""
-    found: dict[int, tuple[str, Definition]] = {}
+def _owners(tree: ast.Module) -> dict[int, str]:
+    """Return for every node in a function's body the outermost function by its name."""
+    owners: dict[int, str] = {}
 
     def enter(node: ast.AST, names: tuple[str, ...]) -> None:
         for child in ast.iter_child_nodes(node):
             if isinstance(child, ast.ClassDef):
                 enter(child, (*names, child.name))
-            elif isinstance(child, Definition):
+            elif isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
                 name = ".".join((*names, child.name))
                 for statement in child.body:
-                    found.update((id(n), (name, child)) for n in ast.walk(statement))
+                    owners.update((id(n), name) for n in ast.walk(statement))
 
     enter(tree, ())
-    return found
+    return owners
 
 
 def _spans(tree: ast.Module) -> dict[int, tuple[int, int]]:
@@ -199,17 +146,6 @@ def _of_size(tree: ast.Module) -> set[int]:
             if node.func.id.strip("_") == "bounded":
                 found.update(id(n) for part in node.args for n in ast.walk(part))
     return found
-
-
-def _digest(node: ast.AST) -> str:
-    """Return a hash of the code; words at the head of a function do not count."""
-    copy = deepcopy(node)
-    for inner in ast.walk(copy):
-        body = getattr(inner, "body", None)
-        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-            if isinstance(body[0].value, ast.Constant) and isinstance(body[0].value.value, str):
-                body[:1] = [] if body[1:] else [ast.Pass()]
-    return hashlib.sha256(ast.dump(copy).encode()).hexdigest()[:10]
 
 
 def _sites(tree: ast.AST) -> Iterator[tuple[ast.AST, str]]:

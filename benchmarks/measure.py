@@ -152,6 +152,12 @@ def table(heads: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
+def summary(content: str) -> str:
+    """Return the head of a table and its last row, the sums."""
+    lines = content.splitlines()
+    return "\n".join([*lines[:2], lines[-1]])
+
+
 def placed(text: str, name: str, content: str) -> str:
     """Return the page with the part between its two marks replaced."""
     begin, end = f"<!-- {name} -->", f"<!-- end {name} -->"

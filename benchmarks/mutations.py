@@ -9,7 +9,7 @@ true: a wider limit, a slower rate, another digit far behind the point.  Each of
 floats; words that no claim is made of are counted apart.  A mutant that is DISPROVED has to exclude
 what it says by ``exact_truth``.
 
-The table goes to docs/benchmarks.md.  The exit status is 1 when a mutant passes with the old
+The sums go to docs/benchmarks.md.  The exit status is 1 when a mutant passes with the old
 hashes, or when one is PROVED or DISPROVED falsely.
 """
 
@@ -33,7 +33,7 @@ import turbine_judge  # noqa: E402
 from damage import Data, Place, as_written, mutant, resealed, text_of  # noqa: E402
 from exact_truth import cayley, pair_has_function, plus  # noqa: E402
 from judge import why_false  # noqa: E402
-from measure import PAGE, placed, table  # noqa: E402
+from measure import PAGE, placed, summary, table  # noqa: E402
 from mutated import exclusions, general_models, plants, turbine  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, check  # noqa: E402
@@ -90,7 +90,8 @@ def main() -> int:
     text = table(HEADS, [*rows, ("all", *map(str, totals))])
     print("\n".join([text, *wrong]))
     if not (asked.print_only or asked.only):
-        PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), "mutations", text), "utf-8")
+        page = PAGE.read_text(encoding="utf-8")
+        PAGE.write_text(placed(page, "mutations", summary(text)), "utf-8")
     return int(bool(wrong))
 
 

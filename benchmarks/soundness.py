@@ -8,7 +8,7 @@ straight at the checker, with the best evidence and with wrong ones.  Most lie o
 a hair beside it.  UNDECIDED is never false; how often it is said, of what is true with evidence
 that fits, is part of the table.
 
-The tables go to docs/benchmarks.md.  The exit status is 1 when a verdict is false.
+The sums go to docs/benchmarks.md.  The exit status is 1 when a verdict is false.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from known_claims import CLAIMS  # noqa: E402
 from known_loops import LOOPS as PLAIN_LOOPS  # noqa: E402
 from known_loops import Problem, Random  # noqa: E402
 from known_sets import SETS  # noqa: E402
-from measure import PAGE, placed, table  # noqa: E402
+from measure import PAGE, placed, summary, table  # noqa: E402
 from modes import Known, TooLong, as_read  # noqa: E402
 
 from takagi.certificates import CertificateError, Verdict, certify  # noqa: E402
@@ -62,7 +62,7 @@ def main() -> int:
     page = PAGE.read_text(encoding="utf-8")
     for name, text in tables.items():
         print(f"{text}\n")
-        page = page if asked.print_only else placed(page, name, text)
+        page = page if asked.print_only else placed(page, name, summary(text))
     if not asked.print_only:
         PAGE.write_text(page, encoding="utf-8")
     wrong = sum(counts[key] for counts in seen.values() for key in FALSE)

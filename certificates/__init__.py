@@ -8,7 +8,6 @@
     claims/         candidates of all other claims; ``certify``
     design/         from a turbine or plant to gains, law and checked certificate
     controller/     the members of a gain file other than the law
-    equilibrium/    the equilibria of a turbine's loop at constant winds: one, none, several
     sweep/          one result for each point of a grid, with a journal
     campaign/       random runs of a certified loop against its claims
     coq/            a certificate's matrices for a proof assistant
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.design import design_turbine
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.certificates.design.turbine.settings import DesignSettings
-    from takagi.certificates.equilibrium.search import closed_loop_equilibria
 
 __all__ = [
     "Certificate",
@@ -46,7 +44,6 @@ __all__ = [
     "Verdict",
     "certify",
     "check",
-    "closed_loop_equilibria",
     "design_turbine",
     "law_from_gains",
     "load_certificate",
@@ -62,7 +59,6 @@ _HOME = {
     "Verdict": "checker.kernel.result",
     "certify": "claims.plant.certification",
     "check": "checker.replay.certificate",
-    "closed_loop_equilibria": "equilibrium.search",
     "design_turbine": "design.turbine.design",
     "law_from_gains": "design.given.runnable_law",
     "load_certificate": "claims.plant.certification",

@@ -37,12 +37,6 @@ if TYPE_CHECKING:
         common_lyapunov_condition as common_lyapunov_condition,
     )
     from takagi.lmi.analysis.decay_rate import max_decay_rate as max_decay_rate
-    from takagi.lmi.analysis.disturbance.covariance_bound import (
-        covariance_bound as covariance_bound,
-    )
-    from takagi.lmi.analysis.disturbance.covariance_bound import (
-        covariance_condition as covariance_condition,
-    )
     from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm as hinf_norm
     from takagi.lmi.analysis.disturbance.energy_gain import (
         hinf_norm_condition as hinf_norm_condition,
@@ -219,11 +213,4 @@ if TYPE_CHECKING:
         fuzzy_lyapunov_condition as fuzzy_lyapunov_condition,
     )
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    Fixed="KnownBlock",
-    LyapunovFamily="PolynomialLyapunov",
-    Part="SumPart",
-    Region="EigenvalueRegion",
-    Rung="RelaxationResult",
-)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -11,7 +11,6 @@ import numpy as np
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.models.arrays import Floats
-from takagi.models.deprecation import warn_renamed
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -128,12 +127,6 @@ class Answer:
     def found(self) -> bool:
         """Return whether there is a candidate."""
         return self.status == "candidate"
-
-    @property
-    def family(self) -> PolynomialLyapunov | None:
-        """Return ``lyapunov_function``, by its earlier name; warns."""
-        warn_renamed("Answer.family", "Answer.lyapunov_function")
-        return self.lyapunov_function
 
     @property
     def solver(self) -> dict[str, object]:

@@ -7,9 +7,7 @@ from functools import cache
 from importlib import import_module
 
 
-def lazy_names(
-    package: str, **earlier: str
-) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+def lazy_names(package: str) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """Return ``__getattr__`` and ``__dir__`` of a package with the names that it offers.
 
     Each name is listed once in the package's ``__init__``, with the module that it is in:
@@ -19,10 +17,6 @@ def lazy_names(
 
     ``as Plant`` makes the name public for type checkers.  At run time these imports are read, as
     text, when the first name is asked for; ``__all__`` is made of them.
-
-    Parameters
-    ----------
-    earlier : name of an earlier version -> the present one.  It still works, and warns.
     """
 
     @cache
@@ -43,11 +37,6 @@ def lazy_names(
     def look_up(name: str) -> object:
         if name == "__all__":
             return sorted(modules())
-        if name in earlier:
-            from takagi.models.deprecation import warn_renamed
-
-            warn_renamed(f"{package}.{name}", f"{package}.{earlier[name]}")
-            return look_up(earlier[name])
         # Python itself asks for names with two underscores; none of them is offered.
         if not name.startswith("__") and name in modules():
             return getattr(import_module(modules()[name]), name)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import gc
 import os
-from typing import TYPE_CHECKING, Any
+from collections import Counter
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -41,29 +42,53 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where several processes share the tests, put those first that take longest."""
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        from tests.scheduler import in_order
+# What is dear to make, and by which fixture or module a test asks for it.  All tests that ask for
+# one run in one process, and those of a file: ``--dist=loadgroup``.
+DEAR = {
+    "turbine_design": "the turbine's design",
+    "tests.paper_models": "the paper's law",
+    "tests.certificates.test_paper_certificate": "the paper's law",
+    "tests.certificates.kinds.tracking_documents": "the arm with a reference",
+    "tests.reports.plant_designs": "designs of plants",
+}
+# They take minutes and begin first: later one process would be busy while the others wait.
+LONGEST = (
+    "the turbine's design",
+    "tests/certificates/test_coherent_synthesis.py",
+    "tests/gallery/test_gallery.py",
+)
 
-        items[:] = [items[place] for place in in_order([item.nodeid for item in items])]
+
+def _group(item: pytest.Item) -> str:
+    """Return the name of what a test runs with."""
+    used = {*getattr(item, "fixturenames", ())}
+    used |= {
+        getattr(value, "__module__", "") for value in vars(getattr(item, "module", item)).values()
+    }
+    return next((DEAR[name] for name in DEAR if name in used), item.nodeid.split("::", 1)[0])
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Where files are kept together, keep those together too that need the same dear thing."""
-    if config.getvalue("dist") != "loadfile":
-        return None
-    from xdist.scheduler import LoadScopeScheduling
-
-    from tests.scheduler import group
-
-    # The tests come in the order in which they shall be handed out: ``in_order``.
+def pytest_configure(config: pytest.Config) -> None:
+    """Let several processes keep to the order of the tests."""
     config.option.loadscopereorder = False
-    scheduler = LoadScopeScheduling(config, log)
-    scheduler._split_scope = lambda nodeid: group(nodeid.split("::", 1)[0])
-    return scheduler
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where several processes share the tests, group them; large groups begin first."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        return
+    groups = {item: _group(item) for item in items}
+    sizes = Counter(groups.values())
+    for item, name in groups.items():
+        item.add_marker(pytest.mark.xdist_group(name))
+
+    def rank(item: pytest.Item) -> tuple[int, int, str]:
+        name = groups[item]
+        first = LONGEST.index(name) if name in LONGEST else len(LONGEST)
+        return first, -sizes[name], name
+
+    items.sort(key=rank)
 
 
 @pytest.fixture(scope="session")

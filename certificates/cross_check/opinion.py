@@ -17,17 +17,14 @@ from takagi.certificates.cross_check.kernel.obligation import Definite, Obligati
 from takagi.certificates.cross_check.kernel.reading import (
     NotReplayed,
     Refusal,
-    Written,
     entry,
     hashes_differ,
     line,
     load,
     loads,
-    stack,
     whole,
 )
 from takagi.certificates.cross_check.loop import (
-    crossing,
     decay,
     disturbed,
     fuzzy,
@@ -56,7 +53,6 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "h2-norm": disturbed.h2_norm,
     "peak": disturbed.peak,
     "exit-probability": noisy.exit_probability,
-    "crossing-probability": crossing.crossing_probability,
     "invariant-ellipsoid": disturbed.invariant_ellipsoid,
     "input-limits": limits.input_limits,
     "observer": observing.observer,
@@ -72,12 +68,12 @@ SLOPES = "slope-embedding"
 RESTING = ("wind-rate", "actuator-rates")
 # The members of such a claim that name the claims on which it depends.
 RESTS_ON = ("loop", "wind_rate")
-# Claims that also read the gain file's observer and filters, from the member ``controller``.
-WITH_OBSERVER = ("running-loop",)
+# The claim that also reads the gain file's observer and filters, from the member ``controller``.
+WITH_OBSERVER = "running-loop"
 # Claims about a turbine's loop whose conditions are implemented here.
-OF_TURBINES = ("coherent-loop", "equilibrium", *RESTING, *WITH_OBSERVER)
+OF_TURBINES = ("coherent-loop", *RESTING, WITH_OBSERVER)
 # Claims that something does not exist: where their conditions hold the verdict is DISPROVED.
-AGAINST = ("no-common-decay", "no-common-quadratic")
+AGAINST = ("no-common-decay",)
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,8 +194,10 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
             nothing_unread(document)
         if unread:
             yield str(kind), _abstained(unread)
-        elif kind in WITH_OBSERVER:
-            yield str(kind), _with_observer(claim, str(kind), document)
+        elif kind == WITH_OBSERVER:
+            from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
+
+            yield str(kind), running_loop(claim, document)
         elif kind in RESTING:
             yield str(kind), _resting(claim, str(kind), document)
         else:
@@ -224,17 +222,6 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
             )
         if {"blending", "references"} & set(gains):
             raise Refusal("a law with outputs has neither a blend nor references")
-
-
-def _with_observer(claim: Any, kind: str, document: Any) -> Obligations:
-    """Return the conditions of a claim about the loop with its observer."""
-    if kind == "running-loop":
-        from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
-
-        return running_loop(claim, document)
-    from takagi.certificates.cross_check.turbine.overspeed.seldom_reached import seldom_reached
-
-    return seldom_reached(claim, document)
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:
@@ -267,8 +254,6 @@ def obligations(
     """Return the conditions of one claim; None for a kind that is not implemented here."""
     if kind in LOOPS and loop is not None:
         return LOOPS[kind](claim, loop)
-    if kind in ("quadratic-decay", "no-common-quadratic"):
-        return _own_matrices(claim, kind)
     if kind == "sector-embedding":
         from takagi.certificates.cross_check.plant.embedding import embedded
 
@@ -291,33 +276,7 @@ def obligations(
         from takagi.certificates.cross_check.turbine.loop_claim import effort_sharing_loop
 
         return effort_sharing_loop(claim, model, gains)
-    if kind == "equilibrium":
-        from takagi.certificates.cross_check.turbine.equilibrium import equilibrium
-
-        return equilibrium(claim, model, gains)
     return None
-
-
-def _own_matrices(claim: Any, kind: str) -> Obligations:
-    """Yield the conditions of a claim that contains its own vertices, in continuous time."""
-    A = stack(claim, "A")
-    if A[0].nrows() != A[0].ncols():
-        raise Refusal("A: square matrices are needed")
-    loop = VertexLoop(A)
-    if kind == "no-common-quadratic":
-        factors = entry(claim, "multiplier_factors")
-        if not isinstance(factors, list) or len(factors) != len(A):
-            raise Refusal("multiplier_factors: one for each vertex is needed")
-        listed = [{"blend": Written(i), "factor": one} for i, one in enumerate(factors)]
-        yield from decay.no_common_decay({**claim, "multipliers": listed}, loop)
-        return
-    if "K" in claim:
-        B, K = stack(claim, "B"), stack(claim, "K")
-        fits = (B[0].nrows(), B[0].ncols()) == (K[0].ncols(), K[0].nrows())
-        if not fits or B[0].nrows() != loop.n or not len(A) == len(B) == len(K):
-            raise Refusal("one B and one K that fit are needed for each vertex")
-        loop = VertexLoop(A, B=B, K=K)
-    yield from decay.decay(claim, loop)
 
 
 def _opinion(kind: str, found: Obligations | None) -> Opinion:

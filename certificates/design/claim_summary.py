@@ -11,8 +11,7 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-KIND = "coherent-loop"
-RUNNING, SCHEDULED = "running-loop", "schedule-rate"
+KIND, RUNNING = "coherent-loop", "running-loop"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,6 @@ weaker claim and reports this.
     FuzzyL2Gain          gain of energy, by a function that depends on the weights
     L2Gain, H2Norm       gain of energy; variance under white noise
     ExitProbability      probability of leaving a set under white noise
-    CrossingProbability  probability that a signal reaches a limit, for constant weights
     Peak                 gain of peaks, for bounded disturbances
     ObserverError        decay of an observer's error
     ObservedLoop         plant and observer of a law with measured outputs stay in a set
@@ -39,9 +38,6 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.certificates.requests.all_claims import attempts_at_all as attempts_at_all
     from takagi.certificates.requests.box_enlargement import BoxEnlargement as BoxEnlargement
-    from takagi.certificates.requests.crossing_probability import (
-        CrossingProbability as CrossingProbability,
-    )
     from takagi.certificates.requests.decay import Decay as Decay
     from takagi.certificates.requests.exit_probability import ExitProbability as ExitProbability
     from takagi.certificates.requests.fuzzy_decay import FuzzyDecay as FuzzyDecay
@@ -64,4 +60,4 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.sampled_loop import SampledLoop as SampledLoop
     from takagi.certificates.requests.transient import Transient as Transient
 
-__getattr__, __dir__ = lazy_names(__name__, Loop="ClaimedLoop")
+__getattr__, __dir__ = lazy_names(__name__)

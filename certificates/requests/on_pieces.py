@@ -17,7 +17,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.requests.crossing_probability import CrossingProbability
 from takagi.certificates.requests.decay import Decay, common_function, faster_function
 from takagi.certificates.requests.exit_probability import ExitProbability
 from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
@@ -61,9 +60,6 @@ def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
     if isinstance(request, SampledLoop):
         # While the command is held, the law's weights differ from the plant's: blends of one set of
         # weights do not describe the loop.
-        return request.attempt(loop)
-    if isinstance(request, CrossingProbability):
-        # It has one matrix for each piece, and cuts the weights itself.
         return request.attempt(loop)
     pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
     falls = isinstance(request, FALLING)

@@ -8,8 +8,11 @@ from dataclasses import replace
 from catalogue.entry import Sizes
 from takagi.lmi import LMI, Condition, latex
 
-# A line of a pair of rules with more characters of LaTeX than this leaves the page.
-WIDEST = 300
+# A line that every condition has, and the head of the page mentions once: V > 0, and its scale.
+UNDERSTOOD = re.compile(
+    r"^\\text\{(?:(\w) positive definite:\} \\quad & \1 \\succ 0"
+    r"|scale of \w:\} \\quad & \w \\preceq (?:1000 )?I)(?: \\\\)?$"
+)
 
 # LMIs that come once for each corner of the rates, or for each next rule.
 REPEATED = re.compile(r"^(?:rates|next rule|step) (\d+)\b")
@@ -39,21 +42,30 @@ def body(condition: Condition, sizes: Sizes, *, declare: bool) -> str:
     text = latex(replace(condition, lmis=shown)).replace("align*", "aligned")
     if not declare:
         text = re.sub(r"^\\text\{find\}.*\n", "", text, flags=re.MULTILINE)
+    text = _without_the_understood(text)
+    if declare:
+        text = _with_short_pairs(text)
     if repeats:
         lines = text.splitlines()
         lines[-2:-1] = [lines[-2] + r" \\", rf"& \quad \text{{and so on for each of {repeats}}}"]
         text = "\n".join(lines)
-    return _with_letters(_shortened(text), sizes)
+    return _with_letters(text, sizes)
 
 
-def _shortened(text: str) -> str:
-    r"""Return the text with \Theta_{ij} + \Theta_{ji} for pairs of rules that are too wide."""
+def _without_the_understood(text: str) -> str:
+    """Return the text without V > 0 and its scale."""
+    lines = [line for line in text.splitlines() if not UNDERSTOOD.match(line)]
+    # The last line of LMIs ends without a new line.
+    lines[-2] = lines[-2].removesuffix(r" \\")
+    return "\n".join(lines)
+
+
+def _with_short_pairs(text: str) -> str:
+    r"""Return the text with \Theta_{ij} + \Theta_{ji} for a pair of rules."""
     lines = text.splitlines()
     for number, line in enumerate(lines):
-        if len(line) < WIDEST or r"pair:} \quad & " not in line:
-            continue
         before = lines[number - 1]
-        if r"rule:} \quad & " not in before:
+        if r"pair:} \quad & " not in line or r"rule:} \quad & " not in before:
             continue
         lines[number - 1] = before.replace(r" \quad & ", r" \quad & \Theta_{ii} = ", 1)
         head, rest = line.split(r" \quad & ", 1)

@@ -146,7 +146,6 @@ PEAK = Entry(
             pose=partial(_peak, step=0.1),
             lmis="2*r",
             variables=f"{P} + 2",
-            where="$\\rho = e^{-\\alpha T}$",
         ),
     ),
 )

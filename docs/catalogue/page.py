@@ -24,8 +24,9 @@ SECTIONS = MappingProxyType(
 
 HEAD = r"""# Conditions
 
-Every condition that `takagi.lmi` poses, as it is posed: the formulas on this page are typeset from
-the objects that are given to the solver, by `make docs`, and a test compares the page with them.
+For those who look up a condition: every one that `takagi.lmi` poses, with its question, formula,
+cost and source. The formulas are typeset by `make docs` from the objects that are given to the
+solver.
 
 How to read them:
 
@@ -36,16 +37,16 @@ How to read them:
   $y = \sum_i h_i (C_i x + D_i u)$, or $x^+$ in the place of $\dot x$; the law
   $u = -\sum_i h_i K_i x$.
 - $\alpha$ is a decay rate in 1/s: $\dot V \le -2 \alpha V$; in discrete time, with the sample time
-  $T$, it is $V(x^+) \le \rho^2 V(x)$ with $\rho = e^{-\alpha T}$. Lines such as
-  "scale of P" only fix a scale.
-- "Cost" counts LMIs (cones) and scalar unknowns; "pairs" is for `relaxation="wang-tanaka-griffin"`.
+  $T$, it is $V(x^+) \le \rho^2 V(x)$ with $\rho = e^{-\alpha T}$.
+- Two lines of most conditions are left out: the matrix of $V$, $P$ or $Q = P^{-1}$, is positive
+  definite, and its scale is fixed, as by $P \preceq I$.
+- "Rule" defines $\Theta_{ii}$; in the "pair" below it $\Theta_{ij}$ has the gain with index $j$.
+- "Cost" counts LMIs (cones) and scalar unknowns, of every form above it that has none of its own;
+  "pairs" is for `relaxation="wang-tanaka-griffin"`.
 
 What is found is a candidate, checked by eigenvalues and not proved:
 [the guide](lmi.md#what-an-answer-means) says what that means, and how to get a proof.
 """
-
-
-SHORTENED = r"$\Theta_{ij}$ is $\Theta_{ii}$ with $j$ as the index of the gain"
 
 
 def entries() -> tuple[Entry, ...]:
@@ -68,13 +69,13 @@ def anchor(title: str) -> str:
 
 
 def _contents() -> str:
-    lines = ["| question | call | time |", "|---|---|---|"]
+    lines = ["| condition | call | time |", "|---|---|---|"]
     for entry in entries():
         titles = " ".join(case.title for case in entry.cases).lower()
         times = [
             word for word in ("continuous", "discrete") if word in titles or "time" not in titles
         ]
-        link = f"[{entry.question}](#{anchor(entry.title)})"
+        link = f"[{entry.title}](#{anchor(entry.title)})"
         lines.append(f"| {link} | `{entry.call}` | {' and '.join(times)} |")
     return "\n".join(lines) + "\n"
 
@@ -85,21 +86,26 @@ def _entry(entry: Entry) -> str:
         calls += f"; posed by `takagi.lmi.{entry.builder}`"
     lines = [f"### {entry.title}", "", entry.question, "", f"Call: {calls}.", "", entry.use, ""]
     conditions = [case.pose(case.sizes) for case in entry.cases]
-    for case, condition in zip(entry.cases, conditions, strict=True):
-        lines += [*_case(case, condition), ""]
-    sources = dict.fromkeys(condition.source for condition in conditions if condition.source)
+    costs = [_cost(*form) for form in zip(entry.cases, conditions, strict=True)]
+    for number, (case, condition) in enumerate(zip(entry.cases, conditions, strict=True)):
+        lines += _case(case, condition)
+        if costs[number] not in costs[number + 1 : number + 2]:
+            lines += [costs[number], ""]
+    named = (source for condition in conditions for source in condition.source.split("; "))
+    sources = dict.fromkeys(filter(None, named))
     lines += ["Source: " + "; ".join(sources) + ".", ""]
     return "\n".join(lines)
 
 
 def _case(case: Case, condition: Condition) -> list[str]:
+    where = [f"Where {case.where}.", ""] if case.where else []
     text = formula(condition, case.sizes)
-    notes = [SHORTENED] if r"\Theta_{ij}" in text else []
-    where = [f"Where {'; '.join([*notes, *([case.where] if case.where else [])])}.", ""]
+    return [f"**{case.title}**", "", "```math", text, "```", "", *where]
+
+
+def _cost(case: Case, condition: Condition) -> str:
     lmis = case.lmis or str(counts(condition)[0])
-    cost = f"Cost: ${_printed(lmis)}$ LMIs, ${_printed(case.variables)}$ variables."
-    title = [f"**{case.title}**", "", "```math", text, "```", ""]
-    return [*title, *(where if notes or case.where else []), cost]
+    return f"Cost: ${_printed(lmis)}$ LMIs, ${_printed(case.variables)}$ variables."
 
 
 def _printed(expression: str) -> str:

@@ -48,10 +48,9 @@ SHOWN_VERTICES = (1, 16)
 
 HEAD = r"""# The pendulum, step by step
 
-An inverted pendulum on a cart, from its equation to a proved controller, in two versions: the
-textbook's two rules, which approximate the pendulum, and sixteen rules, which are the pendulum. All
-formulas and numbers below are typeset from what takagi returns, by `make docs`, and a test compares
-the page with them.
+For those who want to see every step: an inverted pendulum on a cart, from its equation to a proved
+controller, in two versions. The textbook's two rules approximate the pendulum, sixteen rules are
+the pendulum. All formulas and numbers are typeset from what takagi returns, by `make docs`.
 
 Coefficients of more than nine digits are shown with six; model and certificate have all of them.
 """

@@ -10,7 +10,6 @@ from catalogue.entry import SMALL, Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     NoisyVertices,
-    covariance_condition,
     exit_condition,
     start_set_condition,
     tracking_condition,
@@ -41,11 +40,6 @@ def _noise(sizes: Sizes) -> Condition:
     model = plant(sizes)
     system = NoisyVertices(model.A, model.B, model.E, _rows(sizes.p, sizes))
     return exit_condition(system, rate=0.5, price=1.0)
-
-
-def _covariance(sizes: Sizes) -> Condition:
-    model = plant(sizes)
-    return covariance_condition(model.A, model.E, _rows(1, sizes)[0], weight=0.5)
 
 
 START = Entry(
@@ -116,8 +110,8 @@ NOISE = Entry(
         "The probability is about $e^{-k (1 - c/a)}$ with $k = 1/(2\\kappa)$; "
         "[the theorem](plant-theorems.md#theorem-of-the-exit) has the exact bound. The quotient "
         "of the exponent is maximised by Dinkelbach's method, with a price of $\\kappa$ in the "
-        "objective; $a$ is found by a search along a line. Continuous time only: in discrete time the drift is a "
-        "difference, and the inequality another one."
+        "objective; $a$ is found by a search along a line. Continuous time only: in discrete time "
+        "the drift is a difference, and the inequality another one."
     ),
     cases=(
         Case(
@@ -134,31 +128,4 @@ NOISE = Entry(
     ),
 )
 
-CROSSING = Entry(
-    title="Covariance of a signal under white noise",
-    question="How far does one signal of a loop with constant unknown parameters spread?",
-    call="covariance_bound",
-    builder="covariance_condition",
-    use=(
-        "The stationary covariance of each constant blend is at most $C$, so the standard "
-        "deviation of $h x$ is at most $\\sqrt{h C h^\\top}$, and that of its rate at most "
-        "$\\sqrt{\\rho}$. "
-        "With these, Rice's formula bounds how often the signal [reaches a "
-        "limit](crossing-probability.md). The objective weighs both. Continuous time only: in "
-        "discrete time a signal crosses no limit."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, one signal $h x$",
-            pose=_covariance,
-            lmis="2*r + 1",
-            variables=f"{P} + 1",
-            where=(
-                "$S_i$ leads from the noise; the objective is $h C h^\\top + \\rho/2$ here, so "
-                "that $C_C = h^\\top h$"
-            ),
-        ),
-    ),
-)
-
-ENTRIES = (START, TRACKING, NOISE, CROSSING)
+ENTRIES = (START, TRACKING, NOISE)

@@ -164,7 +164,6 @@ COMMON = Entry(
             pose=partial(_common, step=0.1),
             lmis="r + 2",
             variables=P,
-            where="$\\rho = e^{-\\alpha T}$ with the sample time $T$",
         ),
     ),
 )
@@ -220,7 +219,6 @@ NORM_BOUNDED = Entry(
             pose=partial(_bounded, step=0.1),
             lmis="2*r + 2",
             variables=f"{P} + r",
-            where="$\\rho = e^{-\\alpha T}$",
         ),
     ),
 )
@@ -255,7 +253,7 @@ POLYNOMIAL = Entry(
             pose=partial(_polynomial, step=0.1, form="direct"),
             lmis="2*r + r*(r+1)/2",
             variables=f"r*{P}",
-            where="$h^+ = h$, as the memberships stand still; $\\rho = e^{-\\alpha T}$",
+            where="$h^+ = h$, as the memberships stand still",
         ),
         Case(
             title="Discrete time, dilated form",
@@ -293,7 +291,7 @@ FUZZY = Entry(
             title="Discrete time, steps of any size, two rules",
             pose=partial(_fuzzy, step=0.1),
             variables=f"r*{P}",
-            where="$h^+$ the memberships one step later, $\\rho = e^{-\\alpha T}$",
+            where="$h^+$ the memberships one step later",
             sizes=FEW,
         ),
     ),

@@ -89,7 +89,6 @@ PDC = Entry(
             pose=partial(_pdc, step=0.1),
             lmis=f"r + 2 + {PAIRS}",
             variables=f"{Q} + r*m*n + 1",
-            where="$\\rho = e^{-\\alpha T}$",
         ),
         Case(
             title="With limits on inputs, states and gains",

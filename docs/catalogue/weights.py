@@ -30,7 +30,6 @@ CELLS = MappingProxyType(
         "h2-norm": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
         "peak": THEOREM,
         "exit-probability": ("theorem (10)", "theorem (3, 10)", *("theorem (10)",) * 3),
-        "crossing-probability": ("open (14)",) * 5,
         "sampled-loop": THEOREM,
         "fuzzy-decay": (PROVED, "refused (4)", PROVED, PROVED, "refused (5)"),
         "observer": ("theorem (6)", "theorem (6)", PROVED, PROVED, "refused (7)"),
@@ -47,16 +46,11 @@ CELLS = MappingProxyType(
         "secant-embedding": (PLANT, PLANT, "refused: its form", "refused: its form", PROVED),
         "tracking": (PLANT, PLANT, "refused: its form", "refused: its form", "refused (13)"),
         "effort-blend": (PLANT, PLANT, "theorem (8)", "theorem (8)", "refused (8)"),
-        "quadratic-decay": THEOREM,
-        "no-common-quadratic": ("disproof",) * 5,
         "coherent-loop": OTHER,
         "paper-loop": OTHER,
-        "equilibrium": OTHER,
         "wind-rate": OTHER,
         "actuator-rates": OTHER,
         "running-loop": OTHER,
-        "running-rate": OTHER,
-        "schedule-rate": OTHER,
     }
 )
 

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings as EffortSettings
     from takagi.lmi.turbine.effort import effort_gains as effort_gains
     from takagi.lmi.turbine.one_step.design import OneStepDesign as OneStepDesign
-    from takagi.lmi.turbine.one_step.design import effort_loop_reach as effort_loop_reach
     from takagi.lmi.turbine.one_step.design import one_step_gains as one_step_gains
     from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains as LoopOfGains
     from takagi.lmi.turbine.one_step.objective import Objective as Objective
@@ -29,9 +28,5 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionGains as RegionGains
     from takagi.lmi.turbine.regional import region_gains as region_gains
     from takagi.lmi.turbine.regional import regional_gains as regional_gains
-    from takagi.lmi.turbine.regional_condition import ActuatorBound as ActuatorBound
-    from takagi.lmi.turbine.regional_condition import (
-        regional_gain_condition as regional_gain_condition,
-    )
 
-__getattr__, __dir__ = lazy_names(__name__, LoopFamily="LoopOfGains")
+__getattr__, __dir__ = lazy_names(__name__)

@@ -25,14 +25,12 @@ if TYPE_CHECKING:
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw as EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import EffortSchedule as EffortSchedule
     from takagi.models.laws.effort_sharing.schedule import effort_schedule as effort_schedule
-    from takagi.models.laws.output_feedback import OutputFeedback as OutputFeedback
     from takagi.models.laws.pdc import PdcLaw as PdcLaw
     from takagi.models.laws.protocol import Command as Command
     from takagi.models.laws.protocol import Law as Law
     from takagi.models.laws.protocol import Measurement as Measurement
     from takagi.models.laws.published.coupling_filter import CouplingFilter as CouplingFilter
     from takagi.models.laws.published.law import PublishedLaw as PublishedLaw
-    from takagi.models.laws.published.law import PublishedRule as PublishedRule
     from takagi.models.laws.published.law import published_law as published_law
     from takagi.models.laws.published.reference_filter import (
         FilteredReferenceLaw as FilteredReferenceLaw,
@@ -40,10 +38,4 @@ if TYPE_CHECKING:
     from takagi.models.laws.published.reference_filter import ReferenceFilter as ReferenceFilter
     from takagi.models.laws.sampled import SampledLaw as SampledLaw
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    CoherentLaw="EffortSharingLaw",
-    PaperLaw="PublishedLaw",
-    PaperRule="PublishedRule",
-    paper_law="published_law",
-)
+__getattr__, __dir__ = lazy_names(__name__)

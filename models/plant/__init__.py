@@ -23,4 +23,4 @@ if TYPE_CHECKING:
     from takagi.models.plant.file_units import file_unit as file_unit
     from takagi.models.plant.file_units import time_in_file_units as time_in_file_units
 
-__getattr__, __dir__ = lazy_names(__name__, shown_time="time_in_file_units")
+__getattr__, __dir__ = lazy_names(__name__)

@@ -22,8 +22,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.expressions.evidence_file import evidence_data as evidence_data
-    from takagi.models.expressions.evidence_file import evidence_of_data as evidence_of_data
     from takagi.models.intervals.interval import Interval as Interval
     from takagi.models.intervals.interval import exact as exact
     from takagi.models.ranges.cell import Cell as Cell
@@ -34,10 +32,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.large_powers import (
         with_exponentials_as_symbols as with_exponentials_as_symbols,
     )
-    from takagi.models.ranges.sampled import SampledBounds as SampledBounds
     from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
-    from takagi.models.splines.exact_spline import ExactSpline as ExactSpline
-    from takagi.models.splines.exact_spline import exact_bounds as exact_bounds
-    from takagi.models.splines.exact_spline import exact_value as exact_value
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -9,7 +9,7 @@ A tree is text in preorder.  A digit or capital letter is the number of the side
     t   s, likewise
     b   Bernstein coefficients, exact
 
-Replaying needs no search: one enclosure for each leaf.  ``evidence_file`` writes it as JSON.
+Replaying needs no search: one enclosure for each leaf.
 """
 
 from __future__ import annotations

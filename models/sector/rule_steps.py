@@ -1,4 +1,4 @@
-"""The last steps of a derivation: weights, numbering of the rules, vertex matrices."""
+"""The last steps of a derivation: domain, weights, numbering of the rules, vertex matrices."""
 
 from __future__ import annotations
 

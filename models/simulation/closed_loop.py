@@ -215,9 +215,6 @@ def _history(
         plant_states=states,
         law_states=np.array([sample.law_state for sample in record]),
         flags=flags | np.array([sample.flags for sample in record], dtype=np.int64),
-        plant_state_names=plant.state_names,
-        law_state_names=tuple(law.state_names),
-        law_name=law.name,
         wind_name=wind.name,
     )
 

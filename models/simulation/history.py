@@ -31,9 +31,10 @@ class History:
     tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
     tower_moment : fore-aft at the base [N m]: hub height times (stiffness x + damping x') over the
         turbine's ``tower_share``, which is thrust times hub height at rest.
-    plant_states : (n, m), ``plant_state_names``.   law_states : (n, k), ``law_state_names``.
+    plant_states : (n, m), in the order of the plant's ``state_names``.
+    law_states : (n, k), in the order of the law's ``state_names``.
     flags : (n,) integers, sums of ``takagi.models.simulation.turbine_plant.Flag``.
-    law_name, wind_name : words for tables.
+    wind_name : for tables.
     """
 
     time: Floats
@@ -55,9 +56,6 @@ class History:
     plant_states: Floats
     law_states: Floats
     flags: NDArray[np.int64]
-    plant_state_names: tuple[str, ...]
-    law_state_names: tuple[str, ...]
-    law_name: str
     wind_name: str
 
     def __post_init__(self) -> None:

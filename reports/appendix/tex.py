@@ -129,11 +129,6 @@ def range_text(ends: Iterable[float], places: int) -> Tex:
     return low if low == high else Tex(f"{low} to {high}")
 
 
-def stacked(rows: Iterable[Sequence[object]]) -> list[list[Tex]]:
-    """Return table rows with every cell escaped, for a template to join."""
-    return [[escape(cell) for cell in row] for row in rows]
-
-
 def matrix(values: ArrayLike, *, exactly: bool = False, digits: int = 6) -> Tex:
     """Return a two-dimensional array as a ``bmatrix``, for use inside mathematics.
 

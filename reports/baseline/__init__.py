@@ -27,4 +27,4 @@ if TYPE_CHECKING:
     from takagi.reports.baseline.words import gain_words as gain_words
     from takagi.reports.baseline.words import word_of as word_of
 
-__getattr__, __dir__ = lazy_names(__name__, Comparison="CertificateComparison")
+__getattr__, __dir__ = lazy_names(__name__)

@@ -190,13 +190,6 @@ def _exit(claim: Data, document: Data) -> Iterator[Found]:
     yield from _of(claim, "horizon", "s", larger=True)
 
 
-def _crossing(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(
-        claim, "probability", "-", larger=False, name="probability of reaching the limit"
-    )
-    yield from _of(claim, "horizon", "s", larger=True)
-
-
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
     model = document["model"]
     if model.get("kind") == "plant":
@@ -263,7 +256,6 @@ def _spans(cells: list[Data], key: str) -> tuple[tuple[Fraction, Fraction, Fract
 
 _READINGS: dict[str, Reading] = {
     "decay": _decay,
-    "quadratic-decay": _decay,
     "observer": _decay,
     "observed-feedback": _decay,
     "fuzzy-decay": _fuzzy,
@@ -277,7 +269,6 @@ _READINGS: dict[str, Reading] = {
     "input-limits": _inputs,
     "peak": _peak,
     "exit-probability": _exit,
-    "crossing-probability": _crossing,
     "sampled-loop": _sampled,
     "coherent-loop": _effort_sharing,
     "paper-loop": _published,
@@ -294,7 +285,6 @@ _QUESTIONS = {
     "h2-norm": ("disturbance", "output"),
     "peak": ("disturbance", "output"),
     "exit-probability": ("disturbance", "noise", "start"),
-    "crossing-probability": ("disturbance", "noise", "row", "limit"),
     "invariant-ellipsoid": ("disturbance",),
     "input-limits": ("disturbance",),
 }

@@ -3,7 +3,6 @@
     plant/                   the figures of a plant's design
     operation, memberships   steady operation; the blending weights
     cells, overlaps          what is certified over wind, and for which overlaps
-    equilibria               how often each loop rests
     poles, bode              linear loops over wind
     running_margins          margins of the loop that runs
     response, scenario       steps and gusts; the paper's scenario
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from takagi.reports.figures.bode import bode_figure as bode_figure
     from takagi.reports.figures.bode import bode_line as bode_line
     from takagi.reports.figures.cells import cells_figure as cells_figure
-    from takagi.reports.figures.equilibria import equilibria_figure as equilibria_figure
     from takagi.reports.figures.memberships import membership_figure as membership_figure
     from takagi.reports.figures.operation import power_surface_figure as power_surface_figure
     from takagi.reports.figures.operation import trim_figure as trim_figure
@@ -45,4 +43,4 @@ if TYPE_CHECKING:
     from takagi.reports.figures.writing import figure_to_png as figure_to_png
     from takagi.reports.figures.writing import figure_to_svg as figure_to_svg
 
-__getattr__, __dir__ = lazy_names(__name__, rests_figure="equilibria_figure")
+__getattr__, __dir__ = lazy_names(__name__)

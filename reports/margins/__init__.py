@@ -1,6 +1,6 @@
 """Robustness of linear loops: classical and disk margins, and the turbine's loops at a trim.
 
-margins, disk       one loop: ``loop_margins``; several at once: ``mimo_disk_margins``
+margins, disk       one loop: ``loop_margins``; several at once: ``disk_of``
 response            L(j omega), on a grid fine where the loop is lively
 turbine_dynamics    the turbine linearised at a trim
 turbine_loops       its two loops, each broken at its actuator with the other closed
@@ -27,9 +27,8 @@ if TYPE_CHECKING:
     from takagi.reports.margins.design_levers import free_levers as free_levers
     from takagi.reports.margins.design_levers import lever_changes as lever_changes
     from takagi.reports.margins.disk import DiskMargin as DiskMargin
-    from takagi.reports.margins.disk import MimoDiskMargins as MimoDiskMargins
     from takagi.reports.margins.disk import disk_margin as disk_margin
-    from takagi.reports.margins.disk import mimo_disk_margins as mimo_disk_margins
+    from takagi.reports.margins.disk import disk_of as disk_of
     from takagi.reports.margins.kept_margins import KeptMargins as KeptMargins
     from takagi.reports.margins.kept_margins import MarginSearch as MarginSearch
     from takagi.reports.margins.kept_margins import NoMargins as NoMargins
@@ -49,14 +48,12 @@ if TYPE_CHECKING:
     from takagi.reports.margins.running_over_wind import Mode as Mode
     from takagi.reports.margins.running_over_wind import RunningMargins as RunningMargins
     from takagi.reports.margins.running_over_wind import plant_modes as plant_modes
-    from takagi.reports.margins.running_over_wind import require_sampling as require_sampling
     from takagi.reports.margins.running_over_wind import running_margins as running_margins
     from takagi.reports.margins.running_over_wind import worst_of_sides as worst_of_sides
     from takagi.reports.margins.running_search import SearchedMargins as SearchedMargins
     from takagi.reports.margins.running_search import searched_margins as searched_margins
     from takagi.reports.margins.running_search import wind_ranges as wind_ranges
     from takagi.reports.margins.running_search import winds_between as winds_between
-    from takagi.reports.margins.running_stability import UnstableLoop as UnstableLoop
     from takagi.reports.margins.running_stability import require_stable as require_stable
     from takagi.reports.margins.running_stability import unstable_loop as unstable_loop
     from takagi.reports.margins.sampled_response import broken_loops as broken_loops
@@ -75,10 +72,6 @@ if TYPE_CHECKING:
     from takagi.reports.margins.turbine_loops import break_loops as break_loops
     from takagi.reports.margins.turbine_loops import closed_loop_poles as closed_loop_poles
     from takagi.reports.margins.turbine_loops import loops_at_trim as loops_at_trim
-    from takagi.reports.margins.turbine_loops import pitch_loop as pitch_loop
     from takagi.reports.margins.turbine_loops import plant_at_trim as plant_at_trim
-    from takagi.reports.margins.turbine_loops import torque_loop as torque_loop
 
-__getattr__, __dir__ = lazy_names(
-    __name__, LoopRest="LoopEquilibrium", NoRest="NoEquilibrium", loop_rest="loop_equilibrium"
-)
+__getattr__, __dir__ = lazy_names(__name__)

@@ -61,21 +61,6 @@ class DiskMargin:
         return float(2 * np.arctan(self.alpha / 2))
 
 
-@dataclass(frozen=True, slots=True)
-class MimoDiskMargins:
-    """Disk margins of several loops.
-
-    Attributes
-    ----------
-    loop_at_a_time : one per loop, the others closed and unperturbed.
-    simultaneous : all loops perturbed at once, independently.  From an upper bound of mu, so it
-        never promises too much; exact for up to two loops.
-    """
-
-    loop_at_a_time: tuple[DiskMargin, ...]
-    simultaneous: DiskMargin
-
-
 def disk_margin(
     loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
 ) -> DiskMargin:
@@ -91,37 +76,16 @@ def disk_margin(
     size = response.evaluate(response.frequencies[-1:]).shape[1]
     if size != 1:
         raise ModelError(
-            f"the loop is {size} x {size}; disk_margin takes one loop, mimo_disk_margins several"
+            f"the loop is {size} x {size}; disk_margin takes one loop, disk_of several"
         )
     return _smallest(response, lambda m: np.abs(m[:, 0, 0]))
 
 
-def mimo_disk_margins(
-    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
-) -> MimoDiskMargins:
-    """Return the disk margins of each loop with the others closed, and of all at once.
-
-    With S = (I + L)^-1 the loop broken at i has sensitivity S_ii, so that each single margin is
-    1 / sup |S_ii - 1/2|; the simultaneous one is 1 / sup mu(S - I/2).
-
-    Raises
-    ------
-    ModelError : what ``loop_response`` refuses.
-    """
-    response = loop_response(loop)
-    size = response.evaluate(response.frequencies[-1:]).shape[1]
-
-    def entry(i: int) -> DiskMargin:
-        return _smallest(response, lambda m: np.abs(m[:, i, i]))
-
-    return MimoDiskMargins(
-        loop_at_a_time=tuple(entry(i) for i in range(size)),
-        simultaneous=disk_of(response),
-    )
-
-
 def disk_of(response: LoopResponse) -> DiskMargin:
-    """Return the disk margin of all loops of a response at once, as ``mimo_disk_margins`` does."""
+    """Return the disk margin of all loops of a response, perturbed at once and independently.
+
+    From an upper bound of mu, so it never promises too much; exact for up to two loops.
+    """
     return _smallest(response, scaled_bound)
 
 

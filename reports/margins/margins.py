@@ -92,7 +92,7 @@ def loop_margins(
     if values.shape[1] != 1:
         raise ModelError(
             f"the loop is {values.shape[1]} x {values.shape[1]}; loop_margins takes one: break the "
-            "others closed first, or use mimo_disk_margins"
+            "others closed first, or use disk_of"
         )
     scalar = _Scalar(response, values[:, 0, 0])
     crossovers = _roots(scalar, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))

@@ -136,16 +136,6 @@ def break_loops(plant: StateSpace, controller: LocalGains | StateSpace) -> Loops
     return Loops(torque=broken(0), pitch=broken(1), both=both, poles=poles[order])
 
 
-def torque_loop(plant: StateSpace, controller: LocalGains | StateSpace) -> StateSpace:
-    """Return the loop broken at the generator torque, pitch closed (see ``break_loops``)."""
-    return break_loops(plant, controller).torque
-
-
-def pitch_loop(plant: StateSpace, controller: LocalGains | StateSpace) -> StateSpace:
-    """Return the loop broken at the pitch reference, torque closed (see ``break_loops``)."""
-    return break_loops(plant, controller).pitch
-
-
 def plant_at_trim(
     turbine: Turbine, point: TrimPoint, *, kind: Plant = "validation", effectiveness: float = 1.0
 ) -> StateSpace:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_motion import PlantMotion
 
 MOST_PANELS = 12
-MOST_LINES = min(len(COLOURS), len(STYLES))
 _SHADE = "#f3d9c8"
 
 

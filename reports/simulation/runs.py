@@ -11,7 +11,7 @@ from takagi.models.simulation.closed_loop import Diverged, Observer
 from takagi.models.simulation.dynamics import ready
 from takagi.models.simulation.history import History
 from takagi.models.simulation.metrics import Metrics
-from takagi.models.simulation.scenario import Case, run_cases
+from takagi.models.simulation.scenario import Case, run_case
 from takagi.models.simulation.time_steps import TIME_STEP, fitting_step
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, validation_plant
 from takagi.models.simulation.wind import WindSeries
@@ -236,7 +236,7 @@ def _runs(
 
 def _run(case: Case, progress: Callable[[float], None] | None) -> Run:
     try:
-        (result,) = run_cases([case], progress=progress)
+        result = run_case(case, progress)
     except Diverged as end:
         return Run(case.label, case.wind.name, diverged=end.time)
     return Run(case.label, case.wind.name, result.history, result.metrics)

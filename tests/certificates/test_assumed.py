@@ -78,8 +78,7 @@ def test_each_claim_carries_its_own(resting: dict[str, Any]) -> None:
     ]
     assert set(rate.assumes) - set(loop.assumes) == {"start of the wind filter at its estimate"}
     assert "from any start with V <= 1 and the filter at its estimate" in rate.text
-    kinds = {"coherent-loop", "wind-rate", "actuator-rates", "paper-loop", "equilibrium"}
-    kinds |= {"running-loop"}
+    kinds = {"coherent-loop", "wind-rate", "actuator-rates", "paper-loop", "running-loop"}
     assert kinds <= set(ASSUMED)
 
 

@@ -153,25 +153,3 @@ def test_matrices_are_those_of_no_file(tmp_path: Path) -> None:
 
     with pytest.raises(CertificateError, match="no claim ties to a model file"):
         compare_model(data, model)
-
-
-def test_a_claim_that_the_gains_have_no_part_in_is_pointed_out(
-    short: Document, reseal: Reseal, tmp_path: Path
-) -> None:
-    """A true claim about other matrices does not pass silently as one about the gain file."""
-    short["claims"] = [
-        {
-            "name": "effort-sharing loop, 3 to 25 m/s",
-            "kind": "quadratic-decay",
-            "A": [[[-1]]],
-            "P": [[1]],
-            "decay_rate": 0,
-        }
-    ]
-    certificate, gains = tmp_path / "certificate.json", tmp_path / "gains.json"
-    certificate.write_text(json.dumps(reseal(short)))
-    gains.write_text(json.dumps({"law": short["gains"]}))
-
-    checked = check(certificate, gains=gains)
-
-    assert any("inside the claim alone: claims[0]" in message for message in checked.messages)

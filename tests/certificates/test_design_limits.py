@@ -84,7 +84,7 @@ def test_overlaps_of_the_coupling_filter_that_leave_no_law(
 
 
 def test_two_integrators_may_have_the_ramp_above_rated_speed() -> None:
-    """They rest at a small overspeed there (docs/equilibria.md)."""
+    """They rest at a small overspeed there (docs/turbulence.md)."""
     check_limits(TURBINE, replace(ASKED, law="paper-two-integrators", ramp_placement=1.0))
 
 

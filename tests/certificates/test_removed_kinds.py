@@ -14,24 +14,26 @@ import pytest
 from takagi.certificates import CertificateError, check
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.replay import claim_kinds
+from takagi.certificates.checker.replay.removed_kinds import LAST_READER, NO_LONGER_READ
 from takagi.certificates.cross_check import judge_document, opinion
 from takagi.cli.main import main
+from tests.certificates.kinds.claims import model_data
 from tests.certificates.turbine.running_documents import sealed
 
-REMOVED = sorted(claim_kinds.NO_LONGER_READ)
+REMOVED = sorted(NO_LONGER_READ)
 SENTENCE = (
     "claims of kind '{}' are no longer read; check this file with takagi at commit "
-    f"{claim_kinds.LAST_READER}, the last that reads them, or make the certificate again"
+    f"{LAST_READER}, the last that reads them, or make the certificate again"
 )
 
 
 def document(*kinds: str) -> dict[str, Any]:
-    """Return a file with a claim of each kind, about x' = -x with its own matrices."""
-    claim = {"name": "by hand", "A": [[[-1]]], "P": [[1]], "decay_rate": 0.5}
+    """Return a file with a claim of each kind, about x' = -x."""
+    claim = {"name": "by hand", "P": [[1]], "decay_rate": 0.5}
     return sealed({
         "format": "takagi-certificate",
         "version": 1,
-        "model": {"kind": "matrices"},
+        "model": model_data([[[-1]]]),
         "gains": None,
         "claims": [{"kind": kind, **claim} for kind in kinds],
     })  # fmt: skip
@@ -39,14 +41,14 @@ def document(*kinds: str) -> dict[str, Any]:
 
 def test_the_document_is_proved_with_a_kind_that_is_read() -> None:
     """So the files below are refused for their kinds, not for how they are made."""
-    assert check_document(document("quadratic-decay")).verdict.name == "PROVED"
+    assert check_document(document("decay")).verdict.name == "PROVED"
 
 
 @pytest.mark.parametrize("kind", REMOVED)
 def test_a_file_with_the_kind_is_refused(kind: str, tmp_path: Path) -> None:
     """Also beside a claim that is proved; the sentence names the last commit that reads it."""
     path = tmp_path / "certificate.json"
-    for kinds in ((kind,), ("quadratic-decay", kind)):
+    for kinds in ((kind,), ("decay", kind)):
         path.write_text(json.dumps(document(*kinds)), encoding="utf-8")
         with pytest.raises(CertificateError) as refused:
             check(path)
@@ -75,11 +77,5 @@ def test_the_second_checker_does_not_replay_it(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", REMOVED)
 def test_no_reader_is_left(kind: str) -> None:
-    tables = (
-        claim_kinds.KINDS,
-        claim_kinds.OWN_READING,
-        claim_kinds.WHOLE_FILE,
-        claim_kinds.RESTING,
-        opinion.LOOPS,
-    )
-    assert not any(kind in table for table in (*tables, opinion.OF_TURBINES))
+    assert kind not in claim_kinds.READ
+    assert kind not in {*opinion.LOOPS, *opinion.OF_TURBINES}

@@ -104,33 +104,12 @@ def test_a_check_in_a_process_of_its_own_loads_the_same(decay: Path) -> None:
     assert counted <= loaded
 
 
-def test_counting_changes_nothing(of_turbine: tuple[Any, Trusted], turbine: Path) -> None:
-    checked, plain = of_turbine[0], check(turbine)
-
-    assert checked.verdict.name == plain.verdict.name
-    assert [claim.text for claim in checked.claims] == [claim.text for claim in plain.claims]
-    assert checked.messages == plain.messages
-    # The classes that were loaded before are still the ones in use.
-    assert sys.modules["takagi.certificates.checker"].Verdict is Verdict
-    assert plain.verdict is Verdict.PROVED
-    assert sys.gettrace() is None or "trusted" not in str(sys.gettrace())
-
-
 def test_a_refused_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "certificate.json"
     path.write_text('{"format": "another"}')
 
     with pytest.raises(CertificateError, match="the format is not"):
         check_counted(path)
-
-
-def test_lines_of_code() -> None:
-    source = (
-        '"""Words."""\n\nimport os  # why\n\n# a comment\ndef f(\n    a,\n):\n    """Words."""\n'
-    )
-    source += "    return (\n        a\n    )\n"
-
-    assert code_lines(source) == {3, 6, 7, 8, 10, 11, 12}
 
 
 def test_what_did_not_run_is_not_counted_as_executed(decay: Path) -> None:

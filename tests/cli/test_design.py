@@ -100,8 +100,6 @@ def test_options_reach_the_design(asked: Any, tmp_path: Path) -> None:
     """Each option sets its own field; inertia stays the decimals that were written."""
     options = ["--overlap", "0.02", "--speed-setpoint", "11.5 rpm", "--bandwidth", "0.5"]
     options += ["--inertia", "0.8", "1.3", "--equilibrium-wake"]
-    options += ["--turbulence", "b"]
-    options += ["--moving-wind-above-rated"]
 
     main(["design", "nrel5mw", "--out", str(tmp_path), *options])
 
@@ -111,8 +109,6 @@ def test_options_reach_the_design(asked: Any, tmp_path: Path) -> None:
     assert settings.uncertainty.inertia.lower == Fraction(4, 5)
     assert settings.effort.inertia == (0.8, 1.3)
     assert not settings.uncertainty.frozen_wake
-    assert settings.turbulence == "B"
-    assert settings.moving_wind_above_rated
 
 
 def test_the_loop_that_runs_is_looked_at_before_the_design(

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import combinations_with_replacement, product
 from math import comb
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Known, marginals
-from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial, contributions, substituted
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Known
+from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial, contributions
 
 Floats = NDArray[np.float64]
 simplexes = st.lists(st.tuples(st.integers(1, 4), st.integers(0, 3)), min_size=1, max_size=3)
@@ -49,17 +47,6 @@ def test_the_basis_is_nonnegative_sums_to_one_and_is_listed_once(
     assert (values >= 0).all()
     np.testing.assert_allclose(values.sum(axis=-1), 1.0)
     np.testing.assert_array_equal(basis.rank(basis.exponents), np.arange(basis.count))
-
-
-def test_one_simplex_is_listed_as_multisets() -> None:
-    """The order of Polya's products, h1 h1, h1 h2, ...: what the labels rely on."""
-    basis = Basis((3,), (2,))
-    multisets = list(combinations_with_replacement(range(3), 2))
-    axes = ("h1", "h2", "h3")
-
-    assert [basis.label(k, axes) for k in range(basis.count)] == [
-        f"h{a + 1} h{b + 1}" for a, b in multisets
-    ]
 
 
 @given(simplexes, st.integers(0, 100))
@@ -107,18 +94,6 @@ def test_unknown_coefficients_and_their_rates(pairs: list[tuple[int, int]], seed
     assert len(set(pairs_found)) == len(pairs_found)
 
 
-@pytest.mark.parametrize("degree", [0, 1, 2, 3])
-def test_points_of_another_simplex_take_the_place_of_the_corners(degree: int) -> None:
-    """X(H l) by the coefficients T X."""
-    rng = np.random.default_rng(degree)
-    H = rng.dirichlet(np.ones(3), 5).T
-    X = random_known(Basis((3,), (degree,)), rng, 2, 2)
-    placed = Known(Basis((5,), (degree,)), np.tensordot(substituted(degree, H), X.values, axes=1))
-    at = points((5,), rng)
-
-    np.testing.assert_allclose(value(placed, at), value(X, at @ H.T), atol=1e-12)
-
-
 def test_fractions_stay_exact() -> None:
     """A third is no dyadic: raised by one degree, h1 h1 h2 takes 2/3 and 1/3 of its neighbours."""
     X = Known(Basis((2,), (2,)), np.array([[[Fraction(k)]] for k in (1, 10, 100)]))
@@ -127,24 +102,3 @@ def test_fractions_stay_exact() -> None:
 
     assert raised.tolist() == [1, Fraction(1, 3) + Fraction(20, 3), Fraction(120, 3), 100]
     assert all(type(entry) is Fraction for entry in found.values.flat)
-
-
-def test_memberships_of_rules_are_summed_to_those_of_premises() -> None:
-    """h_i = w^1 w^2 of its corners gives w^1 and w^2 back."""
-    rng = np.random.default_rng(0)
-    corners = np.array(list(product(range(2), range(3))))
-    w = points((2, 3), rng)
-    h = w[:, corners[:, 0]] * w[:, 2 + corners[:, 1]]
-
-    np.testing.assert_allclose(marginals(h, (2, 3), corners), w)
-
-
-def test_vertices_in_any_order() -> None:
-    """A polynomial of vertices has them at its corners, whatever the order of the rules."""
-    rng = np.random.default_rng(0)
-    corners = np.array(list(product(range(2), range(3))))[rng.permutation(6)]
-    vertices = rng.standard_normal((6, 2, 2))
-    X = Known.of_vertices((2, 3), corners, vertices)
-    h = np.concatenate([np.eye(2)[corners[:, 0]], np.eye(3)[corners[:, 1]]], axis=1)
-
-    np.testing.assert_allclose(value(X, h), vertices)

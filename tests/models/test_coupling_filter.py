@@ -133,23 +133,6 @@ def test_saturated_slope_stays_in_zero_to_one(overlap: float, a: float, b: float
     assert -1e-9 <= rise <= (y - x) + 1e-9
 
 
-def test_published_weight_exists_for_saturated_only_where_torque_passes() -> None:
-    """With slope <= 1 and pass-through f_2 <= 1, so (f_2 - 1)/(T_max/T_min - 1) is 0 or outside."""
-    law = coupling_filter(TURBINE, variant="saturated", torque_overlap=2000.0)
-    weight = law.sector_weight(np.array([1e4, RATED - 1000.0, RATED, TOP]))
-
-    np.testing.assert_array_equal(weight[:2], 0.0)
-    assert np.all(np.isnan(weight[2:]))
-
-
-def test_published_weight_of_sector_is_its_own_ramp() -> None:
-    """For ``sector`` the published w_22 is the membership that was built in."""
-    law = coupling_filter(TURBINE, variant="sector")
-    torque = np.linspace(0, RATED, 57)
-
-    np.testing.assert_allclose(law.sector_weight(torque), law.torque_weights(torque)[1], atol=1e-12)
-
-
 def test_f1_on_torque_would_be_noticed() -> None:
     """Without the permutation f_1 would multiply torque: at low speed there would be none."""
     law = coupling_filter(TURBINE)

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortSchedule, effort_schedule
 from takagi.models.laws.effort_sharing import frozen_wake_effectiveness
-from takagi.models.ramps import effort_ramp_slope
-from takagi.models.ramps.effort_ramp import effort_ramp
 from takagi.models.turbine import reference_speed, rotor_torque
 from takagi.models.turbine.trim import trim
-
-EFFORTS = st.floats(-3, 3)
-OVERLAPS = st.floats(1e-3, 1)
 
 
 @pytest.fixture(scope="module")
@@ -27,34 +20,6 @@ def turbine() -> Turbine:
 @pytest.fixture(scope="module")
 def schedule(turbine: Turbine) -> EffortSchedule:
     return effort_schedule(turbine)
-
-
-@given(EFFORTS, OVERLAPS)
-def test_what_one_actuator_leaves_the_other_delivers(s: float, eps: float) -> None:
-    """psi(s) - psi(-s) = s and psi'(s) + psi'(-s) = 1: theory of the effort ramp."""
-    assert effort_ramp(s, eps) - effort_ramp(-s, eps) == pytest.approx(s, abs=1e-12)
-    assert effort_ramp_slope(s, eps) + effort_ramp_slope(-s, eps) == pytest.approx(1, abs=1e-12)
-    assert 0 <= effort_ramp_slope(s, eps) <= 1
-    # In floating point psi(eps) may lie a last bit below eps.
-    assert effort_ramp(s, eps) >= max(s, 0) - 1e-12
-
-
-@given(EFFORTS, EFFORTS, OVERLAPS)
-def test_the_slope_is_the_slope(s: float, t: float, eps: float) -> None:
-    """Every secant of psi lies between psi' at its ends: psi is convex and psi' its derivative."""
-    low, high = min(s, t), max(s, t) + 1e-3
-    secant = (effort_ramp(high, eps) - effort_ramp(low, eps)) / (high - low)
-
-    assert effort_ramp_slope(low, eps) - 1e-9 <= secant <= effort_ramp_slope(high, eps) + 1e-9
-
-
-@given(OVERLAPS)
-def test_the_ramp_is_continuous_at_its_corners(eps: float) -> None:
-    """psi(-eps) = 0, psi(0) = eps / 4, psi(eps) = eps, slopes 0, 1/2 and 1."""
-    corners = np.array([-eps, 0.0, eps])
-
-    assert effort_ramp(corners, eps) == pytest.approx([0, eps / 4, eps])
-    assert effort_ramp_slope(corners, eps) == pytest.approx([0, 0.5, 1])
 
 
 def test_nodes_are_trims(turbine: Turbine, schedule: EffortSchedule) -> None:

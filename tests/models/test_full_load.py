@@ -7,16 +7,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, full_load_model, nrel5mw
-from takagi.models.turbine import OperatingBand, rated_wind, rotor_torque, rotor_torque_gradient
+from takagi.models.turbine import OperatingBand, rated_wind
 from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.torque_secants import torque_symbols
 
-UNIT = st.floats(-1, 1)
-SHARES = st.tuples(UNIT, UNIT, UNIT, UNIT)
 PITCH_BAND = 0.034907
 
 
@@ -46,58 +42,6 @@ def point(shares: tuple[float, float, float, float]) -> dict[str, float]:
         "wind": v0 + 0.5 * shares[3],
         "wind_estimate": v0,
     }
-
-
-@settings(max_examples=50, derandomize=True, deadline=None)
-@given(SHARES, UNIT)
-def test_blend_equals_the_plant(shares: tuple[float, float, float, float], command: float) -> None:
-    """The blended derivative is the nonlinear plant's at any point of the band, to 1e-9."""
-    turbine, here = nrel5mw(), point(shares)
-    speed, pitch = (float(value) for value in band().at(here["wind_estimate"]))
-    x = np.array([here["rotor_speed"] - speed, here["pitch"] - pitch, 0.1])
-    now = model().blend(model().premise_values(**here))
-    blended = now.A @ x + now.B @ [command] + now.E @ [here["wind"] - here["wind_estimate"]]
-
-    balance = float(rotor_torque(turbine, speed, pitch, here["wind_estimate"]))
-    aerodynamic = float(rotor_torque(turbine, here["rotor_speed"], here["pitch"], here["wind"]))
-    scale = balance / turbine.inertia
-    expected = (aerodynamic - balance) / turbine.inertia
-    assert blended[0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * scale)
-    assert blended[1] == pytest.approx((command - x[1]) / turbine.pitch_time_constant, rel=1e-12)
-    assert blended[2] == pytest.approx(-x[0], abs=1e-15)
-
-
-@settings(max_examples=100, derandomize=True, deadline=None)
-@given(SHARES)
-def test_memberships_are_a_convex_sum(shares: tuple[float, float, float, float]) -> None:
-    """Eight weights, none negative, sum one, without clipping anywhere in the band."""
-    h = model().memberships(model().premise_values(**point(shares)))
-
-    assert h.shape == (8,)
-    assert np.all(h >= 0)
-    assert np.sum(h) == pytest.approx(1, abs=1e-14)
-
-
-def test_bounds_contain_sampled_slopes_and_are_tight() -> None:
-    """Sampled extrema of the partial derivatives lie inside, within 6 % of the range."""
-    turbine, rng = nrel5mw(), np.random.default_rng(5)
-    low, high = (float(end) for end in model().box["wind estimate [m/s]"])
-    v0 = np.concatenate([rng.uniform(low, high, 40_000), np.repeat((low, high), 2_000)])
-    omega, beta = band().at(v0)
-    e, p, w = rng.choice([-1, -0.5, 0, 0.5, 1], (3, v0.size))
-    off = np.maximum(beta + PITCH_BAND * p, turbine.pitch_min)
-    wind = v0 + 0.5 * w
-    slopes = (
-        rotor_torque_gradient(turbine, omega + 0.1 * e, off, wind)[0],
-        rotor_torque_gradient(turbine, omega, off, wind)[1],
-        rotor_torque_gradient(turbine, omega, beta, wind)[2],
-    )
-
-    for premise, slope in zip(model().premises, slopes, strict=True):
-        values = slope / turbine.inertia
-        least, most = float(premise.lower), float(premise.upper)
-        assert least <= values.min() <= least + 0.06 * (most - least)
-        assert most - 0.06 * (most - least) <= values.max() <= most
 
 
 def test_pitch_keeps_its_sign_over_the_default_range() -> None:
@@ -163,15 +107,6 @@ def test_a_secant_meets_its_derivative_continuously() -> None:
     np.testing.assert_allclose(near, far, rtol=1e-7)
 
 
-def test_premises_are_vectorised() -> None:
-    """Arrays of operating points give arrays of premises, equal to one point at a time."""
-    points = [point((s, -s, s, 0.5 * s)) for s in (-0.9, 0.1, 0.8)]
-    together = {name: np.array([p[name] for p in points]) for name in points[0]}
-
-    values = model().premise_values(**together)  # type: ignore[arg-type]
-    np.testing.assert_allclose(values.T, [model().premise_values(**p) for p in points], rtol=1e-12)
-
-
 def test_a_derated_set_point_moves_the_reference() -> None:
     """With a set-point of 1.1 rad/s the trim table runs at 1.1 rad/s."""
     derated = full_load_model(
@@ -184,12 +119,3 @@ def test_a_derated_set_point_moves_the_reference() -> None:
         derated.memberships(
             model().premise_values(**(where | {"rotor_speed": 1.25}), clip=True) * 3
         )
-
-
-def test_derivation_is_latex_with_plain_words_escaped() -> None:
-    """Underscores in the words are written out, those in formulas are not."""
-    text = model().derivation_latex
-
-    assert r"range of dT\_r/dbeta / J over the tube" in text
-    assert r"T_{r}{\left(\omega^{*} + e,\beta^{*} + \delta_{\beta},v_{0} + w \right)}" in text
-    assert text.count(r"\[") == text.count(r"\]") == len(model().derivation.steps)  # type: ignore[union-attr]

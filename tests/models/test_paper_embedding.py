@@ -10,23 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.models import Interval, ModelError, nrel5mw
-from takagi.models.intervals import Dual
-from takagi.models.intervals.dual import larger
+from takagi.models import ModelError, nrel5mw
 from takagi.models.laws import Measurement, PublishedLaw, published_law
 from takagi.models.laws.published import (
     LoopFigures,
     PublishedCell,
     PublishedLawName,
-    disturbance_bound,
     enclosed_cell,
     loop_figures,
-    wind_breaks,
 )
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
 from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.splines.patch_ranges import patch_ranges
 from takagi.models.turbine import rotor_torque
 from tests.paper_models import regional_models
 
@@ -145,45 +140,6 @@ def test_the_field_at_the_centre_is_within_its_bound(name: PublishedLawName, win
         middle = cell.centre[0] + t * (cell.centre[1] - cell.centre[0])
         found = np.abs(field(law, float(v), middle)) / cell.box
         assert np.all(found <= cell.disturbance + 1e-6)
-
-
-def test_the_bound_shrinks_with_the_square_of_the_cell() -> None:
-    """Away from kinks the centres follow the equilibrium: what is left is of second order."""
-    law, F = make_law("paper-two-integrators"), figures("paper-two-integrators")
-    sizes = []
-    for width in (0.08, 0.04):
-        ends = (20.05, 20.05 + width)
-        sizes.append(disturbance_bound(F, ends, centre_line(law, ends))[0])
-    assert sizes[1] < 0.3 * sizes[0]
-
-
-def test_fast_ranges_are_the_exact_ones() -> None:
-    """Bernstein ranges in floating point agree with those in exact arithmetic."""
-    fast, rng = patch_ranges(TURBINE.torque), np.random.default_rng(3)
-    orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-    for _ in range(6):
-        x = np.sort(rng.uniform(2.5, 14, 2)).round(4).tolist()
-        y = np.sort(rng.uniform(-0.05, 0.5, 2)).round(4).tolist()
-        for order, found in zip(orders, fast((x[0], x[1]), (y[0], y[1]), orders), strict=True):
-            proved = TURBINE.torque.bounds(Interval.of(*x), Interval.of(*y), *order)
-            assert found == pytest.approx((float(proved.lower), float(proved.upper)), abs=1e-9)
-    with pytest.raises(ModelError, match="leaves the coefficient table"):
-        fast((1.0, 3.0), (0.0, 0.1), orders)
-
-
-def test_a_corner_gives_the_hull_of_both_slopes() -> None:
-    """max(x, 0) around 0 has slopes from 0 to 1."""
-    x = Dual((-1.0, 1.0), ((1.0, 1.0),))
-    assert larger(x, Dual((0.0, 0.0), ((0.0, 0.0),))) == Dual((0.0, 1.0), ((0.0, 1.0),))
-
-
-def test_breaks_hold_nodes_and_bends() -> None:
-    """Nodes of both tables are breaks, and the bends of the reference speed are enclosed."""
-    F = figures("paper")
-    breaks = wind_breaks(F, 3.0, 25.0)
-    assert set(F.partial.trim.wind) <= set(breaks) and breaks == sorted(set(breaks))
-    bend = F.speed_setpoint * F.radius / F.optimal_ratio
-    assert any(a <= bend <= b and b - a < 2e-6 for a, b in zip(breaks, breaks[1:], strict=False))
 
 
 def test_what_no_enclosure_covers_is_refused() -> None:

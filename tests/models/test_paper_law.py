@@ -22,7 +22,6 @@ from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.ramps import Shape
 from takagi.models.turbine import rotor_torque
 from takagi.models.turbine.trim import trim
-from tests.models.placement import placement_rows
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()
@@ -85,34 +84,39 @@ def test_triple_sum_is_the_blended_law(
     law, state = make_law(), np.array([integral])
     seen = Measurement(speed, pitch, wind)
     deviation = [speed - law.reference_speed(wind), pitch]
-    weights = law.rule_memberships(state, seen)
-    total = sum(
-        h * rule.command(deviation, integral) for h, rule in zip(weights, law.rules(), strict=True)
-    )
+    b, c = law.partial, law.full
+    h_a = law.coupling.memberships(speed, law.blended(state, seen).torque)
+    h_b, h_c = b.memberships_at(*seen), c.memberships_at(*seen)
+    weights = np.einsum("m,i,j->mij", h_a, h_b, h_c)
+    rules = [
+        F @ (k @ [integral, *deviation])
+        for F in law.coupling.corners
+        for k in (
+            np.stack([[b.k_I[i], *-b.k_x[i]], [c.k_I[j], *-c.k_x[j]]])
+            for i in range(len(h_b))
+            for j in range(len(h_c))
+        )
+    ]
+    total = weights.ravel() @ np.array(rules)
     found = law.blended(state, seen)
     # Above the largest command that the filter has corners for, the torque limit takes over.
-    torque = float(np.asarray(total)[0])
+    torque = float(total[0])
 
     assert float(weights.sum()) == pytest.approx(1.0, abs=1e-12)
     np.testing.assert_allclose(
-        [min(max(torque, 0.0), TURBINE.rated_torque), np.asarray(total)[1]],
+        [min(max(torque, 0.0), TURBINE.rated_torque), total[1]],
         [law.command(state, seen).torque, found.blended_pitch],
         rtol=1e-9,
         atol=1e-9,
     )
 
 
-def test_rules_are_all_combinations() -> None:
-    """N_a N_b N_c = 4 x 4 x 8 rules, each with its F_m, gains and corners."""
+def test_the_torque_law_is_blind_to_pitch() -> None:
+    """Each of the N_a N_b N_c = 4 x 4 x 8 rules has a gain of torque by speed alone."""
     law = make_law()
-    rules = list(law.rules())
-    last = rules[-1]
 
-    assert len({(r.filter_rule, r.partial_rule, r.full_rule) for r in rules}) == len(rules) == 128
-    assert np.all([r.k_x[0, 1] == 0 for r in rules]), "the torque law is blind to pitch"
-    np.testing.assert_array_equal(last.filter_matrix, law.coupling.corners[3])
-    np.testing.assert_array_equal(last.k_I, [law.partial.k_I[3], law.full.k_I[7]])
-    assert last.full_corner["b"] == float(law.full.model.premises[1].upper)
+    assert (len(law.coupling.corners), len(law.partial.k_I), len(law.full.k_I)) == (4, 4, 8)
+    assert np.all(law.partial.k_x[:, 1] == 0)
 
 
 @given(st.floats(-0.1, 0.1), st.floats(-0.034, 0.034), st.floats(12.0, 25.0), integrals)
@@ -185,32 +189,6 @@ def test_the_loop_settles_where_it_was_computed(name: PublishedLawName, wind: fl
     )
 
     np.testing.assert_allclose(run.y[:2, -1], z[:2], atol=2e-3)
-
-
-@pytest.mark.parametrize("speed_overlap", [0.03, 0.1, 0.2])
-@pytest.mark.parametrize("shape", ["linear", "smooth"])
-def test_no_placement_serves_both_regions(speed_overlap: float, shape: Shape) -> None:
-    """f_1(omega_rated) > 0 pitches in region 2.5, f_1 = 0 leaves region 3 without equilibrium.
-
-    In between, f_1 of a few thousandths is near both trims, at an integral of hundreds of rad.
-    """
-    law = make_law(speed_overlap=speed_overlap, shape=shape)
-    placements = (0.0, 0.3, 0.6, 0.9, 0.97, 0.99, 0.999, 1.0)
-    rows = placement_rows(law, placements=placements, winds=(10.7, 11.3, 11.6, 18.0, 25.0))
-    both = [row for row in rows if {"2.5", "3"} <= set(row.served)]
-
-    assert all(row.integral_travel > 500 for row in both)
-    assert rows[0].served == () and rows[-1].served == ("2.5",)
-
-
-def test_region_25_pitch_grows_with_the_share_at_rated_speed() -> None:
-    """What region 2.5 spends is proportional to f_1(omega_rated), the integral to its inverse."""
-    law = make_law(shape="linear", uniform=True)
-    rows = placement_rows(law, placements=(0.998, 0.999), winds=(11.0, 25.0))
-    pitch, travel = rows[0].worst_pitch / rows[1].worst_pitch, rows[1].integral_travel
-
-    assert pitch == pytest.approx(2.0, rel=0.02)
-    assert travel / rows[0].integral_travel == pytest.approx(2.0, rel=0.02)
 
 
 def test_region_25_spends_pitch_and_power() -> None:

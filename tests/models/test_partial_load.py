@@ -7,15 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, nrel5mw, partial_load_model
-from takagi.models.turbine import OperatingBand, rated_wind, rotor_torque, rotor_torque_gradient
+from takagi.models.turbine import OperatingBand, rated_wind
 from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.partial_load import lowest_wind
-
-UNIT = st.floats(-1, 1)
 
 
 @lru_cache
@@ -35,59 +31,6 @@ def band() -> OperatingBand:
     """Return the tube that the default model is built on."""
     low, high = side("wind estimate [m/s]")
     return operating_band(nrel5mw(), (low, high), speed_band="0.1", pitch_band=0, wind_band="0.5")
-
-
-def point(shares: tuple[float, float, float]) -> tuple[float, float, float, float, float]:
-    """Return omega, beta, v, v_0 and omega* for shares in [-1, 1] of the box."""
-    low, high = side("wind estimate [m/s]")
-    v0 = low + (high - low) * (shares[0] + 1) / 2
-    speed, pitch = (float(value) for value in band().at(v0))
-    return speed + 0.1 * shares[1], pitch, v0 + 0.5 * shares[2], v0, speed
-
-
-@settings(max_examples=50, derandomize=True, deadline=None)
-@given(st.tuples(UNIT, UNIT, UNIT), st.floats(-5e3, 5e3))
-def test_blend_equals_the_plant(shares: tuple[float, float, float], torque: float) -> None:
-    """The blended derivative is (T_r - n_g T) / J at any point of the band, to 1e-9."""
-    turbine = nrel5mw()
-    omega, beta, v, v0, omega_star = point(shares)
-    now = model().blend(model().premise_values(rotor_speed=omega, wind=v, wind_estimate=v0))
-    blended = now.A @ [omega - omega_star, 0.3] + now.B @ [torque] + now.E @ [v - v0]
-
-    balance = float(rotor_torque(turbine, omega_star, beta, v0))
-    aerodynamic = float(rotor_torque(turbine, omega, beta, v))
-    expected = (aerodynamic - balance - turbine.gear_ratio * torque) / turbine.inertia
-    scale = aerodynamic / turbine.inertia
-    assert blended[0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * scale)
-    assert blended[1] == pytest.approx(omega_star - omega, abs=1e-15)
-
-
-@settings(max_examples=100, derandomize=True, deadline=None)
-@given(st.tuples(UNIT, UNIT, UNIT))
-def test_memberships_are_a_convex_sum(shares: tuple[float, float, float]) -> None:
-    """Four weights, none negative, sum one, without clipping anywhere in the band."""
-    omega, _, v, v0, _ = point(shares)
-    h = model().memberships(model().premise_values(rotor_speed=omega, wind=v, wind_estimate=v0))
-
-    assert h.shape == (4,)
-    assert np.all(h >= 0)
-    assert np.sum(h) == pytest.approx(1, abs=1e-14)
-
-
-def test_bounds_contain_sampled_slopes_and_are_tight() -> None:
-    """Sampled extrema of the partial derivatives lie inside, within 5 % of the range."""
-    turbine = nrel5mw()
-    rng = np.random.default_rng(3)
-    v0 = rng.uniform(*side("wind estimate [m/s]"), 40_000)
-    omega, beta = band().at(v0)
-    e, w = rng.choice([-1, -0.5, 0, 0.5, 1], (2, v0.size))
-    a = rotor_torque_gradient(turbine, omega + 0.1 * e, beta, v0 + 0.5 * w)[0] / turbine.inertia
-    d = rotor_torque_gradient(turbine, omega, beta, v0 + 0.5 * w)[2] / turbine.inertia
-
-    for premise, values in zip(model().premises, (a, d), strict=True):
-        low, high = float(premise.lower), float(premise.upper)
-        assert low <= values.min() <= low + 0.05 * (high - low)
-        assert high - 0.05 * (high - low) <= values.max() <= high
 
 
 def test_structure_names_and_units() -> None:

@@ -170,10 +170,3 @@ def test_json_schema_names_the_law_and_its_units() -> None:
     assert schema["$schema"].endswith("2020-12/schema")
     assert "proportional" in schema["$defs"]["CoherentLawTables"]["properties"]
     assert schema["additionalProperties"] is False
-
-
-def test_the_effort_sharing_law_of_a_design_was_called_coherent(
-    turbine_design: TurbineDesign,
-) -> None:
-    with pytest.warns(DeprecationWarning, match="now called TurbineDesign.effort_sharing_law"):
-        assert turbine_design.coherent is turbine_design.effort_sharing_law

@@ -45,7 +45,7 @@ def with_paper_law(design: TurbineDesign) -> TurbineDesign:
         document={
             "gains": {"name": law.name},
             "model": {},
-            "claims": [{"kind": "quadratic-decay", "name": "decay"}],
+            "claims": [{"kind": "decay", "name": "decay"}],
             "provenance": {"sha256": {}, "versions": {}},
         },
         checked=checked_as([Claim("decay", Verdict.UNDECIDED, "from 12 m/s")]),

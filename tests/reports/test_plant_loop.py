@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import control
 import numpy as np
 import pytest
 
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.design.plant import PlantDesign
 from takagi.models import ModelError
 from takagi.reports.figures.plant.phase_plane import ellipse, planes
-from takagi.reports.figures.plant.weights import premise_curves
 from takagi.reports.loops import plant_rate
-from takagi.reports.loops.plant_local import local_loops, pair_poles
+from takagi.reports.loops.plant_local import local_loops
 from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.sections.plant import largest_commands
 from takagi.reports.sections.plant.gains import gain_columns
@@ -98,79 +95,11 @@ def test_the_loop_at_rest_is_the_derivative_of_the_plant(name: str) -> None:
     assert np.column_stack(columns) == pytest.approx(matrices.A - matrices.B @ K, abs=1e-5)
 
 
-def test_loops_are_those_of_the_control_library() -> None:
-    """At rest and vertices: response by its evaluation, stability by its poles."""
-    loop = plant_loop(design_of(PENDULUM))
-    rest, K = loop.at_rest()
-    assert K is not None and loop.gains is not None
-    found = local_loops(loop)
-    cases = [(rest.A, rest.B, K), *zip(loop.model.A, loop.model.B, loop.gains, strict=True)]
-    omega = np.geomspace(0.1, 300, 7)
-
-    assert [one.place for one in found] == ["rest", *(f"vertex {i}" for i in range(1, 17))]
-    for one, (A, B, gain) in zip(found, cases, strict=True):
-        system = control.ss(A, B, gain, 0.0)
-        assert one.response.evaluate(omega)[:, 0, 0] == pytest.approx(system(1j * omega), rel=1e-9)
-        gain_margin, phase_margin, _, _ = control.margin(system)
-        assert np.degrees(one.margins.phase) == pytest.approx(phase_margin, rel=1e-3)
-        # An unstable plant under its law: the gain may fall to this share, and rise without end.
-        assert one.margins.gain_decrease == pytest.approx(gain_margin, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_loops_in_discrete_time_too() -> None:
-    """The response on the unit circle, and the poles inside."""
-    loop = plant_loop(design_of(DISCRETE))
-    first = local_loops(loop)[0]
-    rest, K = loop.at_rest()
-    system = control.ss(rest.A, rest.B, K, 0.0, loop.model.sample_time)
-    omega = np.array([0.01, 0.3, 1.2])
-    values = system(np.exp(1j * omega * (loop.model.sample_time or 0)))
-
-    assert first.response.evaluate(omega)[:, 0, 0] == pytest.approx(values, rel=1e-9)
-    assert first.margins.stable and np.all(np.abs(first.poles) < 1)
-
-
 def test_an_open_loop_on_the_axis_has_margins() -> None:
     """Mass, spring, damper: some vertices have no damping, and a pole on the axis."""
     found = local_loops(plant_loop(design_of("mass_spring_damper")))
 
     assert len(found) == 5 and all(one.margins.stable for one in found)
-
-
-def test_poles_of_pairs() -> None:
-    """(G_ij + G_ji) / 2 by a double loop, for a model of two rules; none without gains."""
-    loop = plant_loop(design_of("lorenz"))
-    assert loop.gains is not None
-    A, B, K = loop.model.A, loop.model.B, loop.gains
-    pair = (A[0] - B[0] @ K[1] + A[1] - B[1] @ K[0]) / 2
-    own, pairs = pair_poles(loop)
-
-    assert np.sort_complex(pairs) == pytest.approx(np.sort_complex(np.linalg.eigvals(pair)))
-    assert own.shape == (6,)
-    assert pair_poles(plant_loop(design_of(ANALYSIS)))[1].size == 0
-
-
-def test_curves_know_what_a_premise_depends_on() -> None:
-    """cart_pole: swing = rate sin(2 angle) of two variables, the others of the angle alone."""
-    curves = {c.premise.name: c for c in premise_curves(design_of(PENDULUM).model)}
-
-    assert curves["swing"].variables == ("angle [rad]", "rate [rad/s]")
-    assert {c.variables for n, c in curves.items() if n != "swing"} == {("angle [rad]",)}
-    angle, rate = curves["swing"].axes
-    assert curves["swing"].value[5, 9] == pytest.approx(rate[5] * np.sin(2 * angle[9]))
-
-
-@pytest.mark.parametrize(
-    "name", [PENDULUM, pytest.param("tora", marks=pytest.mark.slow), DISCRETE, "quarter_car"]
-)
-def test_memberships_are_those_of_the_model(name: str) -> None:
-    """At random states of the box, and beyond it, where premises stay at their ends."""
-    loop = plant_loop(design_of(name))
-    chance = np.random.default_rng(11)
-    for x in chance.uniform(-2, 2, size=(40, len(loop.names))):
-        z = loop.premise_values(x)
-        assert loop.memberships(x) == pytest.approx(loop.model.memberships(z, clip=True))
 
 
 def test_gains_have_the_unit_of_input_per_state() -> None:
@@ -179,12 +108,3 @@ def test_gains_have_the_unit_of_input_per_state() -> None:
         ("force by angle", "N/rad"),
         ("force by rate", "N/(rad/s)"),
     )
-
-
-def test_the_design_is_what_the_report_reads() -> None:
-    """The emitted trim is the plant's rest."""
-    design: PlantDesign = design_of(DISCRETE)
-    loop = plant_loop(design)
-
-    assert loop.state.tolist() == [float(v.rest) for v in design.plant.states]
-    assert loop.discrete and not plant_loop(design_of(PENDULUM)).discrete

@@ -11,8 +11,6 @@ from dataclasses import dataclass
 
 from takagi.certificates.checker.arithmetic.interval import UNIT, ZERO, Interval, hull
 
-UNIT_RANGE = Interval(0, UNIT.high)
-
 
 @dataclass(frozen=True)
 class Dual:

@@ -19,10 +19,9 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, OtherGa
 
 # The versions of gain files before this form: law and names, but no program.
 EARLIER = ("1", "2")
-# Claims about the loop with the file's observer and filters, both of which they state.
-BOTH = ("observer", "measurement")
-OBSERVED = ("running-loop", "running-rate", "schedule-rate")
-# The limits of rates that such claims have; they are computed from the model's.
+# The claim about the loop with the file's observer and filters, both of which it states.
+OBSERVED, BOTH = "running-loop", ("observer", "measurement")
+# The limits of rates that it has; they are computed from the model's.
 RATES = ("torque_rate", "pitch_rate")
 # What the observer knows of the rotor.
 ROTOR = ("torque_constant", "radius", "inertia", "gear_ratio", "torque_coefficient")
@@ -96,8 +95,7 @@ def _require_observers(file: Any, data: dict[str, Any], gains: str) -> None:
     what the file says: then only a file that leaves a member out can be another.
     """
     for claim in member(data, "claims", "certificate"):
-        kind = claim.get("kind") if isinstance(claim, dict) else None
-        if isinstance(kind, str) and kind in OBSERVED:
+        if isinstance(claim, dict) and claim.get("kind") == OBSERVED:
             # Imported here: most certificates have no such claim.
             from takagi.certificates.checker.turbine.running_loop.inputs import (
                 other_than_the_controller,

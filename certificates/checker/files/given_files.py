@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +16,7 @@ from takagi.certificates.checker.files.model_content import (
 from takagi.certificates.checker.files.toml_file import file_content
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, listed, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Checked, Verdict
 
-# Kinds with matrices in the claim itself: a gain or model file says nothing about them.
-SELF_CONTAINED = ("quadratic-decay", "no-common-quadratic")
-# Kinds about the model alone, which say nothing about the loop.
-NO_LOOP = ("sector-embedding", "secant-embedding", "slope-embedding", "effort-blend")
 LARGEST_FILE = 64_000_000
 EARLIER = (
     "only what the claims are about is compared: the certificate, of an earlier version, does not "
@@ -40,26 +34,6 @@ def require_parts(data: dict[str, Any], path: str) -> None:
     for i, claim in enumerate(listed(data, "claims", path, 1, MOST_CLAIMS)):
         text(claim, "kind", f"claims[{i}]")
     member(data, "model", "certificate")
-
-
-def unconnected(data: dict[str, Any]) -> str:
-    """Return the claims that do not depend on the given files; call it after a replay."""
-    places = [
-        f"claims[{i}]" for i, claim in enumerate(data["claims"]) if claim["kind"] in SELF_CONTAINED
-    ]
-    return f"about matrices inside the claim alone: {', '.join(places)}" if places else ""
-
-
-def of_the_files(data: dict[str, Any], checked: Checked) -> Checked:
-    """Return the verdict on the loop of the given files; without a claim it is not PROVED."""
-    told = unconnected(data)
-    if not told:
-        return checked
-    verdict = checked.verdict
-    if all(claim["kind"] in (*SELF_CONTAINED, *NO_LOOP) for claim in data["claims"]):
-        told += "; no claim is about the loop of the given files"
-        verdict = Verdict.UNDECIDED if verdict is Verdict.PROVED else verdict
-    return replace(checked, verdict=verdict, messages=[*checked.messages, told])
 
 
 def compare_model(data: dict[str, Any], model: Path | str) -> str:

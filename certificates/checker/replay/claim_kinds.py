@@ -27,7 +27,6 @@ KINDS = {
     "l2-gain": "kinds.l2_gain.check_l2_gain",
     "h2-norm": "kinds.h2_norm.check_h2_norm",
     "exit-probability": "kinds.exit_probability.check_exit_probability",
-    "crossing-probability": "kinds.crossing_probability.check_crossing_probability",
     "peak": "kinds.peak.check_peak",
     "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
     "input-limits": "kinds.input_limits.check_input_limits",
@@ -37,18 +36,15 @@ KINDS = {
     "transient": "kinds.transient.check_transient",
     "sampled-loop": "kinds.sampled_loop.check_sampled_loop",
 }
-# Claims that read model and gains in their own way, or contain their own matrices.
+# Claims that read model and gains in their own way.
 OWN_READING = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
     "paper-loop": "turbine.published.loop_claim.check_published",
-    "equilibrium": "turbine.equilibria.equilibrium_claim.check_equilibrium",
     "effort-blend": "plant.effort_blend.check_effort_blend",
     "sector-embedding": "plant.sector_embedding.check_embedding",
     "secant-embedding": "plant.secant_embedding.check_secant_embedding",
     "tracking": "plant.tracking.check_tracking",
     "slope-embedding": "plant.slope_embedding.check_slope_embedding",
-    "quadratic-decay": "kinds.quadratic.check_quadratic",
-    "no-common-quadratic": "kinds.quadratic.check_impossibility",
 }
 # Claims that also read the file's member ``controller``: they get the whole file.
 WHOLE_FILE = {
@@ -60,37 +56,7 @@ RESTING = {
     "actuator-rates": "turbine.effort_sharing.actuator_rates.check_actuator_rates",
 }
 
-# Kinds that earlier versions read and this one does not, and the last commit that reads them all.
-NO_LONGER_READ = frozenset(
-    {
-        "running-rate",
-        "schedule-rate",
-        "turbine-crossing",
-        "turbulence-speed",
-    }
-)
-LAST_READER = "1e325e61"
-
-
-def refuse_removed_kinds(claims: Any) -> None:
-    """Refuse a file with a claim of a kind that is no longer read.
-
-    Parameters
-    ----------
-    claims : the file's member ``claims``, not yet read.
-
-    Raises
-    ------
-    CertificateError : there is such a claim; the sentence names the last commit that reads it.
-    """
-    for i, claim in enumerate(claims if isinstance(claims, list) else []):
-        kind = claim.get("kind") if isinstance(claim, dict) else None
-        if isinstance(kind, str) and kind in NO_LONGER_READ:
-            raise CertificateError(
-                f"claims[{i}].kind: claims of kind {kind!r} are no longer read; check this file "
-                f"with takagi at commit {LAST_READER}, the last that reads them, or make the "
-                f"certificate again with 'takagi certify'"
-            )
+READ = {*KINDS, *OWN_READING, *WHOLE_FILE, *RESTING}
 
 
 def replay(

@@ -3,6 +3,5 @@
 effort_sharing/    the loop with one law for all winds, and claims that depend on its claim
 published/         the loop with a published law, at constant winds
 running_loop/      the loop with one law, its observer and its filters, at constant winds
-equilibria/        the equilibria of a loop at each constant wind
 members            the members of a claim: each room lists those of its claims
 """

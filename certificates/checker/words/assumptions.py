@@ -39,7 +39,6 @@ ASSUMED = {
         *PROGRAM,
     ),
     "running-loop": RUNNING,
-    "equilibrium": ("at rest", KNOWN_WIND, *RIGID, "exact speed"),
 }
 
 

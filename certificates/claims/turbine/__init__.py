@@ -3,7 +3,7 @@
 effort_sharing         the loop with the effort-sharing law: cells, one P for all, wind class
 largest_wind_error     the largest wind error of every cell with one quadratic function
 wind_class             the wind class that is tried, cell by cell
-failing_winds          at which winds a joint analysis fails, and which uncertainty would be covered
+failing_winds          at which winds a joint analysis fails, and what smaller uncertainty would do
 cell_loop              one wind cell's coefficients, as the checker encloses them
 stated_residual        the trim error that a claim states
 loop_claims            the claim about the loop, and the claims that depend on it

@@ -1,4 +1,7 @@
-"""Why a joint analysis fails, for an error message: at which winds, and what would be covered."""
+"""Why a joint analysis fails, in words: at which winds, and which smaller uncertainty it covers.
+
+In floating point: hints for the user on what to relax, never a claim.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +22,16 @@ from takagi.models.laws.effort_sharing.loop_cell import (
 )
 from takagi.models.turbine.data import Turbine
 
+# Fractions of the requested interval's excess over 1 that are tried, the largest first.
+SHARES = (Fraction(1, 2), Fraction(1, 4), Fraction(1, 8), Fraction(1, 16))
+DIGITS = 3
+
 
 def failing_winds(cells: Sequence[LoopCell]) -> str:
     """Return, in words, the winds that prevent one quadratic function for all cells.
 
     Three causes are distinguished, the simplest first: a corner of a cell is unstable by itself;
-    the
-    corners of one cell have no common function; each cell has one, but not all have the same.
-    In floating point: a hint for the user, never a claim.
+    the corners of one cell have no common function; each cell has one, but not all have the same.
     """
     corners = [loop_vertices(cell).A for cell in cells]
     growth = [float(np.linalg.eigvals(A).real.max()) for A in corners]
@@ -82,11 +87,6 @@ def _span(cell: LoopCell) -> str:
 def _count(bad: Sequence[LoopCell], total: int) -> str:
     low, high = float(bad[0].wind.lower), float(bad[-1].wind.upper)
     return f"{len(bad)} of {total} wind cells ({low:g} to {high:g} m/s)"
-
-
-# Fractions of the requested interval's excess over 1 that are tried, the largest first.
-SHARES = (Fraction(1, 2), Fraction(1, 4), Fraction(1, 8), Fraction(1, 16))
-DIGITS = 3
 
 
 def smaller_uncertainty(

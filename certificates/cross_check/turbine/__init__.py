@@ -6,5 +6,4 @@ ranges, moving_schedule     the stated ranges enclose the turbine; the effects o
 effort_ramp                 the ramp that shares an effort between torque and pitch
 wind_rate, actuator_rates   claims that depend on the loop claim
 running                     the loop with its observer and filters, at constant winds
-equilibrium                 the number of equilibria, by the signs in torque_balance
 """

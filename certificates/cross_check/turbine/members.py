@@ -31,7 +31,6 @@ _WORDS = {
         loop wind_rate torque_step
         cells.pitch_rate cells.signal_rate cells.torque_rate cells.schedule_bend
     """,
-    "equilibrium": "cells.wind cells.rests",
     "running-loop": """
         winds decay_rate uncertainty.inertia uncertainty.wake_length
         observer.l1 observer.l2 observer.wind_limits measurement.speed_filter

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from takagi.models.deprecation import warn_renamed
-
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
@@ -104,12 +102,6 @@ class TurbineDesign:
         from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
         return self.law if isinstance(self.law, EffortSharingLaw) else None
-
-    @property
-    def coherent(self) -> EffortSharingLaw | None:
-        """The effort-sharing law, by its earlier name; warns."""
-        warn_renamed("TurbineDesign.coherent", "TurbineDesign.effort_sharing_law")
-        return self.effort_sharing_law
 
 
 def speed_filter(settings: DesignSettings) -> SpeedFilter | None:

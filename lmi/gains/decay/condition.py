@@ -25,7 +25,6 @@ from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
 from takagi.lmi.gains.requirements.requirements import Requirements, required_sums
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
-from takagi.models.deprecation import renamed_keywords
 
 
 class Controlled(Protocol):
@@ -42,7 +41,6 @@ class Controlled(Protocol):
 LARGEST_ELLIPSOID = 1e3
 
 
-@renamed_keywords(demands="requirements")
 def pdc_condition(
     model: Controlled,
     *,

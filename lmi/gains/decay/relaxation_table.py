@@ -22,7 +22,6 @@ from takagi.lmi.gains.decay.request import decay_request
 from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.models.deprecation import warn_renamed
 from takagi.models.errors import ModelError
 
 HEADS = (
@@ -51,12 +50,6 @@ class Ladder:
 
     results: tuple[RelaxationResult, ...]
     best: Design | None
-
-    @property
-    def rungs(self) -> tuple[RelaxationResult, ...]:
-        """Return ``results``, by their earlier name; warns."""
-        warn_renamed("Ladder.rungs", "Ladder.results")
-        return self.results
 
     @property
     def rows(self) -> tuple[Mapping[str, object], ...]:

@@ -111,16 +111,6 @@ def one_step_gains(
     )
 
 
-def effort_loop_reach(loop: LoopOfGains, objective: Objective | None = None) -> ReachedValues:
-    """Return the values of the gains of ``loop.law``, by the analysis of ``one_step_gains``.
-
-    Raises
-    ------
-    ModelError : no function at these gains.
-    """
-    return first_point(loop, _theta(loop.law), objective or Objective()).reached
-
-
 def _theta(law: EffortSharingLaw) -> Floats:
     return np.concatenate([law.gains.proportional, law.gains.integral_rate])
 

@@ -141,15 +141,6 @@ class CouplingFilter:
         low, high = self.torque_corners
         return low + self._high_weight_at(torque) * (high - low), self.speed_ramp.at(rotor_speed)
 
-    def sector_weight(self, torque: ArrayLike) -> Floats:
-        """Return (f_2 - 1)/(T_max/T_min - 1), the published w_22, NaN where outside [0, 1].
-
-        For ``saturated`` it is 0 where torque passes and exists nowhere else: f_2 <= 1.
-        """
-        top = self.rated_torque / self.minimum_torque
-        weight = (self.torque_factor(torque) - 1.0) / (top - 1.0)
-        return np.where((weight >= 0.0) & (weight <= 1.0), weight, np.nan)
-
     @property
     def torque_slope_range(self) -> tuple[float, float]:
         """(smallest, largest) slope of T_g f_2 over T_g up to the end of the corners' range.

@@ -12,8 +12,7 @@ With e = omega - omega_ref(v_hat), the blended gains of the two regions, and x_b
                             x_c' = -e + (beta_ref - u_2)/(tau k^c_I).
 
 The aggregated equation of the paper has k_I inside the bracket with a minus, the two regional laws
-with a plus; the regional sign is taken.  The triple sum over rules is the same law: ``rules``
-lists its N_a N_b N_c terms, and ``rule_memberships`` their weights.
+with a plus; the regional sign is taken.  The triple sum over rules is the same law (a test).
 
 Source: Schulte (2024), Coherent Design of Wind Turbine Controllers, section "Fuzzy-Blending of
 Control Regions"; readings in docs/laws.md.
@@ -21,7 +20,6 @@ Control Regions"; readings in docs/laws.md.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
@@ -50,34 +48,6 @@ class BlendedCommands(NamedTuple):
     blended_torque: float
     blended_pitch: float
     error: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PublishedRule:
-    """One term of the triple sum: command F_m (-k_x dx + k_I x_I), weight h^a_m h^b_i h^c_j.
-
-    Attributes
-    ----------
-    filter_rule, partial_rule, full_rule : m, i, j, counted from 1.
-    filter_matrix : F_m, (2, 2), on (T_g [N m], beta_ref [rad]).
-    k_x : (2, 2), rows (k^b_x, 0) and k^c_x; columns speed error [rad/s], pitch [rad].
-    k_I : (2,), (k^b_I, k^c_I).
-    partial_corner, full_corner : premise -> its value at the rule's corner.
-    """
-
-    filter_rule: int
-    partial_rule: int
-    full_rule: int
-    filter_matrix: Floats
-    k_x: Floats
-    k_I: Floats
-    partial_corner: dict[str, float]
-    full_corner: dict[str, float]
-
-    def command(self, deviation: ArrayLike, integral: ArrayLike) -> Floats:
-        """Return F_m (-k_x dx + k_I x_I), (2,), from dx (2,) and x_I, one or one per region."""
-        dx, x = np.asarray(deviation, dtype=np.float64), np.asarray(integral, dtype=np.float64)
-        return np.asarray(self.filter_matrix @ (-self.k_x @ dx + self.k_I * x))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,32 +167,6 @@ class PublishedLaw:
             ]
         )
 
-    def rules(self) -> Iterator[PublishedRule]:
-        """Yield the N_a N_b N_c rules one by one, m slowest, j fastest."""
-        corners = [_corners(self.partial), _corners(self.full)]
-        for m, matrix in enumerate(self.coupling.corners, start=1):
-            for i in range(len(self.partial.k_I)):
-                for j in range(len(self.full.k_I)):
-                    yield PublishedRule(
-                        m,
-                        i + 1,
-                        j + 1,
-                        matrix,
-                        np.stack((self.partial.k_x[i], self.full.k_x[j])),
-                        np.array([self.partial.k_I[i], self.full.k_I[j]]),
-                        corners[0][i],
-                        corners[1][j],
-                    )
-
-    def rule_memberships(self, state: ArrayLike, measurement: Measurement) -> Floats:
-        """Return h^a_m h^b_i h^c_j in the order of ``rules``; sums to 1."""
-        h_a = self.coupling.memberships(
-            measurement.rotor_speed, self.blended(state, measurement).torque
-        )
-        h_b = self.partial.memberships_at(*measurement)
-        h_c = self.full.memberships_at(*measurement)
-        return np.asarray(np.einsum("m,i,j->mij", h_a, h_b, h_c).ravel())
-
 
 def published_law(
     turbine: Turbine,
@@ -251,11 +195,3 @@ def published_law(
     setpoint = turbine.rated_rotor_speed if speed_setpoint is None else speed_setpoint
     tracking = None if name == "paper" else tracking_time
     return PublishedLaw(name, turbine, coupling, partial, full, tracking, setpoint)
-
-
-def _corners(schedule: RegionalSchedule) -> list[dict[str, float]]:
-    premises = schedule.model.premises
-    return [
-        {p.name: float(p.corners[c]) for p, c in zip(premises, rule, strict=True)}
-        for rule in schedule.model.rules
-    ]

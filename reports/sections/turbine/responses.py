@@ -18,7 +18,7 @@ from takagi.models.simulation import (
     WindSeries,
     gust_wind,
     ramp_wind,
-    run_cases,
+    run_case,
     step_wind,
     validation_plant,
 )
@@ -55,7 +55,7 @@ def responses_section(design: TurbineDesign) -> Section:
         for wind in winds
         for name, law in laws.items()
     ]
-    results = run_cases(cases)
+    results = [run_case(case) for case in cases]
     groups = [results[k : k + len(laws)] for k in range(0, len(results), len(laws))]
     return Section(
         "responses",

@@ -15,7 +15,6 @@ from takagi.certificates import certify
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.requests import (
     ClaimedLoop,
-    CrossingProbability,
     ExitProbability,
     FuzzyDecay,
     FuzzyL2Gain,
@@ -23,7 +22,7 @@ from takagi.certificates.requests import (
     attempts_at_all,
 )
 from takagi.lmi import observer, pdc
-from takagi.models import Premise, TSModel, sector_model
+from takagi.models import TSModel, sector_model
 from takagi.models.plant_files import load_plant
 from tests.certificates.kinds.test_damage import damage, documents, paths, resealed
 from tests.certificates.weights.cells import cubic
@@ -116,9 +115,6 @@ def all_kinds() -> Iterator[tuple[str, Data]]:
     )
     noisy = certify(cubic(), [[[1.0]], [[1.5]]], claims=[ExitProbability([0.3], 10.0)])
     yield "white noise", dict(noisy.document)
-    sprung = TSModel(A, E=[[0.0], [0.2]], premises=[Premise("k", 2, 3)])
-    crossing = CrossingProbability([1.0], 10.0, "x1", 0.4, pieces=2)
-    yield "crossing", dict(certify(sprung, claims=[crossing]).document)
     yield "observed", observed_certificate()
     yield "observed loop", observed_loop_certificate()
     yield "impossible", impossible_certificate()

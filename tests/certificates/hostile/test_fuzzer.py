@@ -53,23 +53,3 @@ def test_a_crash_that_is_there_is_found_and_kept(tmp_path: Path) -> None:
     assert found.returncode == 1, found.stdout
     kept: list[Any] = list(tmp_path.glob("*/certificate.json"))
     assert kept and all((file.parent / "why.txt").read_text() for file in kept)
-
-
-def test_a_seed_without_its_gain_file_is_named(tmp_path: Path) -> None:
-    """A folder of a design has a report and figures too; without its gain file it is refused."""
-    folder = tmp_path / "design"
-    (folder / "figures").mkdir(parents=True)
-    (folder / "certificate.json").write_text("{}")
-
-    found = fuzzed(RUN.format(change=""), "--seeds", str(tmp_path), "--seconds", "0")
-    assert found.returncode == 2
-    assert f"{folder} has a certificate.json and no gains.json; a seed needs both" in found.stderr
-
-    (folder / "gains.json").write_text("{}")
-    found = fuzzed(RUN.format(change=""), "--seeds", str(tmp_path), "--seconds", "0")
-    assert found.returncode == 0, found.stderr
-    assert "2 executions" in found.stdout
-
-    (folder / "certificate.json").write_text("{")
-    found = fuzzed(RUN.format(change=""), "--seeds", str(tmp_path), "--seconds", "0")
-    assert found.returncode == 2 and "Traceback" not in found.stderr

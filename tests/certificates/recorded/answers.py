@@ -1,18 +1,19 @@
-"""Certificates with the answers that the checker has given to them, to compare it with itself.
+"""Certificates with the facts that the checker has told of them, to compare it with itself.
 
 ``<kind>.jsonl`` holds a line for each: the answer, and the file as text.  The files are those that
 the tests of this folder's neighbours give to the checker, honest and forged, one or a few for every
-answer that differs in more than its numbers.  An answer is the verdict of the file, and verdict,
-name, sentence and assumptions of every claim; or the words of a refusal.
+answer that differs in more than its numbers.  An answer is the verdict of the file, and of every
+claim verdict, name and the numbers that its sentence states; or that the file is refused, and the
+place of the refusal.  Words may change, and numbers of what is not proved.
 
 ``python -m tests.certificates.recorded.answers`` writes the answers of today.  A line that differs
-then is a change of what a certificate is worth, or of what is said of it: read it before it is
-committed.
+then is a change of what a certificate is worth: read it before it is committed.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,8 +22,7 @@ from takagi.certificates import CertificateError, Checked, check
 
 FOLDER = Path(__file__).parent
 Answer = list[list[str]]
-# What json or the decoder says behind these words differs between versions of Python.
-CUT = ("not JSON:", "not UTF-8:")
+NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def kinds() -> list[str]:
@@ -40,21 +40,25 @@ def recorded(kind: str) -> Iterator[tuple[Answer, str]]:
 def answer_of(written: str, path: Path) -> Answer:
     """Return the answer to a certificate with this text, in a file that is made for it."""
     path.write_text(written, encoding="utf-8")
-    return said(lambda: check(path), str(path))
+    return facts_of(lambda: check(path), str(path))
 
 
-def said(work: Callable[[], Checked], path: str) -> Answer:
-    """Return what a check answers; the file's place is left out."""
+def facts_of(work: Callable[[], Checked], path: str) -> Answer:
+    """Return the facts of what a check answers; the file's place is left out."""
     try:
-        found = work()
+        checked = work()
     except CertificateError as error:
-        words = str(error).replace(path, "FILE")
-        for cut in CUT:
-            head, mark, _ = words.partition(cut)
-            words = head + mark
-        return [["refused", words]]
-    claims = ([c.verdict.name, c.name, c.text, *c.assumes] for c in found.claims)
-    return [[found.verdict.name], *claims]
+        return [["refused", str(error).replace(path, "FILE").partition(":")[0]]]
+    return [
+        [checked.verdict.name],
+        *(facts(c.verdict.name, c.name, c.text) for c in checked.claims),
+    ]
+
+
+def facts(verdict: str, name: str, sentence: str) -> list[str]:
+    """Return verdict and name of a claim, and what its sentence states in numbers."""
+    stated = verdict in ("PROVED", "DISPROVED")
+    return [verdict, name, *([" ".join(NUMBER.findall(sentence))] if stated else [])]
 
 
 def main() -> None:

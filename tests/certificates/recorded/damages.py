@@ -17,7 +17,7 @@ from typing import Any
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.checker.replay import certificate
-from tests.certificates.recorded.answers import FOLDER, Answer, said
+from tests.certificates.recorded.answers import FOLDER, Answer, facts_of
 
 DAMAGED = FOLDER / "damaged"
 # In the place of a value: the entry is left out.
@@ -47,7 +47,7 @@ def answer_to(document: dict[str, Any], place: Place, value: Any) -> Answer:
     document : as its reader has it; it is not changed.
     """
     data = _damaged(document, place, value)
-    return said(lambda: _checked(data), "FILE")
+    return facts_of(lambda: _checked(data), "FILE")
 
 
 def _checked(data: dict[str, Any]) -> Any:

@@ -1,4 +1,4 @@
-"""One entry of a certificate is changed: the checker says what it has said, word by word."""
+"""One entry of a certificate is changed: the checker answers as it has answered."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PARTS = [(name, first) for name in names() for first in range(0, len(kept(name)[
 
 
 @pytest.mark.parametrize(("name", "first"), PARTS)
-def test_it_says_the_same(name: str, first: int) -> None:
+def test_the_answer_is_the_same(name: str, first: int) -> None:
     listed: list[Damage]
     document: dict[str, Any]
     document, listed = kept(name)

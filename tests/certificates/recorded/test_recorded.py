@@ -1,4 +1,4 @@
-"""The checker says of every recorded certificate what it has said: verdicts and numbers."""
+"""The checker answers every recorded certificate as it has: verdicts, names and numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PARTS = [
 
 
 @pytest.mark.parametrize(("kind", "first"), PARTS)
-def test_it_says_the_same(kind: str, first: int, tmp_path: Path) -> None:
+def test_the_answer_is_the_same(kind: str, first: int, tmp_path: Path) -> None:
     """Honest and forged ones; ``answers`` tells how the answers are written anew."""
     for number, (answer, written) in enumerate(list(recorded(kind))[first : first + TOGETHER]):
         found = answer_of(written, tmp_path / "certificate.json")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from takagi.certificates import Verdict, certify, check
+from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.cross_check import judge_document
@@ -59,14 +58,6 @@ def test_a_rate_that_is_reached_is_not_disproved(A: Any, claim: Data) -> None:
 
     assert both(model_data(A), None, [claim])[1] == "UNDECIDED"
     assert both(model_data(A), None, [beyond])[1] == "DISPROVED"
-
-
-def test_a_rate_that_is_reached_is_not_disproved_by_the_kind_with_its_own_matrices() -> None:
-    claim: Data = {"name": "cell", "kind": "no-common-quadratic", "A": [[[-1]]]}
-    claim |= {"multiplier_factors": [[[1]]]}
-
-    assert both(model_data([[[-1]]]), None, [claim | {"decay_rate": 1}])[1] == "UNDECIDED"
-    assert both(model_data([[[-1]]]), None, [claim | {"decay_rate": 1.01}])[1] == "DISPROVED"
 
 
 def test_a_function_that_only_stands_still_does_not_fall() -> None:
@@ -258,69 +249,3 @@ def test_smooth_noise_exceeds_what_holds_in_itos_sense() -> None:
             squares.append(np.mean(x2**2))
 
     assert np.mean(squares) > 2 * 2.52
-
-
-# Claims that hold their own matrices
-
-
-def own(kind: str) -> Data:
-    claim: Data = {"name": "n", "kind": kind, "decay_rate": 0, "A": [[[-1]]], "P": [[1]]}
-    return claim if kind == "quadratic-decay" else {
-        "name": "n", "kind": kind, "decay_rate": 0, "A": [[[1]]], "multiplier_factors": [[[1]]]
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize("kind", ["quadratic-decay", "no-common-quadratic"])
-def test_matrices_in_the_claim_are_not_said_to_be_the_loops(kind: str) -> None:
-    """The model x' = x grows and x' = -2 x falls; the claims are about x' = -x and x' = x."""
-    (text,), _ = both(model_data([[[1 if kind == "quadratic-decay" else -2]]]), None, [own(kind)])
-
-    assert text.endswith("of the matrices in the claim, which need not be those of model or gains")
-
-
-def test_a_gain_file_that_no_claim_is_about_is_not_proved(tmp_path: Path) -> None:
-    """x' = x + u with u = 100 x, and a claim about x' = -x: nothing is shown of that loop."""
-    model = model_data([[[1]]], B=[[[1]]], input_names=["u [-]"])
-    gains = {"name": "pdc", "sample_time": None, "state_names": model["state_names"]}
-    gains |= {"input_names": ["u [-]"], "K": [[[-100]]]}
-    law, path = tmp_path / "gains.json", tmp_path / "certificate.json"
-    law.write_text(json.dumps({"law": gains}))
-
-    def verdict(gains: Data, *claims: Data) -> tuple[str, list[str]]:
-        document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
-        path.write_text(json.dumps(document))
-        law.write_text(json.dumps({"law": gains}))
-        found = check(path, gains=law)
-        return found.verdict.name, found.messages
-
-    found, messages = verdict(gains, own("quadratic-decay"))
-    assert found == "UNDECIDED"
-    assert messages[-1].endswith("no claim is about the loop of the given files")
-    decay: Data = {"name": "d", "kind": "decay", "P": [[1]], "decay_rate": 0}
-    found, messages = verdict(gains | {"K": [[[2]]]}, own("quadratic-decay"), decay)
-    assert found == "PROVED"
-    assert messages[-1] == "about matrices inside the claim alone: claims[0]"
-
-
-def test_slopes_of_a_plant_are_no_claim_about_its_loop(tmp_path: Path) -> None:
-    """x' = x under u = 0: embedding, slopes and a claim about x' = -x of its own are all true."""
-    slopes: Data = {"premises": [], "A": [["1"]]}
-    model: Data = {"kind": "plant", "sample_time": None, "equations": ["x"], "slopes": slopes}
-    model |= {"states": [{"name": "x", "unit": "-", "rest": 0, "range": [-1, 1]}]}
-    model |= {"inputs": [{"name": "u", "unit": "-", "rest": 0}], "embedding": slopes | {}}
-    for one in (slopes, model["embedding"]):
-        one["B"] = [["0"]]
-    gains: Data = {"name": "pdc", "sample_time": None, "state_names": ["x [-]"], "K": [[[0]]]}
-    gains["trim"] = {"state": [0], "input": [0]}
-    claims = [{"name": kind, "kind": f"{kind}-embedding"} for kind in ("sector", "slope")]
-    claims.append(own("quadratic-decay"))
-    document = certificate_document(model=model, gains=gains, claims=claims, provenance={})
-    law, path = tmp_path / "gains.json", tmp_path / "certificate.json"
-    law.write_text(json.dumps({"law": gains}))
-    path.write_text(json.dumps(document))
-
-    found = check(path, gains=law)
-
-    assert [claim.verdict.name for claim in found.claims] == ["PROVED"] * 3
-    assert found.verdict.name == "UNDECIDED"
-    assert found.messages[-1].endswith("no claim is about the loop of the given files")

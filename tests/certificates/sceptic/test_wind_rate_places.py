@@ -56,21 +56,10 @@ def test_a_place_that_is_no_earlier_claim_is_refused(short: dict[str, Any], plac
 
 
 def test_a_claim_of_another_kind_has_no_wind_class(short: dict[str, Any]) -> None:
-    """A proved claim that carries cells of its own beside what is checked of it: they are words."""
+    """A proved claim on rates is about the loop's cells, and has none itself."""
     document = peaked(short, 0.0)
-    cells = [
-        {**cell, "wind_rate": 100.0, "wind_error": 100.0} for cell in short["claims"][0]["cells"]
-    ]
-    proved = {
-        "kind": "quadratic-decay",
-        "name": "own matrices",
-        "A": [[[-1]]],
-        "P": [[1]],
-        "decay_rate": 0,
-        "cells": cells,
-        "peaks": short["claims"][0]["peaks"],
-    }
+    loop, proved = document["claims"]
     rate = peaked(short, 50.0)["claims"][1] | {"loop": 1}
 
     with pytest.raises(CertificateError, match="not of kind coherent-loop"):
-        check_document(resealed(document | {"claims": [document["claims"][0], proved, rate]}))
+        check_document(resealed(document | {"claims": [loop, proved, rate]}))

@@ -171,9 +171,8 @@ def test_a_file_without_a_controller_is_refused() -> None:
 @pytest.mark.parametrize(
     "place", [("claims", 0, "observer"), ("claims", 0, "uncertainty")], ids=str
 )
-@pytest.mark.parametrize("kind", ["running-loop"])
-def test_an_observer_with_a_further_gain_is_refused(kind: str, place: tuple[Any, ...]) -> None:
-    document = json.loads(next(recorded(kind))[1])
+def test_an_observer_with_a_further_gain_is_refused(place: tuple[Any, ...]) -> None:
+    document = json.loads(next(recorded("running-loop"))[1])
     at = document
     for key in place:
         at = at[key]

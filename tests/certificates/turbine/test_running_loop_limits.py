@@ -13,12 +13,11 @@ from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
 from takagi.certificates.checker.arithmetic.interval import Interval, point
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop.cell import Cell
+from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
 from takagi.certificates.checker.turbine.running_loop.equations import rows
-from takagi.certificates.checker.turbine.running_loop.factors import factors
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates, limit_failure
-from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.running_claim import _box_failure
 from tests.certificates.recorded.answers import recorded
 
@@ -248,7 +247,7 @@ def test_the_largest_feed_forward_near_the_set_counts() -> None:
     cell = cell_of(3)
     law, rho, nodes = cell.law, cell.schedule_rate, len(cell.law.wind)
     _ = cell.pitches, cell.share, cell.shed, cell.lead
-    cell.near = cell.all_near = [3, 4, 5]
+    cell.near = [3, 4, 5]
     inertia = [F(9)] * nodes
     inertia[3:6] = [F(1), F(-2), F(3, 2)]
     rated = law.effort_torque * (psi(-cell.efforts[0], law.overlap) + 2 * rho)
@@ -340,7 +339,7 @@ def test_the_feed_forward_may_be_any_near_the_set_or_none(
     cell = cell_of(3)
     column = [F(9)] * len(cell.law.wind)
     column[3:6] = [F(value) for value in inertia]
-    cell.near = cell.all_near = [3, 4, 5]
+    cell.near = [3, 4, 5]
     cell.law = replace(cell.law, inertia=column)
     assert factors(cell)["feed-forward"] == (F(ends[0]), F(ends[1]))
 

@@ -37,7 +37,6 @@ x, u, w = sp.symbols("x u w", real=True)
 GAINS = [[[1.0]], [[1.5]]]
 SET = {"P": [[1]], "level": 1, "multiplier": 0.5}
 PUSHED = {"disturbance": "disturbances"}
-OWN = {"A": [[[-2]], [[-3]]], "P": [[1]], "decay_rate": 1}
 # One state, P = 1: with A from -4 to -1 and gains from 1 to 1.5 the loop lies in [-5.5, -2].
 EVIDENCE: dict[str, Data] = {
     "decay": {"P": [[1]], "decay_rate": 1},
@@ -63,8 +62,6 @@ EVIDENCE: dict[str, Data] = {
     "exit-probability": PUSHED
     | {"noise": [0.5], "P": [[1]], "rate": 1, "exponent": 5, "start": 0, "horizon": 1}
     | {"probability": 0.1},
-    "crossing-probability": PUSHED
-    | {"noise": [0.5], "row": [1], "limit": 1, "C": [[[0.2]]], "horizon": 1, "probability": 0.9},
     "sampled-loop": {"P": [[2]], "level": 1, "sample_time": 0.1, "decay_rate": 0.1}
     | {"functions": [[[1.924, 0.18], [0.18, 0.172]], [[2.15, 0], [0, 0.0665]]]},
     "fuzzy-decay": {"decay_rate": 1, "degrees": [1], "polya": 0, "rates": [[0.1, 0.1]]}
@@ -78,11 +75,8 @@ EVIDENCE: dict[str, Data] = {
     "secant-embedding": {},
     "tracking": {},
     "effort-blend": {},
-    "quadratic-decay": OWN,
-    "no-common-quadratic": {"A": [[[1]]], "decay_rate": 1, "multiplier_factors": [[[1]]]},
     "coherent-loop": SET,
     "paper-loop": SET,
-    "equilibrium": SET,
     "wind-rate": {"loop": 0},
     "actuator-rates": {"loop": 0},
     "running-loop": {},

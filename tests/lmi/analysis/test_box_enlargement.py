@@ -12,10 +12,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import (
     Answer,
-    box_enlargement_condition,
     common_lyapunov,
-    enlarged_loops,
-    latex,
     max_box_enlargement,
     pdc,
 )
@@ -239,15 +236,6 @@ def test_nothing_to_enlarge() -> None:
 
     assert growth(max_box_enlargement(A)) == np.inf
     assert growth(max_box_enlargement(np.repeat(A, 3, axis=0))) == np.inf
-
-
-def test_builder_writes_the_formula_it_poses() -> None:
-    """The generalised eigenvalue problem in mu, as in the module's formulas."""
-    text = latex(box_enlargement_condition(enlarged_loops(oscillators(5.0))))
-
-    assert r"\mathrm{He}\left(P D_{k} + \mu P G_{k}\right)" in text
-    sampled = latex(box_enlargement_condition(enlarged_loops(oscillators(5.0)), sample_time=0.1))
-    assert r"N_{k}" in sampled
 
 
 @pytest.mark.parametrize(

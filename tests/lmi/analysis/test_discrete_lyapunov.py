@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,9 @@ from takagi.certificates import Verdict, certify
 from takagi.lmi import (
     common_lyapunov,
     common_lyapunov_condition,
-    exact_matrices,
     expressed,
-    latex,
     max_decay_rate,
 )
-from takagi.lmi.analysis.common_quadratic import rates_of
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]
@@ -181,52 +177,6 @@ def test_both_sides_of_the_largest_rate() -> None:
         assert other.margin.value > 1e-6 if sign > 0 else other.margin.value < 1e-7
 
 
-def test_exact_matrices_of_a_candidate_are_positive() -> None:
-    """In rationals: rho^2 = 1, P as found; both leading minors of P - A'PA are positive."""
-    A = book_pair()
-    answer = common_lyapunov(A, sample_time=1.0)
-    assert answer.P is not None
-    condition = common_lyapunov_condition(A, sample_time=1.0)
-    F = exact_matrices(condition, condition.lmis[2], {"P": answer.P[None]})
-
-    assert condition.parameters == {"contraction": 1.0}
-    for block in F:
-        assert isinstance(block[0, 0], Fraction)
-        assert block[0, 0] > 0 and block[0, 0] * block[1, 1] > block[0, 1] * block[1, 0]
-
-
-def test_many_vertices_in_discrete_time() -> None:
-    """2000 vertices by rounds: P holds at every one, and the rate is that of those that bind."""
-    rng = np.random.default_rng(3)
-    A = 0.2 * rng.standard_normal((4, 4)) + 0.1 * rng.standard_normal((2000, 4, 4))
-    answer = common_lyapunov(A, sample_time=1.0)
-    assert answer.P is not None and answer.condition is not None
-    assert rates_of(A, answer.P, step=1.0).min() > 0
-    assert answer.condition.lmis[2].count < 200
-
-    most = max_decay_rate(A, sample_time=1.0)
-    assert most.P is not None and most.decay_rate is not None
-    assert rates_of(A, most.P, step=1.0).min() == pytest.approx(most.decay_rate, abs=1e-9)
-    assert most.decay_rate == pytest.approx(most.bound, rel=1e-4)
-
-
-@settings(max_examples=10)
-@given(st.lists(st.integers(-20, 20), min_size=3, max_size=3), st.integers(0, 100))
-def test_units_that_are_powers_of_two_change_nothing(powers: list[int], seed: int) -> None:
-    """x = S z with S of powers of two: the same verdict, and P transformed exactly."""
-    rng = np.random.default_rng(seed)
-    A = np.eye(3) + 0.1 * (rng.standard_normal((3, 3)) - 4 * np.eye(3))
-    A = A + 0.03 * rng.standard_normal((4, 3, 3))
-    S = np.exp2(np.array(powers, dtype=np.float64))
-    plain = common_lyapunov(A, sample_time=0.1)
-    scaled = common_lyapunov(A * S / S[:, None], sample_time=0.1)
-
-    assert plain.status == scaled.status == "candidate"
-    assert plain.P is not None and scaled.P is not None
-    ratio = scaled.P / (plain.P * S * S[:, None])
-    np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-3)
-
-
 def test_dead_beat_has_every_rate() -> None:
     """A = 0 is at the origin after one step: the rate is inf, and P still a candidate."""
     answer = max_decay_rate(np.zeros((2, 2)), sample_time=0.1)
@@ -249,14 +199,6 @@ def test_a_model_knows_its_sample_time() -> None:
         max_decay_rate(TSModel(-book_pair()), sample_time=0.1)
     with pytest.raises(ModelError, match="must be positive"):
         max_decay_rate(book_pair(), sample_time=0.0)
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """A_i' P A_i - rho^2 P, as printed in the literature."""
-    text = latex(common_lyapunov_condition(book_pair(), sample_time=1.0))
-
-    assert r"A_{i}^\top P A_{i}" in text
-    assert r"\rho^2 P" in text
 
 
 def test_certificates_of_discrete_time_are_about_it() -> None:

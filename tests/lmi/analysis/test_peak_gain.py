@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_continuous_lyapunov
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import expressed, latex, peak_gain, peak_gain_condition
+from takagi.lmi import expressed, peak_gain, peak_gain_condition
 from takagi.lmi.analysis.disturbance import disturbance_channel, peak_bound
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import gain_of
@@ -219,16 +219,6 @@ def test_a_rate_that_no_common_function_shows_is_a_reasoned_no() -> None:
     assert peak_gain(A, B, C).found
     assert fast.status == "infeasible" and fast.gain is None
     assert "no common P at the decay rate 0.5 1/s" in fast.diagnosis
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """Both block matrices, in both times."""
-    continuous = latex(peak_gain_condition(two_vertices(), decay_rate=0.1))
-    discrete = latex(peak_gain_condition(two_vertices(0.1), decay_rate=0.1))
-
-    assert r"\mathrm{He}\left(P A_{i}\right) + 2\alpha P & P B_{i}" in continuous
-    assert r"\gamma I - \mu I & D_{i}^\top" in continuous
-    assert r"A_{i}^\top P A_{i} - \rho^2 P" in discrete
 
 
 def test_misuse_is_refused() -> None:

@@ -6,18 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import expressed, latex, peak_gain, peak_pdc, peak_pdc_condition
+from takagi.lmi import expressed, peak_gain, peak_pdc, peak_pdc_condition
 from takagi.lmi.condition import margin
 from takagi.lmi.gains.disturbance import peak_gain as peak_gain_design
 from takagi.models import ModelError, TSModel
 from tests.lmi.compleib import SYSTEMS
 from tests.lmi.norms import sampled
 from tests.lmi.performance.disturbed import blends, gain_of, loop, three_rules, two_rules
-
-Floats = NDArray[np.float64]
 
 
 @pytest.mark.parametrize("sample_time", [None, 0.1])
@@ -125,16 +122,6 @@ def test_input_limits_cost_and_may_be_too_tight() -> None:
     assert "gains keep the limits without disturbance" in no.answer.diagnosis
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("sample_time", [1e-1, 1e-3])
-def test_fast_sampling_leads_to_the_continuous_design(sample_time: float) -> None:
-    """The bound of three scattered rules tends to the continuous one as T tends to 0."""
-    continuous = gain_of(peak_pdc(three_rules()))
-    found = gain_of(peak_pdc(three_rules(sample_time)))
-
-    assert continuous * 0.99 < found < continuous * (1.02 + 2 * sample_time)
-
-
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 def test_the_condition_itself_in_cvxpy(sample_time: float | None) -> None:
     """At the decay rate of the design the condition, read by cvxpy, has the same least kappa."""
@@ -175,19 +162,6 @@ def test_the_gains_hold_in_the_models_own_coordinates() -> None:
         assert margin(condition, {**values, "kappa": 0.9 * kappa}) < 0
 
 
-@pytest.mark.parametrize("relaxation", ["common-gain", "tanaka-wang", "polya-1"])
-def test_relaxations_are_ordered(relaxation: str) -> None:
-    """At one rate: richer than all pairs never larger; one gain for all rules never lesser."""
-    model = three_rules()
-    pairs = gain_of(peak_pdc(model, decay_rate=1.5))
-    other = gain_of(peak_pdc(model, decay_rate=1.5, relaxation=relaxation))
-
-    if relaxation == "common-gain":
-        assert other >= pairs * (1 - 1e-4)
-    else:
-        assert other <= pairs * (1 + 1e-4)
-
-
 def test_units_change_the_gain_by_their_ratio() -> None:
     """Of states, inputs, disturbance, output and time: gamma as the ratio says."""
     model = two_rules()
@@ -203,19 +177,6 @@ def test_units_change_the_gain_by_their_ratio() -> None:
     scaled = peak_pdc(other, decay_rate=2.0 * rate, disturbance_peak=1 / d)
 
     assert gain_of(scaled) == pytest.approx(gain_of(plain) * d / c, rel=1e-4)
-
-
-def test_the_builder_writes_the_formula_it_poses() -> None:
-    """The ellipsoid's matrix and that of the output, in both times."""
-    continuous = latex(peak_pdc_condition(two_rules(), decay_rate=0.5))
-    discrete = latex(peak_pdc_condition(two_rules(0.1), decay_rate=0.5))
-
-    assert (
-        r"\mathrm{He}\left(A_{i} Q - B_{i} M_{i}\right) + \sigma Q & \tfrac1{\sqrt{\sigma}} E_{i}"
-        in continuous
-    )
-    assert r"\text{output, rule:}" in continuous
-    assert r"\bar A_{i} Q - \bar B_{i} M_{i}" in discrete
 
 
 def test_held_disturbances_are_some_of_all() -> None:

@@ -15,15 +15,11 @@ from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.requests import H2Norm
-from takagi.lmi import Design, h2_pdc, optimise
+from takagi.lmi import Design, h2_pdc
 from takagi.lmi.gains.disturbance import design
 from takagi.lmi.gains.disturbance import riccati_bound as regulated
-from takagi.lmi.gains.disturbance.coordinates import guessed_regulator
-from takagi.lmi.gains.disturbance.disturbed_plant import plant_of
-from takagi.lmi.gains.disturbance.gramian_bound import least_variance
 from takagi.models import TSModel
 from tests.lmi.compleib import SYSTEMS
-from tests.lmi.performance.disturbed import two_rules
 
 pytestmark = pytest.mark.numeric
 
@@ -146,66 +142,3 @@ def test_a_least_norm_of_zero_is_an_answer() -> None:
     assert found.status == "candidate"
     assert 0 < gain_of(found) < 3e-5
     assert norm_of(model, ([[1.0, 0.0]],), found.require()[0][0]) <= gain_of(found)
-
-
-@pytest.mark.parametrize("name", ["AC17", "HE1", "NN4"])
-def test_the_other_program_bounds_the_norm_from_below(name: str) -> None:
-    """Its bound is the Riccati equation's cost, to a hundred-thousandth, and never above it."""
-    system = SYSTEMS[name]()
-    model = TSModel([system.A], [system.B], E=[system.B1])
-    plant = plant_of(model, (system.C1, system.D12))
-
-    bound = np.sqrt(least_variance(plant, np.inf))
-
-    assert bound <= system.h2 * (1 + 1e-9)
-    assert bound == pytest.approx(system.h2, rel=1e-5)
-
-
-@pytest.mark.parametrize("factor", [0.9, 1.1])
-def test_gains_that_are_not_the_least_are_not_called_so(
-    monkeypatch: pytest.MonkeyPatch, factor: float
-) -> None:
-    """Other gains than the regulator's leave their multipliers without a bound: asked elsewhere."""
-
-    def spoiled(*args: Any) -> Any:
-        found = guessed_regulator(*args)
-        return None if found is None else found._replace(gains=factor * found.gains)
-
-    asked = []
-
-    def counted(*args: Any, **options: Any) -> Any:
-        asked.append(args)
-        return optimise(*args, **options)
-
-    monkeypatch.setattr(regulated, "guessed_regulator", spoiled)
-    monkeypatch.setattr(design, "optimise", counted)
-    system = SYSTEMS["AC17"]()
-    model = TSModel([system.A], [system.B], E=[system.B1])
-    found = h2_pdc(model, performance=(system.C1, system.D12))
-
-    assert asked
-    assert found.gain == pytest.approx(system.h2, rel=2e-4)
-
-
-def test_other_tasks_are_left_to_programs() -> None:
-    """Several rules, discrete time, a gain bound, a decay rate: another optimum, or none known."""
-    system = SYSTEMS["NN2"]()
-    one = TSModel([system.A], [system.B], E=[system.B1])
-    sampled = euler(one)
-    output = (system.C1, system.D12)
-
-    for model, options in (
-        (two_rules(), {}),
-        (sampled, {"performance": output}),
-        (one, {"performance": output, "gain_bound": 10.0}),
-        (one, {"performance": output, "decay_rate": 0.1}),
-    ):
-        found = h2_pdc(model, **options)
-        assert found.found
-        assert found.answer.tries[0].solver != "regulator"
-
-
-def euler(model: TSModel) -> TSModel:
-    """Return Euler's model of a tenth of a second."""
-    A = np.eye(model.A.shape[1]) + 0.1 * model.A
-    return TSModel(A, 0.1 * model.B, E=0.1 * model.E, sample_time=0.1)

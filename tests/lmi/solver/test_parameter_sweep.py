@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from takagi.lmi import (
     LMI,
@@ -20,9 +18,6 @@ from takagi.lmi import (
     optimise,
     sweep,
 )
-from takagi.lmi.cone.assemble import assemble
-from takagi.lmi.parameter_search import parameter_sweep
-from takagi.lmi.solver import Session
 from takagi.models import ModelError
 
 SLOW = np.array([[-1.0, 2.0], [-3.0, -4.0]])
@@ -90,54 +85,6 @@ def test_values_may_depend_on_outcomes() -> None:
         bracket[0 if outcome.status == "candidate" else 1] = rate
 
     assert bracket[0] == pytest.approx(2.5, abs=2e-4)
-
-
-def test_it_is_assembled_once_and_set_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Only numbers change from value to value."""
-    from takagi.lmi.solver import solve
-
-    assembled: list[Condition] = []
-    built: list[int] = []
-    original = solve._clarabel
-
-    def counting(program: Any, options: Any) -> Any:
-        built.append(1)
-        return original(program, options)
-
-    def recording(condition: Condition) -> Any:
-        assembled.append(condition)
-        return assemble(condition)
-
-    monkeypatch.setattr(solve, "_clarabel", counting)
-    monkeypatch.setattr(parameter_sweep, "assemble", recording)
-    outcomes = list(sweep(common_lyapunov_condition(SLOW), "alpha", np.linspace(0.0, 2.0, 6)))
-
-    assert len(outcomes) == 6
-    assert len(assembled) == len(built) == 1
-
-
-@settings(deadline=None, max_examples=25)
-@given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
-def test_the_data_at_a_value_are_those_of_the_condition_there(old: float, new: float) -> None:
-    """Cone data assembled at one value serve at every other, with the same pattern."""
-    condition = common_lyapunov_condition(SLOW).with_parameters(alpha=old)
-    there = assemble(condition.with_parameters(alpha=new)).matrix()
-    moved = assemble(condition).matrix({"alpha": new})
-
-    assert np.array_equal(there.indices, moved.indices)
-    assert np.allclose(there.data, moved.data, rtol=1e-14, atol=1e-14)
-
-
-def test_parameters_and_data_of_another_value_go_together() -> None:
-    """``decide`` reads the parameters it is given, whatever value the data were assembled at."""
-    condition, session = common_lyapunov_condition(SLOW), Session()
-    data = assemble(condition)
-    fast = decide(condition, parameters={"alpha": 2.4}, assembled=data, session=session)
-    none = decide(condition, parameters={"alpha": 2.6}, assembled=data, session=session)
-    again = decide(condition.with_parameters(alpha=2.4), assembled=data)
-
-    assert fast.status == "candidate" and none.status == "infeasible"
-    assert again.margin == pytest.approx(fast.margin, rel=1e-4)
 
 
 def test_a_parameter_that_is_not_there() -> None:

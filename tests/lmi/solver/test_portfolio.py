@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +19,6 @@ from takagi.lmi.cone import ConeProgram, Raw, SolverRow, cone_program, least_obj
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.decision import decide as stages
 from takagi.lmi.solver import Session, again, attempts, sdpa_solver, solve
-from takagi.lmi.solver.elimination_order import guide
-from takagi.lmi.solver.incidence import incidence
-from takagi.lmi.solver.solver_choice import prefers_sdpa
 from takagi.models import TSModel
 from tests.lmi.solver.control import OPTIMUM, control1
 
@@ -130,15 +126,6 @@ def test_centring_that_fails_next_to_the_optimum_is_tried_in_better_units(
     assert "clarabel, rescaled" in [one.solver for one in outcome.tries]
 
 
-def test_the_trap_is_one() -> None:
-    """What the test above guards against happens: "Solved", feasible, and 1.5% off."""
-    program = least_program(control1())
-    raw = again(program, "clarabel, chordal")
-
-    assert raw.status == "Solved"
-    assert program.q @ raw.y > 1.01 * OPTIMUM
-
-
 def test_an_objective_far_above_its_bound_is_not_settled(monkeypatch: pytest.MonkeyPatch) -> None:
     """A solver that stops at twice the optimum, feasible: no answer to what is least."""
     condition = gain_condition(2, 3, 1)
@@ -230,25 +217,6 @@ def test_sdpa_begins_again_when_it_does_not_move(monkeypatch: pytest.MonkeyPatch
 # ------------------------------------------------------------------ which is first
 
 
-def test_wide_lmis_of_few_variables_are_for_sdpa() -> None:
-    """40 LMIs 29 wide in 16 variables: dense blocks of 435 rows, a Schur complement of 16."""
-    assert prefers_sdpa(incidence(least_program(gain_condition(40, 5, 12))))
-
-
-@pytest.mark.parametrize(
-    "condition",
-    [
-        common_lyapunov_condition(random_vertices(64, 6)),
-        common_lyapunov_condition(random_vertices(8, 20)),
-        gain_condition(8, 4, 2),
-    ],
-    ids=["many narrow", "many variables", "small"],
-)
-def test_other_programs_are_for_clarabel(condition: Condition) -> None:
-    """Narrow, with many variables, or done in no time."""
-    assert not prefers_sdpa(incidence(margin_program(condition)))
-
-
 def test_without_sdpa_clarabel_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """sdpa is never needed."""
     monkeypatch.setattr(solve, "sdpa_is_installed", lambda: False)
@@ -258,70 +226,4 @@ def test_without_sdpa_clarabel_is_first(monkeypatch: pytest.MonkeyPatch) -> None
     assert next(attempts(program)).solver == "clarabel"
 
 
-@needs_sdpa
-def test_with_sdpa_the_quicker_is_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is foretold decides, and the other follows."""
-    monkeypatch.setattr(solve, "prefers_sdpa", lambda found: True)
-    names = [raw.solver for raw in islice(attempts(least_program(gain_condition(2, 5, 3))), 2)]
-
-    assert names == ["sdpa", "clarabel"]
-
-
 # ------------------------------------------------------------------ elimination
-
-
-def factor_entries(program: ConeProgram) -> int:
-    """Return how many entries clarabel's factor has."""
-    solver = solve._clarabel(program, {"max_iter": 1})
-    solver.solve()
-    return int(solver.get_info().linsolver.nnzL)
-
-
-@pytest.mark.slow
-def test_stored_zeros_keep_the_cones_apart() -> None:
-    """The factor is less than half as large, the program and its optimum the same."""
-    condition = slack_condition()
-    program = margin_program(condition, effort(condition))
-    zeros = guide(program)
-    assert zeros is not None
-    filled = replace(program, A=zeros.filled(program.A))
-
-    assert abs(filled.A - program.A).sum() == 0 and filled.A.nnz > program.A.nnz
-    assert factor_entries(filled) < 0.5 * factor_entries(program)
-    plain = solve._clarabel(program, {}).solve()
-    assert solve._clarabel(filled, {}).solve().obj_val == pytest.approx(plain.obj_val, rel=1e-5)
-
-
-@pytest.mark.parametrize("session", [None, Session()], ids=["alone", "session"])
-def test_clarabel_is_given_the_zeros(
-    monkeypatch: pytest.MonkeyPatch, session: Session | None
-) -> None:
-    """First of all, but not where chordal decomposition looks for sparsity."""
-    given: list[int] = []
-    original = solve._clarabel
-
-    def recording(program: ConeProgram, options: Mapping[str, Any]) -> Any:
-        given.append(program.A.nnz)
-        return original(program, {**options, "max_iter": 1})
-
-    monkeypatch.setattr(solve, "_clarabel", recording)
-    program = margin_program(slack_condition())
-    list(islice(attempts(program, session), 2))
-
-    assert given[0] > program.A.nnz
-    assert given[1] == program.A.nnz
-
-
-def test_narrow_lmis_are_left_alone() -> None:
-    """Where there is nothing to gain, nothing is stored."""
-    assert guide(margin_program(common_lyapunov_condition(random_vertices(64, 6)))) is None
-
-
-@pytest.mark.slow
-def test_a_session_updates_what_was_filled() -> None:
-    """The zeros stay where they were when the numbers change."""
-    condition, session = slack_condition(), Session()
-    for rate in (0.0, 0.1, 0.2):
-        program = margin_program(condition.with_parameters(alpha=rate), effort(condition))
-        fresh = Session().solve(program)
-        assert session.solve(program).y[-1] == pytest.approx(fresh.y[-1], rel=1e-4)

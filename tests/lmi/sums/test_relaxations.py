@@ -16,14 +16,12 @@ from numpy.typing import NDArray
 from takagi.lmi import (
     DoubleSum,
     KnownBlock,
-    SumPart,
-    Unknown,
     exact_matrices,
     pdc_condition,
     relaxation_named,
 )
-from takagi.lmi.condition import fractions, lmi_value
-from takagi.lmi.sums.multisets import count_of, multisets, numbers_of
+from takagi.lmi.condition import fractions
+from takagi.lmi.sums.multisets import multisets
 from takagi.models import ModelError
 from tests.lmi.sums.known import (
     bound,
@@ -103,34 +101,6 @@ def test_polya_ends_at_the_largest_value() -> None:
         loop = DoubleSum(rules=2, blocks=(1,), parts=(), fixed=(KnownBlock(value=theta),))
         (lmi,) = relaxation_named(f"polya-{degree}")(loop)[1]
         assert bool((lmi.constants[0].value < 0).all()) is holds
-
-
-@pytest.mark.parametrize(("rules", "degree"), [(2, 3), (3, 0), (3, 2), (4, 1)])
-def test_polya_takes_the_mean_over_orderings(rules: int, degree: int) -> None:
-    """Each item is the mean of Theta_ij over the orderings (i, j, ...) of its product, scaled."""
-    theta = random_theta(7, rules, 2)
-    loop = DoubleSum(rules=rules, blocks=(2,), parts=(), fixed=(KnownBlock(value=theta),))
-    (lmi,) = relaxation_named(f"polya-{degree}")(loop)[1]
-    value = lmi.constants[0].value
-    scale = value[0] @ np.linalg.inv(theta[0, 0])
-
-    assert lmi.count == count_of(rules, degree + 2)
-    for item, chosen in enumerate(multisets(rules, degree + 2)):
-        orders = [theta[order[0], order[1]] for order in permutations(chosen.tolist())]
-        np.testing.assert_allclose(value[item], scale[0, 0] * np.mean(orders, axis=0), rtol=1e-12)
-        assert lmi.label(item) == " ".join(f"h{k + 1}" for k in chosen)
-    assert 0.5 < scale[0, 0] < 2
-
-
-@settings(max_examples=20)
-@given(st.integers(1, 6), st.integers(0, 4))
-def test_multisets_are_numbered_in_their_order(values: int, degree: int) -> None:
-    """Row k has number k, rows are sorted, and there are as many as combinatorics says."""
-    rows = multisets(values, degree)
-
-    assert rows.shape == (count_of(values, degree), degree)
-    assert (np.diff(rows, axis=1) >= 0).all()
-    np.testing.assert_array_equal(numbers_of(rows, values), np.arange(len(rows)))
 
 
 @pytest.mark.slow
@@ -245,39 +215,6 @@ def test_names_that_make_no_sense() -> None:
             relaxation_named(name)
     with pytest.raises(ModelError, match="needs memberships that are products"):
         relaxation_named("product-1")(loop)
-
-
-def test_slack_unknowns_of_two_sums_have_names_of_their_own() -> None:
-    """Two double sums in one condition do not share a slack unknown."""
-    named, _ = known_sum(random_theta(0, 3, 1), name="second")
-    plain, _ = known_sum(random_theta(0, 3, 1))
-
-    for name in ("tanaka-wang", "kim-lee", "liu-zhang"):
-        first, second = relaxation_named(name)(plain), relaxation_named(name)(named)
-        assert not {u.name for u in first[0]} & {u.name for u in second[0]}
-        assert not {lmi.name for lmi in first[1]} & {lmi.name for lmi in second[1]}
-
-
-def test_gathering_changes_nothing() -> None:
-    """Parts by both rules, with tables of members, are summed as a plain loop sums them."""
-    rng = np.random.default_rng(0)
-    X = Unknown("X", 2, 3, count=4)
-    left, right = rng.standard_normal((3, 3, 2, 2)), rng.standard_normal((1, 3, 2))
-    table = rng.integers(0, 4, (3, 3))
-    sides = ((left, right), (left[0], rng.standard_normal((3, 3, 2))), (left[:1, 0], right))
-    value = rng.standard_normal((4, 2, 3))
-    for first, second in sides:
-        part = SumPart(unknown=X, left=first, right=second, member=table, plus_transpose=True)
-        loop = DoubleSum(rules=3, blocks=(2,), parts=(part,))
-        (lmi,) = relaxation_named("polya-1")(loop)[1]
-        found = lmi_value(lmi, {"X": value}, {})
-        for item, chosen in enumerate(multisets(3, 3)):
-            total = np.zeros((2, 2))
-            for i, j, _ in permutations(chosen.tolist()):
-                a = first[i, j] if first.ndim == 4 else first[i % len(first)]
-                b = second[i % len(second)]
-                total += a @ value[table[i, j]] @ b
-            np.testing.assert_allclose(found[item], (total + total.T) / 8, rtol=1e-12)
 
 
 def test_the_bound_is_what_the_eigenvalues_of_the_items_say() -> None:

@@ -6,23 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.lmi import (
-    Ladder,
     RelaxationResult,
     lqr_pdc,
     pdc,
     pdc_condition,
     relaxation_ladder,
-    relaxation_size,
 )
-from takagi.lmi.sums.relaxation_order import contains, work_of
+from takagi.lmi.sums.relaxation_order import contains
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.known_models import pendulum, three_rules
 from tests.lmi.sums.known import bound, random_theta
 
-Floats = NDArray[np.float64]
 NAMES = (
     "common-gain",
     "wang-tanaka-griffin",
@@ -145,17 +141,6 @@ def test_what_contains_another_never_loses_its_gains(seed: int, premises: bool) 
             assert not (contains(rich, poor) and found[poor]) or found[rich], (rich, poor)
 
 
-def test_the_table_of_theorems() -> None:
-    """What is claimed, and what is not; also across degrees and names of one thing."""
-    assert contains("liu-zhang", "common-gain") and not contains("common-gain", "liu-zhang")
-    assert contains("polya-3", "polya-2") and not contains("polya-2", "polya-3")
-    assert contains("polya-0", "wang-tanaka-griffin") and contains("wang-tanaka-griffin", "polya-0")
-    assert contains("product-2", "polya-2") and contains("product", "product-0")
-    assert contains("auto", "polya-8") and not contains("auto", "polya-9")
-    assert contains("product-liu-zhang", "product") and contains("product-liu-zhang", "kim-lee")
-    assert not contains("polya-1", "tanaka-wang") and not contains("liu-zhang", "tuan")
-
-
 @pytest.mark.slow
 def test_rates_rise_up_the_ladder_and_stay_below_the_bound() -> None:
     """Each largest rate is at least that of what it contains, at most that of the blends."""
@@ -230,27 +215,6 @@ def test_a_rung_within_one_without_gains_is_left_out() -> None:
         result = result_named(ladder.results, name)
         assert result.status == "not tried"
         assert result.note == "liu-zhang contains it and has no gains"
-
-
-def test_work_grows_up_the_ladder() -> None:
-    """A relaxation costs at least as much as one that it contains."""
-    for rules in (2, 3, 8, 16):
-        work = {name: work_of(relaxation_size(name, rules, size=4)) for name in NAMES}
-        for rich in NAMES:
-            for poor in NAMES:
-                assert not contains(rich, poor) or work[rich] >= work[poor]
-
-
-def test_rows_and_text_tell_the_same() -> None:
-    """One line for each result below the heads; rows are the same by name."""
-    ladder = relaxation_ladder(three_rules(0.0), relaxations=["wang-tanaka-griffin", "kim-lee"])
-    lines = str(ladder).splitlines()
-
-    assert isinstance(ladder, Ladder) and len(lines) == 1 + len(ladder.results) == 3
-    assert [row["LMIs"] for row in ladder.rows] == [6, 7]
-    assert ladder.rows[0]["rate [1/s]"] is None and ladder.rows[1]["note"] == "gains"
-    for line, result in zip(lines[1:], ladder.results, strict=True):
-        assert line.startswith(result.relaxation) and line.endswith(result.note)
 
 
 @pytest.mark.parametrize(

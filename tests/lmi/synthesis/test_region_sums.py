@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.lmi import Condition, EigenvalueRegion, d_stability, latex, pdc_condition
+from takagi.lmi import EigenvalueRegion
 from takagi.lmi.gains.requirements.region_sums import region_sums
 from takagi.models import TSModel
-from tests.lmi.synthesis.placed import More, blends, nothing, pendulum, placed
+from tests.lmi.synthesis.placed import More, blends, pendulum, placed
 
 RELAXATIONS = (
     "common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "kim-lee", "liu-zhang", "polya-1",
@@ -31,20 +31,6 @@ def test_every_relaxation_places_every_blend(relaxation: str) -> None:
     A, B, gain = blends(model, K, 1000)
 
     assert region.excess(np.linalg.eigvals(A - B @ gain)).max() < 0
-
-
-def test_one_gain_is_judged_by_the_analysis_condition() -> None:
-    """The P of the design shows the closed loop's vertices in the region, by ``d_stability``."""
-    model, region = (
-        pendulum(),
-        EigenvalueRegion.half_plane(1) & EigenvalueRegion.ellipse(4, 2, centre=-5),
-    )
-    K, _, _, _ = placed(model, in_region(model, region), relaxation="common-gain")
-    assert K is not None
-
-    assert d_stability(model.A - model.B @ K, region).found
-    assert d_stability(model, region, gains=K).found
-    assert not d_stability(model, region & EigenvalueRegion.half_plane(20), gains=K).found
 
 
 @pytest.mark.parametrize(
@@ -73,34 +59,3 @@ def test_a_disc_places_the_poles_of_a_sampled_loop() -> None:
     A, B, gain = blends(model, K, 500)
 
     assert np.abs(np.linalg.eigvals(A - B @ gain) - 0.6).max() < 0.3
-
-
-def test_the_smaller_region_is_the_harder() -> None:
-    """A sector in a sector: gains for the narrow one never need more than the wide one allows."""
-    model = pendulum()
-    margins = [
-        placed(model, in_region(model, EigenvalueRegion.sector(angle)))[2].bound
-        for angle in (1.2, 0.8, 0.4)
-    ]
-
-    assert margins[0] >= margins[1] >= margins[2]
-
-
-def test_a_half_plane_is_the_decay_rate_of_pdc() -> None:
-    """The part Re z < -alpha poses what pdc poses with that decay rate: equal margins."""
-    model = pendulum()
-    own = placed(model, nothing, decay_rate=2.0)[2]
-    part = placed(model, in_region(model, EigenvalueRegion.half_plane(2.0)), decay_rate=0.0)[2]
-
-    assert part.margin == pytest.approx(own.margin, rel=0.2)
-    assert part.status == own.status == "candidate"
-
-
-def test_it_is_typeset_part_by_part() -> None:
-    condition: Condition = placed(pendulum(), in_region(pendulum(), EigenvalueRegion.disc(4)))[3]
-
-    assert r"\text{disc, rule:}" in latex(condition)
-    assert "disc, rule 1 of 2" in [
-        lmi.label(0) for lmi in condition.lmis if lmi.name == "disc, rule"
-    ]
-    assert pdc_condition(pendulum()).lmis != condition.lmis

@@ -26,7 +26,7 @@ from takagi.models.turbine import load_turbine, rotor_torque_gradient
 from takagi.models.turbine.trim import trim
 from takagi.reports.loops import plant_rate
 
-PAGE = Path(__file__).parents[3] / "docs" / "python-control.md"
+PAGE = Path(__file__).parents[3] / "docs" / "models.md"
 EXACT: Any = {"rtol": 1e-11, "atol": 1e-13}
 
 

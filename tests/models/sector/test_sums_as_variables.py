@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Domain, Interval, ModelError, Plant, Variable, sector_model
-from takagi.models.ranges import evidence_data, evidence_of_data
 from takagi.models.ranges.linear_combination import combined
 from takagi.models.sector import expression_range, expression_value
 
@@ -36,8 +35,7 @@ def test_the_range_along_a_sum_is_that_of_one_variable(scale: sp.Rational) -> No
     assert 1 <= float(found.outer.upper) <= 1 + 1e-6
     assert found.evidence is not None
     assert found.evidence.replay() == found.outer
-    again = evidence_of_data(evidence_data(found.evidence))
-    assert again.claiming(found.outer.outward(12)).replay()
+    assert found.evidence.claiming(found.outer.outward(12)).replay()
     with pytest.raises(ModelError, match="not proved"):
         found.evidence.claiming(Interval(found.outer.lower, Fraction(99, 100))).replay()
 

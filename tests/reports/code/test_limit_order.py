@@ -26,6 +26,7 @@ from takagi.reports.code.c import source
 from tests.certificates.recorded.answers import recorded
 
 Document = dict[str, Any]
+TURBINE = Path(__file__).parents[3] / "docs" / "figures" / "nrel5mw-certificate.json"
 
 
 def with_decimals(value: Any) -> Any:
@@ -40,13 +41,17 @@ def with_decimals(value: Any) -> Any:
 def file_of(kind: str) -> Document:
     """Return the gain file of a recorded certificate whose claims have this kind."""
     texts = (text for answer, text in recorded(kind) if answer[0] == ["PROVED"])
-    written = next(text for text in texts if "controller" in json.loads(text))
+    return file_from(next(text for text in texts if "controller" in json.loads(text)))
+
+
+def file_from(written: str) -> Document:
+    """Return the gain file that follows from a certificate."""
     return dict(with_decimals(gain_file.expected_file(read_text(written, "certificate"))))
 
 
 @pytest.fixture(scope="module")
 def turbine() -> Document:
-    return file_of("turbulence-speed")
+    return file_from(TURBINE.read_text(encoding="utf-8"))
 
 
 REVERSED: dict[str, tuple[str, Document]] = {
@@ -123,7 +128,7 @@ def test_the_command_line_says_which_entry(
 )
 def test_a_law_is_refused(change: dict[str, float], words: str) -> None:
     """So for ``takagi certify --gains`` and ``takagi simulate --gains``, which read the law."""
-    data = read_text(next(recorded("turbulence-speed"))[1], "certificate")
+    data = read_text(TURBINE.read_text(encoding="utf-8"), "certificate")
     law = effort_sharing_law_from_data(data["gains"])
     with pytest.raises(ModelError, match=f"{words} were given; the lower one must not be above"):
         replace(law, **change)  # type: ignore[arg-type]

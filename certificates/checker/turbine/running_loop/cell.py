@@ -1,4 +1,4 @@
-r"""One cell of constant winds: the law's tables, torque surface and equilibrium over its box.
+r"""One cell of constant winds: tables, torque surface, equilibrium and factors over its box.
 
 The rest at a wind v is near the tables' trim: its effort U_rest is the zero of
 
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
@@ -63,9 +62,14 @@ class Cell:
         if not 0 < low - sides.schedule:
             raise Refused("the schedule wind may reach zero")
         self.estimate_is_free = nodes[0] <= lowest and highest <= nodes[-1]
-        self.lag: Span | None = None
-        self._schedule((-sides.schedule, sides.schedule))
-        self.all_near = self.near
+        # The law limits the estimate to the winds of its tables, and so the schedule wind.
+        self.reach = (max(low - sides.schedule, nodes[0]), min(high + sides.schedule, nodes[-1]))
+        self.near = [
+            j
+            for j in range(len(nodes) - 1)
+            if nodes[j] < self.reach[1] and nodes[j + 1] > self.reach[0]
+        ]
+        self.b_reach = self.over(law.effectiveness, self.reach)
         self.c, self.wind = point(plant.torque_per_inertia), enclose(*winds)
         self.effort_unit = law.effort_torque * plant.gear_per_inertia
         self.b = self.over(law.effectiveness, winds)
@@ -79,36 +83,6 @@ class Cell:
         reach = sides.effort + self.rest
         self.efforts = (self.q[0] - reach, self.q[1] + reach)
         self.efforts_at_rest = (self.q[0] - self.rest, self.q[1] + self.rest)
-
-    def _schedule(self, lag: Span) -> None:
-        """Enclose the law's numbers at schedule winds v_s with v_s - v in a range [m/s]."""
-        nodes = self.law.wind
-        # The law limits the estimate to the winds of its tables, and so the schedule wind.
-        self.reach = (max(self.winds[0] + lag[0], nodes[0]), min(self.winds[1] + lag[1], nodes[-1]))
-        self.near = [
-            j
-            for j in range(len(nodes) - 1)
-            if nodes[j] < self.reach[1] and nodes[j + 1] > self.reach[0]
-        ]
-        self.b_reach = self.over(self.law.effectiveness, self.reach)
-
-    def piece(self, lag: Span) -> Cell:
-        """Return the cell with v_s - v in a piece of the box's side "schedule" [m/s].
-
-        Feed-forward and lead stay those of the whole side.  They jump where v_s passes a node, and
-        the limits of rates then hold torque and pitch back for a while: what is sent is between the
-        commands for the least and for the greatest factor of the whole box.
-
-        Raises
-        ------
-        Refused : there is no schedule wind of the tables in it.
-        """
-        found, nodes = copy(self), self.law.wind
-        if self.winds[1] + lag[1] <= nodes[0] or self.winds[0] + lag[0] >= nodes[-1]:
-            raise Refused("a piece with no schedule wind of the law's tables")
-        found.lag, found.lead = lag, self.lead
-        found._schedule(lag)
-        return found
 
     # The law's tables.
 
@@ -130,37 +104,12 @@ class Cell:
         return min(found), max(found)
 
     def slopes(self, column: list[Fraction]) -> Span:
-        """Return the range of a column's slope over all schedule winds of the set."""
+        """Return the range of a column's slope over all schedule winds of the set.
+
+        A secant between two of these winds is a mean of slopes, so it lies in this range.
+        """
         found = [self.law.slope(column, j) for j in self.near]
         return min(found), max(found)
-
-    def secants(self, column: list[Fraction]) -> Span:
-        """Return the range of (f(v_s) - f(v)) / (v_s - v) for a column f over the piece of v_s - v.
-
-        Without a piece it is the range of all slopes that the schedule winds meet: a secant is a
-        mean of them.  With one it is exact, rounded outward to seven decimals.  f is linear over
-        the cell.  For a fixed v the secant is monotone in v_s between two nodes; for v_s at a node
-        it is monotone in v; for a fixed v_s - v it is linear in v between winds at which v_s is a
-        node.  So its extremes are where two of three hold: v at an end of the cell, v_s - v at an
-        end of the piece, v_s at a node; or next to v_s = v, where it is the cell's own slope.
-        """
-        if self.lag is None:
-            return self.slopes(column)
-        (low, high), (behind, ahead), nodes = self.winds, self.lag, self.law.wind
-        places = {(v, v + s) for v in self.winds for s in self.lag}
-        for node in nodes:
-            places |= {(v, node) for v in self.winds} | {(node - s, node) for s in self.lag}
-        found = [
-            (self.at(column, w) - self.at(column, v)) / (w - v)
-            for v, w in places
-            if w != v
-            and low <= v <= high
-            and nodes[0] <= w <= nodes[-1]
-            and behind <= w - v <= ahead
-        ]
-        if behind <= 0 <= ahead:
-            found.append(self.law.slope(column, self.k))
-        return down(min(found)), up(max(found))
 
     def steps(self, column: list[Fraction]) -> Span:
         """Return the range of a column that is constant between two nodes."""
@@ -212,8 +161,7 @@ class Cell:
 
     # The rest, and the efforts around it.
 
-    @cached_property
-    def imbalance(self) -> Fraction:
+    def _imbalance(self) -> Fraction:
         """A bound of the tables' residual over the cell [rad/s^2], the torques at the trim."""
         # The tables with nodes at the cell's ends, so that they are linear over the cell.
         columns = ("speed", "effort", "effectiveness", "limit", "gamma")
@@ -229,7 +177,7 @@ class Cell:
 
     def _rest(self) -> Fraction:
         """Return a bound of |U_rest - q*|; see the module's text."""
-        left = self.imbalance
+        left = self._imbalance()
         efforts = (self.q[0] - self.sides.effort, self.q[1] + self.sides.effort)
         least = Fraction(self._gain(efforts).low, ONE)
         if least <= 0 or left > least * self.sides.effort:
@@ -274,11 +222,8 @@ class Cell:
 
     @cached_property
     def feed_forward(self) -> Span:
-        """The range of the torque's feed-forward per v_s', with 0: g and rated torque may cut it.
-
-        Over all schedule winds of the box, also in a piece.
-        """
-        fed = [self.law.inertia[j] for j in self.all_near]
+        """The range of the torque's feed-forward per v_s'; with 0, as rated torque may cut it."""
+        fed = [self.law.inertia[j] for j in self.near]
         return min(NIL, *fed), max(NIL, *fed)
 
     @cached_property
@@ -294,6 +239,72 @@ class Cell:
         moved += enclose(-signal, signal) * enclose(*self.slopes(law.gamma))
         asked = enclose(*self.share) * moved - enclose(*self.shed) * (bend / b)
         return span(hull(asked * point(self.b0) / b * point(law.lead), Interval(0, 0)))
+
+
+def factors(cell: Cell) -> dict[str, Span]:
+    """Return each factor's range by the names of ``equations``, without the share of pitch.
+
+    A factor is a secant between a state of the set and the rest, so it lies in the range of the
+    derivative over the box; where a limit may cut a term, the range is extended to 0.
+    """
+    law, machine, sides = cell.law, cell.machine, cell.sides
+    b0 = point(cell.b0)
+    # gamma(v_s) (signal - x_rest) + gamma(v) x_rest: the second part depends on v_s - v.
+    steep = size(cell.slopes(law.gamma)) * cell.rest_integral
+    q = cell.slopes(law.effort)
+    b, b_law = enclose(*cell.b), enclose(*cell.b_reach)
+    bend = enclose(*cell.slopes(law.effectiveness))
+    shed_rest = enclose(*(psi(U, law.overlap) for U in cell.efforts_at_rest))
+    sigma = cell.pitch_gain(cell.ratio(NIL), cell.pitches)
+    limit = cell.over(law.limit, cell.winds)[1]
+    late = max(limit / cell.b0 - Fraction(sigma.low, ONE), NIL)
+    observed, length = machine.observer_inertia, machine.wake_length
+    return {
+        "speed slope": cell.slopes(law.speed),
+        "effort slope": (down(q[0] - steep), up(q[1] + steep)),
+        "gamma": _outward(cell.over(law.gamma, cell.reach)),
+        "held estimate": (FULL if cell.estimate_is_free else NIL, FULL),
+        "feed-forward": cell.feed_forward,
+        "pitch per effort": span(b0 / b_law),
+        "pitch by schedule": span(shed_rest * bend * b0 / (b_law * b)),
+        "lead": cell.lead,
+        "integral rate": cell.steps(law.nu),
+        "stiffness": span(cell.speed_gain(sides.speed)),
+        "pitch gain": span(sigma),
+        "late pitch gain": (NIL, up(late)),
+        "inertia": _outward((1 / machine.inertia[1], 1 / machine.inertia[0])),
+        "observed stiffness": span(cell.speed_gain(max(sides.speed, sides.measured))),
+        "wind gain": span(cell.wind_gain()),
+        "observer inertia": _outward((observed, observed)),
+        "wake rate": _outward((cell.winds[0] / length[1], cell.winds[1] / length[0])),
+        "drive": (_drive_secant(cell), FULL),
+    }
+
+
+def _drive_secant(cell: Cell) -> Fraction:
+    """Return the least secant of the drive's rate limit: h tau |y| <= limit, |y| as below.
+
+    tau |y| = |beta_ref - beta| is at most the deviation of the law's pitch, with its lead, from the
+    rest, plus the deviation of the pitch from the rest.
+    """
+    law, sides, plant = cell.law, cell.sides, cell.plant
+    shed = max(psi(U, law.overlap) for U in cell.efforts_at_rest)
+    bend = size(cell.slopes(law.effectiveness))
+    moved = cell.share[1] * sides.effort + shed * bend / cell.b[0] * sides.schedule
+    led = size(cell.lead) / cell.b0 * cell.schedule_rate
+    most = moved / cell.b_reach[0] + led + sides.pitch / cell.b0
+    return down(min(FULL, plant.rate_limit * plant.lag / most))
+
+
+def cut(ends: Span, parts: int) -> list[Span]:
+    """Divide the interval into equal parts."""
+    width = (ends[1] - ends[0]) / parts
+    return [(ends[0] + width * i, ends[0] + width * (i + 1)) for i in range(parts)]
+
+
+def _outward(ends: Span) -> Span:
+    """Return seven decimals, rounded outward."""
+    return down(ends[0]), up(ends[1])
 
 
 def down(value: Fraction) -> Fraction:

@@ -6,7 +6,6 @@ filters, so that it can be read without the file; the checker compares them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -21,15 +20,6 @@ STATED = {
     "observer": ("l1", "l2", "wind_limits"),
     "measurement": ("speed_filter", "torsion_filter"),
 }
-
-
-def positive_sides(cell: Any, names: Iterable[str], where: str) -> list[Fraction]:
-    """Return the sides of a cell's box; refuses one that is not positive."""
-    stated, place = member(cell, "sides", where), f"{where}.sides"
-    values = [number(stated, name, place) for name in names]
-    if min(values) <= 0:
-        raise CertificateError(f"{place}: every side must be positive")
-    return values
 
 
 @dataclass(frozen=True)
@@ -61,7 +51,11 @@ class Sides:
     @classmethod
     def read(cls, cell: Any, where: str) -> Sides:
         """Return the box; refuses a side that is not positive."""
-        return cls(*positive_sides(cell, cls.__dataclass_fields__, where))
+        stated, place = member(cell, "sides", where), f"{where}.sides"
+        values = [number(stated, name, place) for name in cls.__dataclass_fields__]
+        if min(values) <= 0:
+            raise CertificateError(f"{place}: every side must be positive")
+        return cls(*values)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,6 @@ jumps.  The equations already cover all commands between these two.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi, share
@@ -47,24 +46,8 @@ def limit_failure(cell: Cell) -> str:
     return ""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """How fast what the law computes with moves on the set.
-
-    Attributes
-    ----------
-    schedule, bend : bounds of |v_s'| [m/s^2] and of |v_s''| [m/s^3].
-    signal : of the rate of omega_m - omega*(v_s) - x [rad/s^2];  effort : of |U'| [rad/s^3].
-    """
-
-    schedule: Fraction
-    bend: Fraction
-    signal: Fraction
-    effort: Fraction
-
-
-def motion(cell: Cell) -> Motion:
-    """Return these bounds of one cell."""
+def command_rates(cell: Cell) -> tuple[Fraction, Fraction]:
+    """Return bounds of |T'| [N m/s] and of |beta_ref'| [rad/s] on the set."""
     law, sides, machine, rate = cell.law, cell.sides, cell.machine, cell.schedule_rate
     turned = (machine.l2 * sides.innovation + rate) / machine.wind_filter
     w, q, gamma = (size(cell.slopes(column)) for column in (law.speed, law.effort, law.gamma))
@@ -72,23 +55,9 @@ def motion(cell: Cell) -> Motion:
     signal = sides.measured_rate + w * rate + cell.steps(law.nu)[1] * error
     effort = (q + gamma * (sides.signal + cell.rest_integral)) * rate
     effort += cell.over(law.gamma, cell.reach)[1] * signal
-    return Motion(rate, turned, signal, effort)
-
-
-def command_rates(
-    cell: Cell, fed: Fraction | None = None, led: Fraction | None = None
-) -> tuple[Fraction, Fraction]:
-    """Return bounds of |T'| [N m/s] and of |beta_ref'| [rad/s] on the set.
-
-    Parameters
-    ----------
-    fed, led : the largest sizes of the feed-forward [rad/s per m/s] and of the pitch lead [rad per
-        m/s^2]; those of the cell unless given.
-    """
-    law, moved = cell.law, motion(cell)
-    fed = max(abs(law.inertia[j]) for j in cell.near) if fed is None else fed
-    led = size(cell.lead) / cell.b0 if led is None else led
-    braked = share(-cell.efforts[0], law.overlap) * moved.effort
+    fed = max(abs(law.inertia[j]) for j in cell.near)
+    led = size(cell.lead) / cell.b0
     least, bend = cell.b_reach[0], size(cell.slopes(law.effectiveness))
-    pitch = (cell.share[1] * moved.effort + cell.shed[1] * bend * moved.schedule / least) / least
-    return law.effort_torque * (braked + fed * moved.bend), pitch + led * moved.bend
+    torque = share(-cell.efforts[0], law.overlap) * effort + fed * turned
+    pitch = (cell.share[1] * effort + cell.shed[1] * bend * rate / least) / least
+    return law.effort_torque * torque, pitch + led * turned

@@ -1,28 +1,46 @@
-"""A quadratic function for the running loop at the winds of one cell.
+r"""A quadratic function for the running loop at the winds of one cell.
 
 The function is sought in floating point, rounded to decimals, and its inequalities are then decided
 as the checker decides them.  That is a candidate: only the checker's verdict on the file counts.
+
+In the loop xi' = A xi + B w, z = C xi + D w, w_i^2 <= z_i^2, with Q = P^-1 and S = diag(1/tau),
+
+    [ A Q + Q A' + 2 alpha Q + B S B'    Q C' + B S D' ]
+    [ (the same)'                        D S D' - S    ] < 0           for each piece
+    h'Q h <= side^2                                                    for each side of the box
+
+are the claim's inequalities after a congruence; they are affine in Q and S.  The objective is the
+trace of Q in units of the box, plus a multiple of its least eigenvalue, so that no half width
+becomes very small.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from math import floor, log10
 
 import numpy as np
+import scipy.sparse as sp
 
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
-from takagi.certificates.checker.turbine.running_loop.cell import Cell
-from takagi.certificates.checker.turbine.running_loop.equations import equations, rows, states
-from takagi.certificates.checker.turbine.running_loop.factors import cut, factors
+from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
+from takagi.certificates.checker.turbine.running_loop.equations import (
+    Rows,
+    Signal,
+    Signals,
+    equations,
+    rows,
+    states,
+)
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell, cell_failure
-from takagi.certificates.checker.turbine.running_loop.signals import Rows, Signal, Signals
-from takagi.certificates.claims.turbine.running_loop.cell_program import largest_set
+from takagi.lmi.cone.assemble import Cone
+from takagi.lmi.cone.program import ConeProgram
+from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 
 # The largest box to try for 5 MW, and fractions of it, the largest first.
@@ -48,6 +66,10 @@ EFFORTS = ("pitch", "effort", "measured_rate")
 HALVINGS = 2
 # A wider range of the pitch share is divided into pieces, each with its own multipliers.
 WIDEST_SHARE, DIGITS = Fraction(1, 5), 8
+# Margins with which the inequalities are posed, so that they hold after rounding: a rate that is
+# larger by a twentieth, smaller multipliers and boxes.  Then the factor of the least eigenvalue.
+FASTER, MARGIN, LEAST_WEIGHT = 1.05, 1e-3, 2.0
+Loop = tuple[Floats, Floats]
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,32 +140,32 @@ def _two_digits(value: Fraction) -> Fraction:
     return Fraction(f"{float(value):.2g}")
 
 
-def pieces(cell: Cell) -> list[Span]:
+def _pieces(cell: Cell) -> list[Span]:
     """Return the pieces of the pitch share: at every instant it lies in one of them."""
     return cut(cell.share, 1 if cell.share[1] - cell.share[0] < WIDEST_SHARE else 2)
 
 
 def _solved(cell: Cell, decay: Fraction) -> tuple[Rows, list[dict[str, Fraction]]] | None:
     """Return P and multipliers found by a solver, in decimals."""
-    span, unit, order = factors(cell), units(cell), states(cell.machine)
+    span, unit, order = factors(cell), _units(cell), states(cell.machine)
     boxes = []
     for h, bound in rows(cell, span).values():
         boxes.append(np.array(h, dtype=np.float64) * unit / float(bound))
-    posed = [equations(cell, span, held) for held in pieces(cell)]
-    loops = [scaled(*one, unit) for one in posed]
-    found = largest_set([(F, Z) for F, Z, _ in loops], np.array(boxes), float(decay))
+    posed = [equations(cell, span, held) for held in _pieces(cell)]
+    loops = [_scaled(*one, unit) for one in posed]
+    found = _largest_set([(F, Z) for F, Z, _ in loops], np.array(boxes), float(decay))
     if found is None:
         return None
     P = found[0] / np.outer(unit, unit)
-    exact = [[decimal((P[i, j] + P[j, i]) / 2) for j in range(order)] for i in range(order)]
+    exact = [[_decimal((P[i, j] + P[j, i]) / 2) for j in range(order)] for i in range(order)]
     multipliers = [
-        dict(zip(signals.names, map(decimal, tau / scale**2), strict=True))
+        dict(zip(signals.names, map(_decimal, tau / scale**2), strict=True))
         for tau, (signals, _), (_, _, scale) in zip(found[1], posed, loops, strict=True)
     ]
     return exact, multipliers
 
 
-def units(cell: Cell) -> Floats:
+def _units(cell: Cell) -> Floats:
     """Return the units of the states for a solver: about what each moves by in the box."""
     sides = cell.sides
     named = (
@@ -154,7 +176,7 @@ def units(cell: Cell) -> Floats:
     return np.array([float(side) for side in named[: states(cell.machine)]])
 
 
-def scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats, Floats, Floats]:
+def _scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats, Floats, Floats]:
     """Return rates and outer signals in units of the box, and the units of the w."""
     F = np.array([signals.row(rate) for rate in rates], dtype=np.float64)
     Z = np.array([signals.row(one) for one in signals.outer], dtype=np.float64)
@@ -166,10 +188,102 @@ def scaled(signals: Signals, rates: list[Signal], unit: Floats) -> tuple[Floats,
     return F * whole / unit[:, None], Z * whole / scale[:, None], scale
 
 
-def decimal(value: float) -> Fraction:
+def _decimal(value: float) -> Fraction:
     """Return the number with eight digits."""
     if value == 0:
         return Fraction(0)
     places = DIGITS - 1 - floor(log10(abs(value)))
     ten = Fraction(10) ** places
     return round(Fraction(value) * ten) / ten
+
+
+def _largest_set(
+    loops: Sequence[Loop], boxes: Floats, decay: float
+) -> tuple[Floats, list[Floats]] | None:
+    """Return P and the multipliers of each piece, or None where the solver finds none.
+
+    Parameters
+    ----------
+    loops : of each piece the rates (n, n + k) and the outer signals (k, n + k), over (xi, w).
+    boxes : rows h over their bounds; |h xi| <= 1 is needed.
+    """
+    n = boxes.shape[1]
+    pairs = [(i, j) for j in range(n) for i in range(j + 1)]
+    counts = [len(outer) for _, outer in loops]
+    starts = np.concatenate([[len(pairs)], len(pairs) + np.cumsum(counts)])
+    size = int(starts[-1]) + 1  # Q, the multipliers of each piece, the least eigenvalue
+    columns: list[list[Floats]] = [[] for _ in range(size)]
+    constants: list[Floats] = []
+    basis = [_unit_matrix(n, i, j) for i, j in pairs]
+    rows = np.zeros((len(boxes), size))
+    for place, E in enumerate(basis):
+        rows[:, place] = np.einsum("ri,ij,rj->r", boxes, E, boxes)
+    cones: list[Cone] = []
+    after = 0
+    for which, (rates, outer) in enumerate(loops):
+        k = counts[which]
+        parts = [*_by_function(rates, outer, basis, FASTER * decay), *_by_multipliers(rates, outer)]
+        of = [*range(len(pairs)), *range(starts[which], starts[which] + k)]
+        blank = np.zeros((n + k) * (n + k + 1) // 2)
+        held = dict(zip(of, parts, strict=True))
+        for column in range(size):
+            columns[column].append(_packed(held[column]) if column in held else blank)
+        constants.append(np.zeros(len(blank)))
+        cones.append(Cone(n + k, 1, after))
+        after += (n + k) * (n + k + 1) // 2
+    # Q - q I >= 0.
+    for column in range(size):
+        if column < len(pairs):
+            columns[column].append(-_packed(basis[column]))
+        else:
+            columns[column].append(_packed(np.eye(n)) * float(column == size - 1))
+    constants.append(np.zeros(n * (n + 1) // 2))
+    cones.append(Cone(n, 1, after))
+    A = np.vstack([rows, np.column_stack([np.concatenate(column) for column in columns])])
+    b = np.concatenate([np.full(len(boxes), 1 - MARGIN), *constants])
+    q = -np.array([float(i == j) for i, j in pairs] + [0.0] * (size - len(pairs)))
+    q[-1] = -LEAST_WEIGHT * n
+    raw = Session().solve(ConeProgram(q, sp.csc_array(A), b, len(boxes), tuple(cones)))
+    if "Solved" not in raw.status or not np.all(np.isfinite(raw.y)):
+        return None
+    Q = sum((raw.y[p] * E for p, E in enumerate(basis)), np.zeros((n, n)))
+    S = [raw.y[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    if np.linalg.eigvalsh(Q).min() <= 0 or min(float(s.min(initial=1)) for s in S) <= 0:
+        return None
+    return np.linalg.inv(Q), [1 / s for s in S]
+
+
+def _by_function(
+    rates: Floats, outer: Floats, basis: list[Floats], decay: float
+) -> Iterator[Floats]:
+    """Yield the contribution of each entry of Q to the inequality of one piece."""
+    n = len(rates)
+    A, C = rates[:, :n], outer[:, :n]
+    for E in basis:
+        AQ, QC = A @ E, E @ C.T
+        yield np.block([[AQ + AQ.T + 2 * decay * E, QC], [QC.T, np.zeros((len(C), len(C)))]])
+
+
+def _by_multipliers(rates: Floats, outer: Floats) -> Iterator[Floats]:
+    """Yield the contribution of each 1/tau to the same inequality."""
+    n, k = len(rates), len(outer)
+    along = np.vstack([rates[:, -k:], outer[:, -k:]]) if k else np.zeros((n, 0))
+    for i in range(k):
+        found = np.outer(along[:, i], along[:, i])
+        found[n + i, n + i] -= 1 - MARGIN
+        yield found
+
+
+def _unit_matrix(n: int, i: int, j: int) -> Floats:
+    """Return the symmetric matrix with ones at (i, j) and (j, i)."""
+    found = np.zeros((n, n))
+    found[i, j] = found[j, i] = 1.0
+    return found
+
+
+def _packed(matrix: Floats) -> Floats:
+    """Return the upper triangle by columns, off-diagonal entries times sqrt(2)."""
+    n = len(matrix)
+    columns, rows = np.tril_indices(n)
+    factor = np.where(rows == columns, 1.0, np.sqrt(2.0))
+    return np.asarray(matrix[rows, columns] * factor)

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import Refused
@@ -56,12 +56,12 @@ def running_loop_claim(
     ------
     Refused : the law has no filter of the measured speed or of the wind, or no cell was found.
     """
-    head = claim_head(model, gains, controller, inertia)
+    head = _claim_head(model, gains, controller, inertia)
     subject = loop_subject(model, gains, head)
     cells = list(cells_over_winds(subject))
     if not cells:
         raise Refused("no quadratic function was found at any wind")
-    winds = joined(cells)
+    winds = _joined(cells)
     nodes = subject.law.wind
     return {
         "name": f"running loop, {float(nodes[0]):g} to {float(nodes[-1]):g} m/s",
@@ -71,7 +71,7 @@ def running_loop_claim(
     }
 
 
-def claim_head(
+def _claim_head(
     model: Mapping[str, Any],
     gains: Mapping[str, Any],
     controller: Mapping[str, Any],
@@ -183,12 +183,7 @@ def _place(cell: StatedCell) -> int:
     return SIZES.index(size_of_box(cell.sides))
 
 
-class _OfWinds(Protocol):
-    @property
-    def winds(self) -> Span: ...
-
-
-def joined(cells: Sequence[_OfWinds]) -> list[Span]:
+def _joined(cells: Sequence[StatedCell]) -> list[Span]:
     """Return the ranges of winds that cells cover."""
     found: list[Span] = []
     for low, high in (cell.winds for cell in cells):

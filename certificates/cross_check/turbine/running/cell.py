@@ -50,9 +50,13 @@ class RunningCell:
             raise Refusal("a cell whose winds are not between two nodes of the law")
         if low - box["estimate"] <= machine.least_wind:
             raise Outside("an estimate at its lower limit")
-        self.lag: NumberRange | None = None
-        self.whole = self
-        self._set_schedule(NumberRange(-box["schedule"], box["schedule"]))
+        winds = self.v + NumberRange(-box["schedule"], box["schedule"])
+        # The schedule winds, their intervals of the tables and their b.
+        self.v_s = NumberRange(max(winds.low, nodes[0]), min(winds.high, nodes[-1]))
+        self.intervals = [
+            k for k, (a, b) in enumerate(pairwise(nodes)) if a < self.v_s.high and b > self.v_s.low
+        ]
+        self.b_s = self.table("effectiveness", self.v_s)
         self.b = self.table("effectiveness", self.v)
         self.b0 = _three_decimals((self.b.low + self.b.high) / 2)
         if self.b0 <= 0:
@@ -67,24 +71,6 @@ class RunningCell:
         self.share = self._share(self.efforts)
         self.rho = (box["estimate"] + box["schedule"]) / machine.lag
         self.band = self._band()
-
-    def _set_schedule(self, lag: NumberRange) -> None:
-        """Set the schedule winds v_s, their intervals of the tables and their b, for v_s - v."""
-        nodes, winds = self.rotor.wind, self.v + lag
-        self.v_s = NumberRange(max(winds.low, nodes[0]), min(winds.high, nodes[-1]))
-        if self.v_s.low >= self.v_s.high:
-            raise Outside("no schedule wind of the tables")
-        self.pieces = [
-            k for k, (a, b) in enumerate(pairwise(nodes)) if a < self.v_s.high and b > self.v_s.low
-        ]
-        self.b_s = self.table("effectiveness", self.v_s)
-
-    def part(self, low: fmpq, high: fmpq) -> RunningCell:
-        """Return the cell for v_s - v from ``low`` to ``high``; f and lead stay the whole box's."""
-        found = copy(self)
-        found.whole, found.lag = self, NumberRange(low, high)
-        found._set_schedule(found.lag)
-        return found
 
     # Tables of the law.
 
@@ -108,37 +94,12 @@ class RunningCell:
         """Return the range of a table's slope at the schedule winds."""
         column, nodes = getattr(self.rotor, name), self.rotor.wind
         return NumberRange.of(
-            *((column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k]) for k in self.pieces)
+            *((column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k]) for k in self.intervals)
         )
-
-    def secant(self, name: str) -> NumberRange:
-        """Return the range of (f(v_s) - f(v)) / (v_s - v); of all slopes where there is no part.
-
-        Of a part it is taken at every corner of the arrangement of lines v, v_s = const and v_s - v
-        = const that bound the part or are nodes: between them it has no extreme.
-        """
-        if self.lag is None:
-            return self.slope(name)
-        nodes, found = self.rotor.wind, []
-        for v in (self.v.low, self.v.high):
-            found += [(v, w) for w in nodes]
-            found += [(v, v + s) for s in (self.lag.low, self.lag.high)]
-        found += [(w - s, w) for w in nodes for s in (self.lag.low, self.lag.high)]
-        values = [
-            (self.value(name, w) - self.value(name, v)) / (w - v)
-            for v, w in found
-            if v != w
-            and self.v.low <= v <= self.v.high
-            and self.v_s.low <= w <= self.v_s.high
-            and self.lag.low <= w - v <= self.lag.high
-        ]
-        if self.lag.low <= 0 <= self.lag.high:
-            values.append(self.own_slope(name))
-        return _outward(NumberRange.of(*values))
 
     def step(self, column: list[fmpq]) -> NumberRange:
         """Return the range of what is constant between nodes."""
-        return NumberRange.of(*(column[k] for k in self.pieces))
+        return NumberRange.of(*(column[k] for k in self.intervals))
 
     # The ramp.
 
@@ -192,7 +153,7 @@ class RunningCell:
     def _rest(self) -> fmpq:
         side = self.box["effort"]
         least = self._least_gain(self.q + NumberRange(-side, side))
-        left = self.residual = residual(_short_cell(self))
+        left = residual(_short_cell(self))
         if least <= 0 or left > least * side:
             raise Outside("no rest is known near the trim")
         return _rounded_up(left / least)
@@ -218,26 +179,6 @@ class RunningCell:
             found.append((m + share * (sigma - m)).low)
         return min(found)
 
-    # The point that moves with the wind.
-
-    @property
-    def own(self) -> int:
-        """The interval of the tables in which the cell lies."""
-        nodes = self.rotor.wind
-        return next(k for k in range(len(nodes) - 1) if self.v.high <= nodes[k + 1])
-
-    def own_slope(self, name: str) -> fmpq:
-        """Return a table's slope at the cell's own winds."""
-        column: list[fmpq] = getattr(self.rotor, name)
-        nodes, k = self.rotor.wind, self.own
-        return (column[k + 1] - column[k]) / (nodes[k + 1] - nodes[k])
-
-    def trim_slope(self) -> NumberRange:
-        """Return the range of b_0 beta*' = b_0 (F q*' - psi b' / b) / b at the trim."""
-        turned = self._share(self.q).times(self.own_slope("effort"))
-        bent = (self._psi(self.q) / self.b).times(self.own_slope("effectiveness"))
-        return _outward(((turned - bent) / self.b).times(self.b0))
-
     # The factors.
 
     def lead(self) -> NumberRange:
@@ -250,24 +191,24 @@ class RunningCell:
         """Return the range of every factor except the share of pitch, rounded outward."""
         rotor, machine, box, x = self.rotor, self.machine, self.box, self.x_rest
         one, b0 = _number(FULL), _number(self.b0)
-        turned = self.secant("proportional").size * x
+        turned = self.slope("proportional").size * x
         sigma = self.by_pitch(self.band).times(1 / self.b0)
         late = max(self.table("limit", self.v).high / self.b0 - sigma.low, ZERO)
         nodes = rotor.wind
         free = nodes[0] <= self.v.low - box["estimate"]
         free = free and self.v.high + box["estimate"] <= nodes[-1]
         found = {
-            "speed slope": self.secant("speed"),
-            "effort slope": self.secant("effort") + NumberRange(-turned, turned),
+            "speed slope": self.slope("speed"),
+            "effort slope": self.slope("effort") + NumberRange(-turned, turned),
             "gamma": self.table("proportional", self.v_s),
             "held estimate": one if free else NumberRange(ZERO, FULL),
-            "feed-forward": self.whole.step(rotor.ahead).hull(_number(ZERO)),
+            "feed-forward": self.step(rotor.ahead).hull(_number(ZERO)),
             "pitch per effort": b0 / self.b_s,
             "pitch by schedule": self.shed_rest
-            * self.secant("effectiveness")
+            * self.slope("effectiveness")
             * b0
             / (self.b_s * self.b),
-            "lead": self.whole.lead(),
+            "lead": self.lead(),
             "integral rate": self.step(rotor.integral_rates),
             "stiffness": self.by_speed(box["speed"]),
             "pitch gain": sigma,
@@ -284,10 +225,9 @@ class RunningCell:
     def drive(self) -> fmpq:
         """Return h_min: the least of 1 and limit tau over the largest |beta_s - beta|."""
         box, rotor = self.box, self.rotor
-        bent = self.shed_rest.high * self.secant("effectiveness").size / self.b.low
-        most = box["schedule"] if self.lag is None else self.lag.size
-        asked = (self.share.high * box["effort"] + bent * most) / self.b_s.low
-        away = asked + self.whole.lead().size * self.rho / self.b0 + box["pitch"] / self.b0
+        bent = self.shed_rest.high * self.slope("effectiveness").size / self.b.low
+        asked = (self.share.high * box["effort"] + bent * box["schedule"]) / self.b_s.low
+        away = asked + self.lead().size * self.rho / self.b0 + box["pitch"] / self.b0
         return min(FULL, rotor.rate_limit * rotor.drive / away)
 
     # Limits.
@@ -297,11 +237,11 @@ class RunningCell:
         rotor, machine, box, rho = self.rotor, self.machine, self.box, self.rho
         away = box["estimate"]
         observed = machine.least_wind < self.v.low - away, self.v.high + away < machine.most_wind
-        fed = max(min(abs(rotor.ahead[k]) * rho, rotor.ahead_limit[k]) for k in self.pieces)
+        fed = max(min(abs(rotor.ahead[k]) * rho, rotor.ahead_limit[k]) for k in self.intervals)
         relief = ramp(-self.efforts.low, rotor.overlap) + fed
         led = self.lead().size / self.b0
         asked = rotor.pitch_min + self.shed.high / self.b_s.low + led * rho
-        torque, pitch = self._rates(led)
+        torque, pitch = self.command_rates()
         return [
             ("the observer's wind", all(observed)),
             ("a wind above 0", self.v.low - box["schedule"] > 0),
@@ -312,29 +252,21 @@ class RunningCell:
             ("the rate of pitch", pitch <= rotor.rate_limit),
         ]
 
-    def _rates(self, led: fmpq) -> tuple[fmpq, fmpq]:
+    def command_rates(self) -> tuple[fmpq, fmpq]:
         """Return bounds of the rates of both commands."""
-        return self.command_rates(self.step(self.rotor.ahead).size, led)
-
-    def speeds(self) -> dict[str, fmpq]:
-        """Return bounds of |v_s'|, of |v_s''|, and of the rates of omega_m - omega* - x and U."""
         rotor, machine, box, rho = self.rotor, self.machine, self.box, self.rho
-        w, q, gamma = (self.slope(name).size for name in ("speed", "effort", "proportional"))
+        w, q, gamma, b = (
+            self.slope(name).size for name in ("speed", "effort", "proportional", "effectiveness")
+        )
         nu = self.step(rotor.integral_rates).high
         signal = box["measured_rate"] + w * rho + nu * (box["measured"] + w * box["schedule"])
         U = (q + gamma * (box["signal"] + self.x_rest)) * rho
         U += self.table("proportional", self.v_s).high * signal
         bend = (machine.l2 * box["innovation"] + rho) / machine.lag
-        return {"schedule": rho, "bend": bend, "signal": signal, "effort": U}
-
-    def command_rates(self, fed: fmpq, led: fmpq) -> tuple[fmpq, fmpq]:
-        """Return bounds of the rates of both commands, for sizes of feed-forward and lead."""
-        rotor, moved = self.rotor, self.speeds()
-        U, b = moved["effort"], self.slope("effectiveness").size
         reserve = ramp_slope(-self.efforts.low, rotor.overlap)
-        torque = rotor.per_effort * (reserve * U + fed * moved["bend"])
-        asked = (self.share.high * U + self.shed.high * b * self.rho / self.b_s.low) / self.b_s.low
-        return torque, asked + led * moved["bend"]
+        torque = rotor.per_effort * (reserve * U + self.step(rotor.ahead).size * bend)
+        asked = (self.share.high * U + self.shed.high * b * rho / self.b_s.low) / self.b_s.low
+        return torque, asked + self.lead().size / self.b0 * bend
 
 
 def _short_cell(cell: RunningCell) -> Any:

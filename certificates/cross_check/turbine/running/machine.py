@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from decimal import Decimal
 from typing import Any
 
@@ -62,9 +61,9 @@ class Machine:
         return 8 if self.stop is None else 10
 
 
-def box(cell: Any, names: Sequence[str] = SIDES) -> dict[str, fmpq]:
+def box(cell: Any) -> dict[str, fmpq]:
     """Return the sides of a cell's box."""
-    sides = {name: rational(entry(cell, "sides"), name) for name in names}
+    sides = {name: rational(entry(cell, "sides"), name) for name in SIDES}
     if min(sides.values()) <= 0:
         raise Refusal("sides: positive numbers are needed")
     return sides

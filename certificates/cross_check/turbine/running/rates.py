@@ -8,6 +8,11 @@ With F the rows of xi', Z those of z and T = diag(tau) the decay inequality is
 
     [ -2 alpha P   0 ]     [ P F ]   [ P F ]'
     [     0        T ]  -  [  0  ] - [  0  ]   -  Z' T Z  >  0 .
+
+Its fractions are long.  With D diagonal, its entries powers of 2 such that the diagonal of D M D is
+about 2^BITS, let S_ij be the greatest integer at or below (D M D)_ij.  Then D M D = S + E, E
+symmetric with entries from 0 to 1, and |x'Ex| <= n x'x.  So if S - n I is positive definite, M is
+positive definite (``shortened``).
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.surface import NumberRange
 
 Row = list[fmpq]
+BITS = 44
 NAMES = (
     "speed slope",
     "effort slope",
@@ -43,17 +49,12 @@ NAMES = (
 
 
 class RunningRates:
-    """xi' of one cell for a share of pitch from ``share``; every name has its own w.
-
-    A subclass may have columns ``beyond`` these, and torques out of balance where xi is 0.
-    """
-
-    beyond = 0
+    """xi' of one cell for a share of pitch from ``share``; every name has its own w."""
 
     def __init__(self, cell: RunningCell, factors: dict[str, NumberRange], share: NumberRange):
         self.cell, self.spans = cell, factors | {"share": share}
         self.n = cell.machine.states
-        self.width = self.n + len(NAMES) + self.beyond
+        self.width = self.n + len(NAMES)
         self.outer: dict[str, Row] = {}
         self.rates = self._equations()
 
@@ -78,7 +79,6 @@ class RunningRates:
         rate = _by(1 / machine.lag, _less(times("held estimate", z), s))
         load = _by(rotor.m, _less(_less(u, g), times("feed-forward", rate)))
         table = _less(times("stiffness", e), times("pitch gain", p))
-        table = _sum(table, self.imbalance())
         late = times("late pitch gain", _less(p, eta))
         asked = _less(times("pitch per effort", g), times("pitch by schedule", s))
         distance = _less(_sum(asked, times("lead", rate)), p)
@@ -99,10 +99,6 @@ class RunningRates:
             w, first, second = machine.stop[0], self._state(8), self._state(9)
             found += [_by(w, _less(e, first)), _by(w, _less(first, second))]
         return found
-
-    def imbalance(self) -> Row:
-        """Return the torques over J at the point from which distances are measured."""
-        return [fmpq(0)] * self.width
 
     def filtered_rate(self) -> Row:
         """Return m' = c_l (e - 2 (1 - p_t) (y_1 - y_2) - m)."""
@@ -161,3 +157,23 @@ def _less(a: Row, b: Row) -> Row:
 
 def _by(factor: fmpq, row: Row) -> Row:
     return [factor * y for y in row]
+
+
+def shortened(matrix: fmpq_mat) -> fmpq_mat:
+    """Return S - n I of the module's text; the matrix itself where a diagonal entry is not > 0."""
+    n = matrix.nrows()
+    diagonal = [matrix[i, i] for i in range(n)]
+    if min(diagonal) <= 0:
+        return matrix
+    powers = [(BITS - _power(value)) // 2 for value in diagonal]
+    rows = [[fmpq(0)] * n for _ in range(n)]
+    for i in range(n):
+        for j in range(i + 1):
+            value = matrix[i, j] * fmpq(2) ** (powers[i] + powers[j])
+            rows[i][j] = rows[j][i] = fmpq(int(value.p) // int(value.q) - n * int(i == j))
+    return fmpq_mat(rows)
+
+
+def _power(value: fmpq) -> int:
+    """Return about the power of 2 that a positive number is."""
+    return int(value.p).bit_length() - int(value.q).bit_length()

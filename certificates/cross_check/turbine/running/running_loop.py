@@ -24,8 +24,11 @@ from takagi.certificates.cross_check.kernel.reading import (
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.machine import Machine, box, same_controller
-from takagi.certificates.cross_check.turbine.running.rates import NAMES, RunningRates
-from takagi.certificates.cross_check.turbine.running.shortened import shortened
+from takagi.certificates.cross_check.turbine.running.rates import (
+    NAMES,
+    RunningRates,
+    shortened,
+)
 from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 
 MOST_CELLS, MOST_PIECES = 500, 8
@@ -42,12 +45,12 @@ def running_loop(claim: Any, document: Any) -> Obligations:
     cells = entry(claim, "cells")
     if not isinstance(cells, list) or len(cells) not in range(1, MOST_CELLS + 1):
         raise Refusal(f"cells: 1 to {MOST_CELLS} are needed")
-    same_winds(claim, [rationals(cell, "wind", 2) for cell in cells])
+    _same_winds(claim, [rationals(cell, "wind", 2) for cell in cells])
     for number, cell in enumerate(cells, start=1):
         yield from _cell(rotor, machine, cell, alpha, f"cell {number}")
 
 
-def same_winds(claim: Any, cells: list[list[fmpq]]) -> None:
+def _same_winds(claim: Any, cells: list[list[fmpq]]) -> None:
     """Refuse cells that overlap, are not in order, or cover other winds than the claim states."""
     ends = [end for pair in cells for end in pair]
     if any(a >= b for a, b in cells) or sorted(ends) != ends:

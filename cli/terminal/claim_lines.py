@@ -1,16 +1,33 @@
-"""The output of `takagi check --trusted`: the files and lines of code that a verdict executed."""
+"""The result of a check as lines of text: claim by claim, and the code that it depends on."""
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import File, Trusted
+    from takagi.reports.ci_formats import CheckedFile
+
+
+def claim_lines(checked: CheckedFile) -> list[str]:
+    """Return a line for each claim: its verdict, its name in quotes, and the checker's sentence.
+
+    The name is a free text of the file.  Without quotes it could be taken for a sentence of the
+    checker.
+    """
+    width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
+    return [
+        f"  {claim.verdict.name:<{width}}  {json.dumps(claim.name, ensure_ascii=False)}: "
+        f"{claim.text}"
+        for claim in checked.claims
+    ]
+
 
 _HEAD = ("file of certificates/checker", "lines of code", "executed")
 
 
-def as_text(trusted: Trusted) -> str:
+def trusted_text(trusted: Trusted) -> str:
     """Return a table of the files with their sum, and a note on the code of the sentences."""
     total = (f"{len(trusted.files)} files", str(trusted.lines), str(trusted.executed))
     rows = [_HEAD, *((f.place, str(f.lines), str(f.executed)) for f in trusted.files), total]

@@ -1,1 +1,0 @@
-"""Equilibria of a turbine at each constant wind: how many there are, counted with proof."""
