@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from math import ceil, floor
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
 from takagi.certificates.checker.arithmetic.interval import ONE
@@ -238,14 +239,15 @@ def _interval(found: CheckedInterval) -> Interval:
 
 def _stated(found: Interval) -> Interval:
     """Return the emitted range: one unit of its last decimal wider than the enclosure."""
-    unit = Fraction(1, 10**EMITTED_DIGITS)
-    rounded = Interval(found.lower + HAIR, found.upper - HAIR).outward(EMITTED_DIGITS)
-    return Interval(rounded.lower - unit, rounded.upper + unit)
+    scale = 10**EMITTED_DIGITS
+    # Two units stay between the ends even where the hair is more than the width.
+    low, high = floor((found.lower + HAIR) * scale) - 1, ceil((found.upper - HAIR) * scale) + 1
+    return Interval(Fraction(low, scale), Fraction(high, scale))
 
 
 def _bound(value: Fraction) -> Fraction:
     """Return a bound as it is emitted: one unit larger, except if it is exactly zero."""
-    return _up(value - HAIR) + Fraction(1, 10**EMITTED_DIGITS) if value else value
+    return _stated(Interval(value, value)).upper if value else value
 
 
 def _up(value: Fraction) -> Fraction:
