@@ -52,7 +52,6 @@ from takagi.certificates.document.certificate_file import (  # noqa: E402
     effort_sharing_law_data,
     turbine_data,
 )
-from takagi.certificates.sweep.wind_ranges import law_on  # noqa: E402
 from takagi.lmi.turbine.effort import effort_gains  # noqa: E402
 from takagi.lmi.turbine.one_step.design import STEPS  # noqa: E402
 from takagi.lmi.turbine.one_step.motion import motion  # noqa: E402
@@ -128,7 +127,7 @@ def reference_row(turbine: Turbine, law: EffortSharingLaw) -> Row:
     """Return what is certified of the reference's gains, and why not at all winds."""
     own = replace(law, gains=reference_gains(law))
     wind = own.schedule.wind
-    part = law_on(own, float(wind[wind >= FULL_LOAD_FROM][0]), float(wind[-1]))
+    part = law_from(own, int(np.argmax(wind >= FULL_LOAD_FROM)))
     asked: dict[str, Any] = {
         "box": DEFAULT_BOX,
         "uncertainty": DEFAULT_UNCERTAINTY,
@@ -139,6 +138,22 @@ def reference_row(turbine: Turbine, law: EffortSharingLaw) -> Row:
     except ModelError as error:
         row = certified(turbine, part, effort_sharing_gain_design(turbine, part, **asked).candidate)
         return row | {"why": str(error)}
+
+
+def law_from(law: EffortSharingLaw, first: int) -> EffortSharingLaw:
+    """Return the law with its tables from a node on: the same commands at those winds."""
+    columns = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")
+    ahead = law.feedforward
+    return replace(
+        law,
+        schedule=replace(
+            law.schedule, **{name: getattr(law.schedule, name)[first:] for name in columns}
+        ),
+        gains=EffortGains(law.gains.proportional[first:], law.gains.integral_rate[first:]),
+        feedforward=replace(
+            ahead, inertia=ahead.inertia[first:], effort_limit=ahead.effort_limit[first:]
+        ),
+    )
 
 
 def certified(turbine: Turbine, law: EffortSharingLaw, candidate: EffortSharingCandidate) -> Row:
