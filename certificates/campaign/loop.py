@@ -25,20 +25,10 @@ PITCHES = 40
 
 
 class Equations(NamedTuple):
-    """What moves the loop; symbols of docs/effort-sharing-loop.md.
+    """What moves the loop; symbols of docs/effort-sharing-loop.md, in SI units."""
 
-    Attributes
-    ----------
-    torque_scale : c / J, where T_r = c v^2 c_Q [rad/m^2 ...];  gear_scale : n_g / J.
-    rotor_radius [m], pitch_lag : tau [s], pitch_rate_limit [rad/s], pitch_min, pitch_max [rad].
-    overlap, pitch_lead, rated_torque, effort_torque, integral_limit : eps, tau_l, T_rated, E.
-    ratio, pitch, patches : c_Q(lambda, beta) as in ``patch_coefficients``.
-    cells : a row for each wind cell: its ends [m/s]; omega*, q*, b, gamma and b_fw at its lower
-        end; their slopes over wind; nu, f, g.  One array, since numba counts references to each.
-    """
-
-    torque_scale: float
-    gear_scale: float
+    torque_scale: float  # c / J, where T_r = c v^2 c_Q
+    gear_scale: float  # n_g / J
     rotor_radius: float
     pitch_lag: float
     pitch_rate_limit: float
@@ -47,45 +37,38 @@ class Equations(NamedTuple):
     overlap: float
     pitch_lead: float
     rated_torque: float
-    effort_torque: float
+    effort_torque: float  # E
     integral_limit: float
+    # c_Q(lambda, beta) as in ``patch_coefficients``.
     ratio: Floats
     pitch: Floats
     patches: Floats
+    # A row for each wind cell: its ends; omega*, q*, b, gamma and b_fw at its lower end; their
+    # slopes over wind; nu, f, g.  One array, since numba counts references to each.
     cells: Floats
 
 
 class CertifiedLoop(NamedTuple):
-    """The loop of a certificate of kind ``coherent-loop``, and what the certificate claims of it.
-
-    Attributes
-    ----------
-    rated_speed, top_speed : rated, and the greatest omega* [rad/s].
-    wind : (K,) nodes of the schedule [m/s].
-    P, R : (3, 3) of the set and of the common decay, in (e, zeta, x);  common_rate : d [1/s].
-    root, corners : columns span the set; its points where a peak is attained, (4, 3).
-    peaks : (4,) of e, zeta, e - x, x.
-    wind_error, wind_rate, decay_rate : (K - 1,) delta [m/s], rho [m/s^2], d_k [1/s].
-    inertia, power : (2,) least and greatest true over nominal inertia, and over table's c_P [-].
-    wake : (K - 1,) largest share of the way to the frozen wake.
-    """
+    """The loop of a certificate of kind ``coherent-loop``, and what is claimed of it."""
 
     equations: Equations
     rated_speed: float
-    top_speed: float
-    wind: Floats
-    P: Floats
-    R: Floats
+    top_speed: float  # the greatest omega*
+    wind: Floats  # nodes of the schedule
+    P: Floats  # of the set, in (e, zeta, x)
+    R: Floats  # of the common decay
     common_rate: float
-    root: Floats
-    corners: Floats
-    peaks: Floats
+    root: Floats  # its columns span the set
+    corners: Floats  # points of the set where a peak is attained
+    peaks: Floats  # of e, zeta, e - x, x
+    # In each cell: delta, rho, d_k.
     wind_error: Floats
     wind_rate: Floats
     decay_rate: Floats
+    # Least and greatest true over nominal inertia, and over table's c_P.
     inertia: Floats
     power: Floats
-    wake: Floats
+    wake: Floats  # in each cell: largest share of the way to the frozen wake
 
 
 def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:

@@ -14,8 +14,7 @@ them with its bounds.  Delta is a share w of the whole way to the frozen wake,
 During a step four inputs u are constant: the wind error v - v_s [m/s], the rate v_s' [m/s^2], w,
 and s_P, the true over the table's power coefficient.  A step ends where v_s reaches a node of the
 tables.  The adversaries choose, one input after the other, the end of its range at which
-xi' Q xi grows fastest: with Q = P it is V, with R the function of the common decay, with h h' one
-bound.
+xi' Q xi grows fastest: with Q = P it is V, with h h' one bound.
 
 Numba compiles this file; all functions that call each other are in it, for the reason that
 ``compiled`` states.
@@ -40,15 +39,17 @@ BOUNDS = (
     *("torque asked", "pitch asked", "least pitch", "decay", "common decay"),
 )
 DECAY, COMMON, COUNT = 9, 10, 11
-# What a run leaves: see ``run``.
+# Start wind; V at the start; true over nominal inertia; the first bound but the set to be exceeded,
+# as index into ``BOUNDS`` (their number for the coefficient table), and the schedule wind then;
+# when the set was left; when the table was left and the run ended; V at the end.
 EVENTS = (
     *("start_wind", "start_value", "inertia", "first", "first_wind", "left_at", "lost_at"),
     "end_value",
 )
-# A run's winds: constant; random telegraphs; sine waves; adversaries of V, of the settling, of one
-# bound; of V with pauses.  Of 25 runs so many are of each kind.
-PLAYERS = (4, 5, 4, 5, 2, 2, 3)
-CALM, SWITCHES, WAVES, AGAINST_SET, AGAINST_SETTLING, AGAINST_BOUND, IN_FITS = range(7)
+# A run's winds: constant; random telegraphs; sine waves; adversaries of V, and of one bound; one of
+# V with pauses.  Of 25 runs so many are of each kind.
+PLAYERS = (4, 5, 4, 6, 3, 3)
+CALM, SWITCHES, WAVES, AGAINST_SET, AGAINST_BOUND, IN_FITS = range(6)
 
 # Mean times between two switches [s], and angular frequencies of waves [rad/s]: one decade to
 # either side of the loop's natural frequency, which is near 0.3 rad/s.
@@ -311,21 +312,17 @@ def run(
     duration: float,
     share: Floats,
     late: Floats,
-    found: Floats,
+    events: Floats,
 ) -> None:
-    """Write what one run did.
+    """Write what one run did: ``share``, ``late`` and ``events``, nan where there is nothing.
 
     Parameters
     ----------
     loop : with the class and the plants of the campaign;  kind : index into ``PLAYERS``.
     level : starts have V up to this;  duration : of the run [s].
     share, late : the largest ratio to each bound, and the same in the second half of the run, when
-        the effect of the start has decayed; nan where a bound is not claimed.
-    found : the members of ``EVENTS``: start wind [m/s], V at the start, true over nominal
-        inertia; the first bound but the set to be exceeded, as index into ``BOUNDS`` (their number
-        for the coefficient table), and the schedule wind then; time at which the set was left;
-        time at which the table was left and the run ended; V at the end. nan where it did not
-        happen.
+        the effect of the start has decayed.
+    events : as ``EVENTS`` names them.
     """
     p = loop.equations
     k, wind, state = _start(loop, draw, level)
@@ -341,12 +338,12 @@ def run(
         phase[i] = 2.0 * np.pi * draw.random()
         # Constant wake and c_P: a third at each end of the range, the others between.
         shares[i] = min(max(3.0 * draw.random() - 1.0, 0.0), 1.0) if i > 1 else 0.0
-    Q = loop.R if kind == AGAINST_SETTLING else loop.P
+    Q = loop.P
     if kind == AGAINST_BOUND:
         h = DIRECTIONS[draw.integers(0, 3)]
         Q = np.outer(h, h)
     mood, first, first_common = 1.0, 0.0, 0.0
-    share[:], late[:], found[:] = nan, nan, nan
+    share[:], late[:], events[:] = nan, nan, nan
     time, last, end = 0.0, inf, len(p.cells) - 1
     while True:
         if kind == SWITCHES:
@@ -375,7 +372,7 @@ def run(
             u = (u[0], 0.0, u[2], u[3])
         e, lag, x = _measure(loop, k, wind, u[1], state, now)
         if time == 0.0:
-            found[0], found[1], found[2] = wind, now[0], inertia
+            events[0], events[1], events[2] = wind, now[0], inertia
         if kind == CALM:
             if time == 0.0:
                 rest = _equilibrium(loop, k, wind, u, kappa)
@@ -389,17 +386,17 @@ def run(
             if time >= duration / 2.0:
                 late[i] = now[i] if np.isnan(late[i]) else max(late[i], now[i])
             if now[i] > 1.0 + TOLERANCE:
-                if i == 0 and np.isnan(found[5]):
-                    found[5] = time
-                elif i > 0 and np.isnan(found[3]):
-                    found[3], found[4] = i, wind
-        found[7] = now[0]
+                if i == 0 and np.isnan(events[5]):
+                    events[5] = time
+                elif i > 0 and np.isnan(events[3]):
+                    events[3], events[4] = i, wind
+        events[7] = now[0]
         ratio = p.rotor_radius * state[0] / max(wind + u[0], LEAST_WIND)
         inside = p.ratio[0] <= ratio <= p.ratio[-1] and p.pitch[0] <= state[1] <= p.pitch[-1]
         if not inside:
-            found[6] = time
-            if np.isnan(found[3]):
-                found[3], found[4] = COUNT, wind
+            events[6] = time
+            if np.isnan(events[3]):
+                events[3], events[4] = COUNT, wind
         if time >= duration or not inside:
             return
         early = EARLY_PARTS if time < EARLY_LAGS * p.pitch_lag else 1.0

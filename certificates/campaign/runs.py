@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -38,35 +38,32 @@ REQUESTS = ("wind", "wind-error", "wind-rate", "start", "inertia", "wake")
 
 @dataclass(frozen=True, slots=True)
 class Beyond:
-    """How far a campaign goes beyond the certified class; the defaults stay inside it.
+    """How far a campaign goes beyond the certified class, as ``--beyond`` asks for it.
 
-    Attributes
-    ----------
-    name : the request, such as ``wind=3``; ``inside`` for the certified loop itself.
-    wind_error, wind_rate : factors on every cell's class [-].
-    start : starts have V up to this [-].
-    inertia : true over nominal inertia, or None for the certificate's.
-    wake : pitch effectiveness up to this share: equilibrium wake 0, frozen wake 1 [-].
+    Kinds: ``wind``, ``wind-error``, ``wind-rate`` : the class of every cell, times a number.
+    ``start`` : starts with V up to it.  ``inertia`` : from LOW to HIGH of nominal.  ``wake`` : pitch
+    effectiveness up to this share of the way to the frozen wake's.  Empty: inside the class.
     """
 
-    name: str
-    wind_error: float = 1.0
-    wind_rate: float = 1.0
-    start: float = 1.0
-    inertia: tuple[float, ...] | None = None
-    wake: float = 1.0
+    kind: str = ""
+    numbers: tuple[float, ...] = (1.0,)
+
+    @property
+    def name(self) -> str:
+        """The request, such as ``wind=3``."""
+        numbers = ":".join(f"{number:g}" for number in self.numbers)
+        return f"{self.kind}={numbers}" if self.kind else "inside"
 
     def loop(self, loop: CertifiedLoop) -> CertifiedLoop:
         """Return the loop with this class and these plants; its bounds are the certificate's."""
-        return loop._replace(
-            wind_error=self.wind_error * loop.wind_error,
-            wind_rate=self.wind_rate * loop.wind_rate,
-            wake=self.wake * loop.wake,
-            inertia=np.array(self.inertia or loop.inertia.tolist()),
-        )
+        if self.kind == "inertia":
+            return loop._replace(inertia=np.array(self.numbers))
+        members = {"wind": ("wind_error", "wind_rate"), "start": (), "": ()}
+        changed = members.get(self.kind, (self.kind.replace("-", "_"),))
+        return loop._replace(**{name: self.numbers[0] * getattr(loop, name) for name in changed})
 
 
-INSIDE = Beyond("inside")
+INSIDE = Beyond()
 
 
 def beyond_of(text: str) -> Beyond:
@@ -97,9 +94,7 @@ def beyond_of(text: str) -> Beyond:
             f"--beyond {text}: starts up to V = {numbers[0]:g} are within the certificate; give a "
             "number above 1, or leave --beyond out"
         )
-    members = ("wind_error", "wind_rate") if kind == "wind" else (kind.replace("-", "_"),)
-    extent: Any = numbers if kind == "inertia" else numbers[0]
-    return Beyond(f"{kind}={value}", **dict.fromkeys(members, extent))
+    return Beyond(kind, numbers)
 
 
 # The requests that ``--beyond all`` stands for.
@@ -181,15 +176,12 @@ def run_campaigns(
     sha256 = hashlib.sha256(certificate.read_bytes()).hexdigest()
     loop = _loop(str(certificate), sha256)
     fixed = {"certificate": sha256, "duration": duration, "seed": seed}
-    tasks = [
-        Task(
-            f"{__name__}:some_runs",
-            str(certificate),
-            {**fixed, "beyond": asdict(beyond), "from": n, "to": min(n + TOGETHER, runs)},
-        )
-        for beyond in classes
-        for n in range(0, runs, TOGETHER)
-    ]
+    tasks = []
+    for beyond in classes:
+        asked = {**fixed, "beyond": [beyond.kind, list(beyond.numbers)]}
+        for n in range(0, runs, TOGETHER):
+            inputs = {**asked, "from": n, "to": min(n + TOGETHER, runs)}
+            tasks.append(Task(f"{__name__}:some_runs", str(certificate), inputs))
     results, _ = run_tasks(tasks, folder, workers=workers, tell=tell)
     error = next((result["error"] for result in results if "error" in result), None)
     if error is not None:
@@ -218,13 +210,14 @@ def require_numbers(runs: int, duration: float, seed: int) -> None:
 
 def some_runs(source: str, inputs: Mapping[str, Any]) -> Result:
     """Return a task's result: some runs, with None in place of nan."""
-    beyond, numbers = Beyond(**inputs["beyond"]), range(inputs["from"], inputs["to"])
+    beyond, numbers = Beyond(*inputs["beyond"]), range(inputs["from"], inputs["to"])
     loop = beyond.loop(_loop(source, inputs["certificate"]))
+    level = beyond.numbers[0] if beyond.kind == "start" else 1.0
     sizes = {"share": len(BOUNDS), "late": len(BOUNDS), "events": len(EVENTS)}
     tables = {name: np.empty((len(numbers), size)) for name, size in sizes.items()}
     for i, n in enumerate(numbers):
         draw, rows = np.random.default_rng([inputs["seed"], n]), (t[i] for t in tables.values())
-        run(loop, draw, KINDS[n % len(KINDS)], beyond.start, inputs["duration"], *rows)
+        run(loop, draw, KINDS[n % len(KINDS)], level, inputs["duration"], *rows)
     return {name: [_plain(row) for row in table.T] for name, table in tables.items()}
 
 

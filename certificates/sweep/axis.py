@@ -20,23 +20,13 @@ _NUMBER = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?
 class AxisKind:
     """A quantity that may be swept, as ``--over`` names it, with the SI unit of its values.
 
-    Its values lie above ``above`` (or on it, if ``closed``), and not beyond ``highest``.
+    Its values lie above 0 (or on it, if ``closed``), and not beyond ``highest``.
     """
 
     name: str
     unit: str
-    above: float = 0.0
     highest: float = math.inf
     closed: bool = False
-
-    def require(self, value: float) -> None:
-        """Refuse a value outside the limits."""
-        if not (self.above < value or self.closed and value == self.above) or value > self.highest:
-            limit = f"{'at least' if self.closed else 'above'} {self.above:g}"
-            limit += f" and at most {self.highest:g}" if self.highest < math.inf else ""
-            raise ModelError(
-                f"{value:g} {self.unit} was given; {self.name} must be {limit} {self.unit}"
-            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +55,7 @@ def parse_axes(written: Sequence[str], kinds: Sequence[AxisKind]) -> tuple[Axis,
         another form, a unit of another quantity, values that do not increase, a value beyond what
         the quantity allows, more than 100 000 points.
     """
-    known = {kind.name: kind for kind in kinds}
-    found: dict[str, Axis] = {}
+    known, axes = {kind.name: kind for kind in kinds}, dict[str, Axis]()
     for text in written:
         name, _, values = text.partition("=")
         name = name.strip()
@@ -75,28 +64,33 @@ def parse_axes(written: Sequence[str], kinds: Sequence[AxisKind]) -> tuple[Axis,
                 f"--over {text}: {name!r} cannot be swept{did_you_mean(name, known)}; known here: "
                 + ", ".join(f"{kind.name} [{kind.unit}]" for kind in kinds)
             )
-        if name in found:
+        if name in axes:
             raise ModelError(f"--over {text}: {name} was given before; give each axis once")
         try:
-            found[name] = _axis(known[name], values)
+            axes[name] = _axis(known[name], values)
         except ModelError as error:
             raise ModelError(f"--over {text}: {error}") from error
-    points = math.prod(len(axis.values) for axis in found.values())
+    points = math.prod(len(axis.values) for axis in axes.values())
     if points > _MOST:
         raise ModelError(f"{points} points were asked for; at most {_MOST} are made in one sweep")
-    return tuple(found.values())
+    return tuple(axes.values())
 
 
 def _axis(kind: AxisKind, text: str) -> Axis:
-    parts = text.split(":")
-    if len(parts) not in (1, 3) or not text.strip():
+    ends = text.split(":")
+    if len(ends) not in (1, 3) or not text.strip():
         raise ModelError(f"write {kind.name}=LOW:HIGH:COUNT or {kind.name}=VALUE,VALUE,...")
-    if len(parts) == 3:
-        values = _spaced(_number(kind, parts[0]), _number(kind, parts[1]), parts[2])
+    if len(ends) == 3:
+        values = _spaced(_number(kind, ends[0]), _number(kind, ends[1]), ends[2])
     else:
-        values = [_number(kind, part) for part in text.split(",")]
+        values = [_number(kind, number) for number in text.split(",")]
     for value in values:
-        kind.require(value)
+        if not (0 < value or kind.closed and value == 0) or value > kind.highest:
+            limit = f"{'at least' if kind.closed else 'above'} 0"
+            limit += f" and at most {kind.highest:g}" if kind.highest < math.inf else ""
+            raise ModelError(
+                f"{value:g} {kind.unit} was given; {kind.name} must be {limit} {kind.unit}"
+            )
     for low, high in zip(values, values[1:], strict=False):
         if not low < high:
             raise ModelError(f"{low:g} is followed by {high:g} {kind.unit}; values must increase")
@@ -115,12 +109,10 @@ def _spaced(low: float, high: float, count: str) -> list[float]:
 
 
 def _number(kind: AxisKind, text: str) -> float:
-    found = _NUMBER.fullmatch(text)
-    if found is None:
+    match = _NUMBER.fullmatch(text)
+    if match is None or not math.isfinite(float(match.group(1))):
         raise ModelError(f"{text!r} is not a number; write it like 0.05 or 1e-3")
-    value, unit = float(found.group(1)), found.group(2)
-    if not math.isfinite(value):
-        raise ModelError(f"{text!r} is too large for a number")
+    value, unit = float(match.group(1)), match.group(2)
     if not unit:
         return value
     # "kNm" is read as "kN m".

@@ -34,7 +34,6 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.loops.effort_sharing.loop_cell import LoopBox, LoopUncertainty
-from takagi.models.turbine.aerodynamics import rotor_power
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import rated_wind
 
@@ -73,11 +72,10 @@ def point(turbine: Turbine, at: Mapping[str, float]) -> dict[str, Any]:
         wind and what to change.
     """
     plant, law, covered = loop_at(turbine, at)
-    cost = {"energy_cost [%]": _energy_cost(plant, law)}
     candidate = effort_sharing_candidate(plant, law, **covered)
     if candidate.P is None:
         reason = f"{failing_winds(candidate.cells)}; {REMEDY}"
-        return {"verdict": "UNDECIDED", "reason": reason, **cost}
+        return {"verdict": "UNDECIDED", "reason": reason}
     document = certificate_document(
         model=turbine_data(plant, []),
         gains=effort_sharing_law_data(law),
@@ -86,8 +84,8 @@ def point(turbine: Turbine, at: Mapping[str, float]) -> dict[str, Any]:
     )
     claim = check_document(document).claims[0]
     if claim.verdict is not Verdict.PROVED:
-        return {"verdict": claim.verdict.name, "reason": f"{claim.text}; {REMEDY}", **cost}
-    proved = {"verdict": "PROVED", "reason": None, **_guaranteed(plant, law, candidate), **cost}
+        return {"verdict": claim.verdict.name, "reason": f"{claim.text}; {REMEDY}"}
+    proved = {"verdict": "PROVED", "reason": None, **_guaranteed(plant, law, candidate)}
     for low, high in wind_ranges(turbine):
         proved |= _over_range(candidate, low, high)
     return proved
@@ -170,21 +168,6 @@ def _decimal(value: float) -> Fraction:
 def _rounded_down(value: Fraction) -> Fraction:
     """Return four digits of a number."""
     return _decimal(float(f"{float(value) * (1 - 1e-12):.4g}"))
-
-
-def _energy_cost(turbine: Turbine, law: EffortSharingLaw) -> float:
-    """Return the power that the overlap loses at rated wind [% of what the rotor gives there].
-
-    The ramp divides the effort, so that pitch reduces the power and the torque is below its rated
-    value.
-    """
-    wind, table = rated_wind(turbine), law.schedule
-    speed = float(np.interp(wind, table.wind, table.rotor_speed))
-    if float(np.interp(wind, table.wind, table.trim_effort)) >= table.overlap:
-        return 0.0
-    available = float(rotor_power(turbine, speed, turbine.pitch_min, wind))
-    taken = turbine.gear_ratio * table.torque(wind, turbine) * speed
-    return _short(100 * (1 - taken / available))
 
 
 def _guaranteed(

@@ -1,11 +1,10 @@
 """Tasks shared by several processes: one result a file, named by the hash of its task.
 
-    FOLDER/HASH.json    {"task": {...}, "result": {...}, "sha256": hash of the result}
+    FOLDER/HASH.json    {"task": {...}, "sha256": hash of the result, "result": {...}}
 
 A file is written beside its place and renamed, so it is complete or absent.  A task whose file is
-there is not computed again; a damaged file counts as absent.  The hash covers the function, all
-its inputs, the versions of the libraries, and ``FORMAT``. So files of another model, law or
-release are never taken for this task's.
+there is not computed again; a damaged file counts as absent.  The hash covers everything that the
+result depends on, so a file of another model, law or release is never taken for this task's.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ import os
 import signal
 import tempfile
 import threading
-import time
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -92,15 +90,14 @@ def run_tasks(
     folder.mkdir(parents=True, exist_ok=True)
     results = {task.file: _stored(task, folder) for task in tasks}
     missing = [task for task in tasks if results[task.file] is None]
-    resumed, began = len(tasks) - len(missing), time.monotonic()
+    resumed = len(tasks) - len(missing)
     # Closed also if an interrupt comes between two results: the tasks that wait are dropped then.
     with closing(_computed(missing, folder, min(count, len(missing)))) as computed:
         for number, (file, result) in enumerate(computed, start=1):
             results[file] = result
             if tell is not None:
-                minutes = (time.monotonic() - began) / number * (len(missing) - number) / 60
-                words = f"{resumed + number} of {len(tasks)} results, about {minutes:.0f} min left"
-                tell(words, (resumed + number) / len(tasks))
+                ready = resumed + number
+                tell(f"{ready} of {len(tasks)} results", ready / len(tasks))
     return [results[task.file] or {} for task in tasks], resumed
 
 

@@ -2,43 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.sweep.axis import Axis
 from takagi.certificates.sweep.sweep import Row, Sweep
 from takagi.models.arrays import Floats
 from takagi.models.laws.law_words import law_words
 from takagi.reports.csv_text import csv_text
-from takagi.reports.figures.style import COLOURS, GREY, SEQUENTIAL, STYLES, house_style, new_figure
+from takagi.reports.figures.style import house_style, new_figure, shades
 from takagi.reports.figures.writing import figure_to_svg
 from takagi.reports.page.markdown_table import markdown_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-OVERSPEED = "overspeed [%]"
-ERROR, RATE = "mean_wind_error [m/s]", "mean_wind_rate [m/s^2]"
-HATCH = "////"
-
-
-@dataclass(frozen=True, slots=True)
-class Panel:
-    """One quantity of a figure: its label, and line's label -> column; ``log`` scales it."""
-
-    label: str
-    columns: Mapping[str, str]
-    log: bool = False
-
-
+# The columns that page and figure show, and those that the figure draws in decades.
 PUBLISHED = (
-    Panel("winds", {"proved": "proved_windows", "at the trim": "proved_at_trim"}),
-    Panel("first wind not proved [m/s]", {"": "first_failing_wind [m/s]"}),
-    Panel("least proved decay [1/s]", {"": "least_decay_rate [1/s]"}, log=True),
+    *("proved_windows", "proved_at_trim", "first_failing_wind [m/s]"),
+    "least_decay_rate [1/s]",
 )
+EFFORT_SHARING = ("overspeed [%]", "common_decay [1/s]")
+BY_WIND = ("mean_wind_error [m/s]", "mean_wind_rate [m/s^2]")
+DECADES = ("least_decay_rate [1/s]", "common_decay [1/s]")
+MOST_LABELS = 8
 PROVED_HERE = {
     "coherent": "PROVED means that the independent checker has verified the emitted decimals. The "
     "wind error is |v - v_s|, the distance of the wind from the law's schedule wind, and the wind "
@@ -68,7 +56,7 @@ def sweep_files(sweep: Sweep) -> dict[str, bytes | str]:
         words = f"{law_words(sweep.law)} over " + " and ".join(axis.name for axis in sweep.axes)
         files["figures/map.svg"] = figure_to_svg(figure, name="sweep-map", description=words)
         picture = f"![{words}](figures/map.svg)\n\n"
-    shown = [*heads, "verdict", *_columns(_panels(sweep)), "reason"]
+    shown = [*heads, "verdict", *_columns(sweep), "reason"]
     counted = ", ".join(f"{number} {verdict}" for verdict, number in sweep.counted().items())
     files["map.md"] = (
         f"# {sweep.model}: the {law_words(sweep.law)}\n\n{len(points)} points: {counted}. "
@@ -79,99 +67,48 @@ def sweep_files(sweep: Sweep) -> dict[str, bytes | str]:
 
 
 def sweep_figure(sweep: Sweep) -> Figure | None:
-    """Return lines over one axis, or maps over two; else, or if nothing is proved, None."""
-    axes = [axis for axis in sweep.axes if len(axis.values) > 1]
-    panels = _panels(sweep)
-    if not axes or not any(np.isfinite(_numbers(sweep, c)).any() for c in _columns(panels)):
+    """Return a panel for each column, over the last axis; a line for each value of the others.
+
+    A point without a number is a gap.  None if the last axis has one value, or without a number.
+    """
+    drawn = [column for column in _columns(sweep) if np.isfinite(_numbers(sweep, column)).any()]
+    if not drawn or not sweep.axes or len(sweep.axes[-1].values) < 2:
         return None
+    axis, (lines, _) = sweep.axes[-1], _numbers(sweep, drawn[0]).shape
+    rows = -(-len(drawn) // 3)
     with house_style():
-        if len(axes) == 1:
-            return _lines(sweep, axes[0], panels)
-        return _maps(sweep, axes, panels) if len(axes) == 2 else None
+        figure, panels = new_figure(rows, 3, width=9.5, height=2.7 * rows + 0.5)
+        for panel, column in zip(panels, drawn, strict=False):
+            for k, colour in enumerate(shades(lines)):
+                values = _numbers(sweep, column)[k]
+                panel.plot(axis.values, values, color=colour, marker="o", markersize=4)
+            panel.set(title=column.replace("_", " ").replace(": ", ",\n"), xlabel=axis.label)
+            if column in DECADES:
+                panel.set_yscale("log")
+            else:
+                panel.set_ylim(bottom=min(0.0, panel.get_ylim()[0]))
+        for panel in panels[len(drawn) :]:
+            panel.set_axis_off()
+        for k in range(0, lines, -(-lines // MOST_LABELS)) if lines > 1 else ():
+            row = sweep.rows[k * len(axis.values)]
+            words = ", ".join(f"{other.name} {row[other.label]:g}" for other in sweep.axes[:-1])
+            panels[0].lines[k].set_label(words)
+        if lines > 1:
+            figure.legend(loc="outside upper center", ncols=4)
+    return figure
 
 
-def _panels(sweep: Sweep) -> Sequence[Panel]:
+def _columns(sweep: Sweep) -> list[str]:
     if sweep.law != "coherent":
-        return PUBLISHED
-    winds = _ranges(sweep)[1:]
-    return (
-        Panel("mean wind error [m/s]", {each: f"{each}: {ERROR}" for each in winds}),
-        Panel("mean wind rate [m/s\u00b2]", {each: f"{each}: {RATE}" for each in winds}),
-        Panel(OVERSPEED, {"": OVERSPEED}),
-        Panel("common decay [1/s]", {"": "common_decay [1/s]"}, log=True),
-    )
-
-
-def _ranges(sweep: Sweep) -> list[str]:
-    """Return the ranges of winds that columns are about; the first is all winds."""
-    keys = (key for row in sweep.rows for key in row if key.endswith(ERROR))
-    return list(dict.fromkeys(key.partition(": ")[0] for key in keys))
-
-
-def _columns(panels: Sequence[Panel]) -> list[str]:
-    return [column for panel in panels for column in panel.columns.values()]
+        return list(PUBLISHED)
+    ranges = [key for row in sweep.rows for key in row if key.endswith(BY_WIND)]
+    return [*EFFORT_SHARING, *sorted(dict.fromkeys(ranges), key=lambda key: key.partition(": ")[2])]
 
 
 def _numbers(sweep: Sweep, column: str) -> Floats:
-    """Return a column of the points, nan where a point has no such number."""
-    return np.array([row.get(column) for row in sweep.rows], dtype=np.float64)
-
-
-def _lines(sweep: Sweep, axis: Axis, panels: Sequence[Panel]) -> Figure:
-    x = np.array(axis.values)
-    proved = np.isfinite([_numbers(sweep, column) for column in _columns(panels)]).any(axis=0)
-    figure, drawn = new_figure(-(-len(panels) // 2), 2, width=8.0, height=5.6)
-    for axes, panel in zip(drawn, panels, strict=False):
-        for colour, style, (label, column) in zip(
-            COLOURS, STYLES, panel.columns.items(), strict=False
-        ):
-            y = _numbers(sweep, column)
-            axes.plot(x, y, label=label, color=colour, linestyle=style, marker="o", markersize=4)
-        axes.set(xlabel=axis.label, ylabel=panel.label)
-        if panel.log:
-            shown = [y for line in axes.lines for y in np.asarray(line.get_ydata()) if y > 0]
-            axes.set(yscale="log", ylim=(min(shown) / 2, 2 * max(shown)) if shown else None)
-        if not proved.all():
-            ground, missing = axes.get_xaxis_transform(), x[~proved]
-            cross: dict[str, Any] = {"color": GREY, "marker": "x", "linestyle": "none"}
-            axes.plot(missing, 0 * missing, transform=ground, clip_on=False, **cross)
-        axes.set_xlim(x[0] - 0.03 * (x[-1] - x[0]), x[-1] + 0.03 * (x[-1] - x[0]))
-        if len(panel.columns) > 1:
-            axes.legend(fontsize=8)
-    for axes in drawn[len(panels) :]:
-        axes.set_axis_off()
-    return figure
-
-
-def _maps(sweep: Sweep, axes: Sequence[Axis], panels: Sequence[Panel]) -> Figure:
-    """Return a map for each column; hatched: nothing is proved, or no wind fails."""
-    from matplotlib.colors import LogNorm, Normalize
-
-    x, y = (edges(np.array(axis.values)) for axis in reversed(axes))
-    shown = [(panel, *line) for panel in panels for line in panel.columns.items()]
-    figure, drawn = new_figure(2, -(-len(shown) // 2), width=2.9 * len(shown) / 2, height=6.4)
-    for field, (panel, label, column) in zip(drawn, shown, strict=False):
-        values = _numbers(sweep, column).reshape(len(y) - 1, len(x) - 1)
-        field.grid(visible=False)
-        field.patch.set(hatch=HATCH, edgecolor=GREY)
-        field.set(title=f"{panel.label}\n{label}", xlabel=axes[1].label, ylabel=axes[0].label)
-        finite = values[np.isfinite(values)]
-        if len(finite):
-            # A scale that begins at 0 does not show nearly constant values as different.
-            scale = LogNorm(finite.min(), finite.max()) if panel.log else Normalize(0, finite.max())
-            seen = np.ma.masked_invalid(values)
-            mesh = field.pcolormesh(x, y, seen, cmap=SEQUENTIAL, norm=scale)
-            figure.colorbar(mesh, ax=field, orientation="horizontal", pad=0.02, aspect=30)
-    for field in drawn[len(shown) :]:
-        field.set_axis_off()
-    return figure
-
-
-def edges(values: Floats) -> Floats:
-    """Return n + 1 borders half-way between n increasing values; the outer ones as far out."""
-    middle = (values[1:] + values[:-1]) / 2
-    ends = 1.5 * values[[0, -1]] - 0.5 * values[[1, -2]]
-    return np.array([ends[0], *middle, ends[1]], dtype=np.float64)
+    """Return a column as (lines, points of the last axis), nan where a point has no such number."""
+    values = np.array([row.get(column) for row in sweep.rows], dtype=np.float64)
+    return values.reshape(-1, len(sweep.axes[-1].values)) if sweep.axes else values[None]
 
 
 def _csv(rows: Sequence[Row]) -> str:
