@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.certificates.checker.kernel.matrices import Matrix, mean
+from takagi.certificates import CertificateError
+from takagi.certificates.checker.kernel.matrices import Matrix, mean, read_stack
+from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import Refused
 
 NUMBERS = st.fractions(-9, 9, max_denominator=30)
@@ -73,3 +76,13 @@ def test_a_positive_factor_changes_no_sign(above: int, below: int) -> None:
     assert edge.is_positive_semidefinite
     assert not edge.is_positive_definite
     assert not Matrix([[2, 1], [0, 1]]).is_positive_definite
+
+
+@pytest.mark.parametrize("wrong", [0, 1, 2])
+def test_a_stack_has_matrices_of_one_shape_and_a_refusal_names_the_other(wrong: int) -> None:
+    stack: list[Any] = [[[Number("1"), Number("2")]] for _ in range(3)]
+    assert [m.shape for m in read_stack({"A": stack}, "A", "model")] == [(1, 2)] * 3
+
+    stack[wrong] = [[Number("1")]] if wrong else "none"
+    with pytest.raises(CertificateError, match=rf"^model\.A\.{wrong}\b"):
+        read_stack({"A": stack}, "A", "model")

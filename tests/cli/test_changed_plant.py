@@ -174,53 +174,6 @@ def test_rules_that_leave_out_a_corner_are_refused(gains: Path, tmp_path: Path) 
         check_document(document)
 
 
-def test_what_has_changed_is_said_item_by_item(
-    gains: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """A range and a rest from the gain file; a parameter and an equation from its certificate."""
-    text = DRAG.replace("[-1, 1]", "[-1.2, 1.2]").replace(
-        "mass = { value = 1,", "mass = { value = 1.1,"
-    )
-    plant, out = tmp_path / "plant.toml", tmp_path / "c.json"
-    plant.write_text(text, encoding="utf-8")
-
-    main(["certify", str(plant), "--gains", str(gains), "--out", str(out)])
-    alone = capsys.readouterr().out
-    assert "changed since the gains were made: angle: range [-1, 1] rad -> [-1.2, 1.2] rad" in alone
-    assert "the certificate of the gains, which is not beside the gain file" in alone
-
-    beside = tmp_path / "gains.json"
-    beside.write_text(gains.read_text("utf-8"), encoding="utf-8")
-    old = gains.with_name("plant.toml")
-    assert (
-        main(
-            [
-                "certify",
-                str(old),
-                "--gains",
-                str(beside),
-                "--out",
-                str(tmp_path / "certificate.json"),
-            ]
-        )
-        == 0
-    )
-    main(["certify", str(plant), "--gains", str(beside), "--out", str(out)])
-    said = capsys.readouterr().out
-    assert "changed since the gains were made: parameters.mass: 1 -> 1.1" in said
-    assert "changed since the gains were made: equation of rate: " in said
-
-
-def test_nothing_is_said_to_have_changed_where_nothing_has(
-    gains: Path, tmp_path: Path, capsys: Capture
-) -> None:
-    """The plant of the gains."""
-    arguments = [str(gains.with_name("plant.toml")), "--gains", str(gains)]
-
-    assert main(["certify", *arguments, "--out", str(tmp_path / "c.json")]) == 0
-    assert "changed since" not in capsys.readouterr().out
-
-
 def test_all_that_does_not_fit_is_listed(gains: Path, tmp_path: Path, capsys: Capture) -> None:
     """A state of another name, one more state, and an input of another unit, in one message."""
     text = (

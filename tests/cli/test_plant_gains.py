@@ -230,31 +230,3 @@ def test_misuse_names_the_option(
     assert captured.out == "" and captured.err.startswith("Error: ")
     assert message in captured.err and "Traceback" not in captured.err
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "field", "expected"),
-    [
-        ('x = "x + x^3 + u"', 'x = "x + y^3 + u"', "equations.x", "'y' is not known"),
-        ('x = "x + x^3 + u"', 'x = "x + x^3 + u + 1"', "", "is 1 per second, not 0"),
-        ("[equations]", "[equation]", "equation", "is not known"),
-        ("x = { range = [-1, 1] }", "x = { range = [-1, 1], unit = 'mm/' }", "states.x.unit", ""),
-        ("x = { range = [-1, 1] }", "x = {}", "", "no range was given"),
-        ("[states]", "[design]\ndecay_rat = 1\n[states]", "design.decay_rat", "'decay_rate'"),
-        ("[states]", "[design]\ndamping = 2\n[states]", "design.damping", "below 1"),
-        ("[states]", "[design]\ninitial = { z = 1 }\n[states]", "design.initial", "z is no state"),
-    ],
-)
-def test_a_wrong_plant_file_is_named_with_its_place(
-    cubic: Path, tmp_path: Path, capsys: Capture, old: str, new: str, field: str, expected: str
-) -> None:
-    """File, line and field, or the equation."""
-    assert old in CUBIC
-    cubic.write_text(CUBIC.replace(old, new, 1), encoding="utf-8")
-
-    assert main(["design", str(cubic), "--out", str(tmp_path / "out")]) == 2
-
-    message = capsys.readouterr().err
-    assert expected in message and "Traceback" not in message
-    assert not field or (f"{cubic}:" in message and repr(field) in message)
-    assert not (tmp_path / "out").exists()

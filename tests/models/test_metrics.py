@@ -115,14 +115,6 @@ def test_the_transient_is_dropped() -> None:
     assert found.torque_rate == 0.0
 
 
-def test_row_names_every_number_with_its_unit() -> None:
-    """Ten columns, each with a unit in brackets."""
-    row = measure(sawtooth_record(), nrel5mw()).row()
-
-    assert len(row) == 10
-    assert all("[" in title and title.endswith("]") for title in row)
-
-
 def test_misuse_is_told() -> None:
     """Nothing left, negative skip, no duration, NaN."""
     record, turbine = sawtooth_record(), nrel5mw()

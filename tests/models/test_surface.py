@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import RectBivariateSpline
 
 from takagi.models import ModelError, Surface
-from takagi.models.ranges import Interval, exact
+from takagi.models.ranges import Interval
 from takagi.models.splines import interpolate
 from takagi.models.turbine import nrel5mw
 
@@ -106,47 +106,6 @@ def test_bounds_contain_samples(box: tuple[Interval, Interval], order: tuple[int
     assert low - rounding <= values.min() and values.max() <= high + rounding
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
-@given(boxes(), st.sampled_from([(0, 0), (1, 0), (0, 1)]))
-def test_tight_bounds_exceed_samples_by_little(
-    box: tuple[Interval, Interval], order: tuple[int, int]
-) -> None:
-    """With tolerance 1 % each end is within 2 % of the width that sampling finds."""
-    torque = nrel5mw().torque
-    bound = torque.bounds(*box, *order, tolerance="0.01")
-    values = torque(*samples(box, 81), *order)
-    slack = 0.02 * float(np.ptp(values)) + 1e-12
-
-    assert torque.bounds(*box, *order).contains(bound)
-    assert float(bound.lower) >= values.min() - slack
-    assert float(bound.upper) <= values.max() + slack
-
-
-def test_bound_from_too_few_samples_is_not_one() -> None:
-    """Around the peak of c_P, corner samples miss what the enclosure holds."""
-    power = nrel5mw().power
-    box = Interval.of(6, 9), Interval.of("-0.05", "0.06")
-    corners = power(*samples(box, 2))
-    truth = power(*samples(box, 101)).max()
-    bound = power.bounds(*box)
-
-    assert corners.max() < truth - 0.01
-    assert bound.contains(float(truth))
-    assert not Interval.of(float(corners.min()), float(corners.max())).contains(bound)
-
-
-def test_published_hull_of_the_spline_is_reached() -> None:
-    """On (6.8..8.2, 0..3 deg) plain and subdivided hulls nest, and shrink with the box."""
-    power = nrel5mw().power
-    plain = power.bounds(Interval.of("6.8", "8.2"), Interval.of(0, "0.0524"))
-    tight = power.bounds(Interval.of("6.8", "8.2"), Interval.of(0, "0.0524"), tolerance="0.001")
-    part = power.bounds(Interval.of("7.0", "8.0"), Interval.of(0, "0.0524"))
-
-    assert plain.contains(tight)
-    assert plain.contains(part)
-    assert float(tight.upper) == pytest.approx(0.46607, abs=1e-4)
-
-
 @pytest.mark.parametrize(("dx", "dy"), ORDERS)
 def test_a_point_box_is_the_exact_value(dx: int, dy: int) -> None:
     """On a point, inside a cell or at a knot, the enclosure has no width."""
@@ -158,35 +117,6 @@ def test_a_point_box_is_the_exact_value(dx: int, dy: int) -> None:
         assert bound.width == 0
         assert bound.lower == torque.exact(x, y, dx, dy)
         assert float(bound.lower) == pytest.approx(float(value), rel=1e-9, abs=1e-9)
-
-
-def basis(knots: list[Fraction], i: int, degree: int, x: Fraction) -> Fraction:
-    """Return N_{i,degree}(x) by the recursion of Cox and de Boor, in rational numbers."""
-    if degree == 0:
-        return Fraction(int(knots[i] <= x < knots[i + 1]))
-    total = Fraction(0)
-    if knots[i + degree] > knots[i]:
-        rise = (x - knots[i]) / (knots[i + degree] - knots[i])
-        total += rise * basis(knots, i, degree - 1, x)
-    if knots[i + degree + 1] > knots[i + 1]:
-        fall = (knots[i + degree + 1] - x) / (knots[i + degree + 1] - knots[i + 1])
-        total += fall * basis(knots, i + 1, degree - 1, x)
-    return total
-
-
-def test_exact_value_is_the_sum_of_basis_functions() -> None:
-    """sum_ij c_ij N_i(x) N_j(y) in rationals, computed without blossoms, is the same fraction."""
-    surface = polynomial_surface()
-    x_knots = [exact(knot) for knot in surface.x_knots.tolist()]
-    y_knots = [exact(knot) for knot in surface.y_knots.tolist()]
-    for x, y in ((Fraction(1, 3), Fraction(1, 7)), (Fraction(9, 2), Fraction(-2, 5))):
-        expected = sum(
-            exact(entry) * basis(x_knots, i, 3, x) * basis(y_knots, j, 3, y)
-            for i, row in enumerate(surface.coefficients.tolist())
-            for j, entry in enumerate(row)
-        )
-
-        assert surface.exact(x, y) == expected
 
 
 def test_one_changed_digit_is_noticed() -> None:

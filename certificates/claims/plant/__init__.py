@@ -3,5 +3,4 @@
 certification       a model with gains: requests tried, claims checked; ``certify``
 certificate         a plant with its law: every claim that was asked for
 useful_overshoot    of the proved bounds of an overshoot the best, or none
-sampled_premises    refuses bounds that are based on samples
 """

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from takagi.certificates.checker.arithmetic import interval as d
 from takagi.certificates.checker.arithmetic.elementary import function_of
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
-from takagi.certificates.checker.arithmetic.monotone import PI_FINE
 from takagi.certificates.checker.arithmetic.powers import power, root
 from takagi.certificates.checker.kernel.refusal import Refused
 
@@ -99,18 +98,6 @@ def test_sine_and_cosine_reach_one_exactly_between_their_ends() -> None:
     assert function_of("sin")(d.enclose(Fraction(0), Fraction(157, 100)))[1] < ONE
 
 
-def test_pi_is_that_of_machin() -> None:
-    """Machin (1706): pi/4 = 4 atan(1/5) - atan(1/239), here with rational partial sums."""
-
-    def atan_of(n: int) -> Fraction:
-        terms = (Fraction((-1) ** k, (2 * k + 1) * n ** (2 * k + 1)) for k in range(40))
-        return sum(terms, Fraction(0))
-
-    pi = 16 * atan_of(5) - 4 * atan_of(239)
-
-    assert PI_FINE <= pi * 10**48 < PI_FINE + 1
-
-
 @pytest.mark.parametrize(
     ("name", "low", "high"),
     [
@@ -143,25 +130,3 @@ def test_roots_and_powers_enclose(base: Fraction, q: int, n: int) -> None:
     assert low**q <= base <= high**q
     low, high = ends(power(bracket, n))
     assert low <= base**n <= high
-
-
-@given(
-    a=st.tuples(*[st.fractions(-50, 50, max_denominator=10**4)] * 2),
-    b=st.tuples(*[st.fractions(-50, 50, max_denominator=10**4)] * 2),
-    s=st.fractions(0, 1, max_denominator=100),
-    t=st.fractions(0, 1, max_denominator=100),
-)
-def test_arithmetic_encloses(
-    a: tuple[Fraction, ...], b: tuple[Fraction, ...], s: Fraction, t: Fraction
-) -> None:
-    """x in [a] and y in [b] give x + y, x y and x / y in the results."""
-    (a1, a2), (b1, b2) = sorted(a), sorted(b)
-    x, y = a1 + s * (a2 - a1), b1 + t * (b2 - b1)
-    first, second = d.enclose(a1, a2), d.enclose(b1, b2)
-
-    for found, value in ((first + second, x + y), (first * second, x * y)):
-        low, high = ends(found)
-        assert low <= value <= high
-    if b1 > 0 or b2 < 0:
-        low, high = ends(first / second)
-        assert low <= x / y <= high

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import (
     ProductRules,
-    neighbouring_rules,
     pdc,
     product_bounds,
     relaxation_named,
@@ -177,58 +175,6 @@ def test_bounds_of_a_premise_that_is_a_factor_twice() -> None:
     assert b[0, 1] == Fraction(27, 256) and b[0, 3] == b[1, 1] == Fraction(1, 16)
 
 
-def test_products_and_bounds_know_different_things() -> None:
-    """Neither contains the other: equal products, or (w_1 - w_2)^2 >= 0; together, the most.
-
-    One premise: products of corner weights are pairs, and only the bound 1/4 shows that
-    -h1^2 - h2^2 + 1.9 h1 h2 is negative.  Two premises: h_00 h_11 = h_01 h_10, which no bound says.
-    """
-    one = np.array([[-1.0, 0.95], [0.95, -1.0]])[:, :, None, None]
-    rules = ProductRules(np.arange(2)[:, None])
-    assert bound(one, "product", corners=rules) > 0.9
-    assert shaped(one, "wang-tanaka-griffin", product_bounds(rules)) < 0
-
-    rules = ProductRules(combinations_of(2, 2))
-    two = -0.01 * np.ones((4, 4))
-    two[0, 3] = two[3, 0] = 10
-    two[1, 2] = two[2, 1] = -10.1
-    two = two[:, :, None, None]
-    assert bound(two, "product", corners=rules) < 0
-    assert shaped(two, "wang-tanaka-griffin", product_bounds(rules)) > 0.1
-    assert shaped(two, "liu-zhang", product_bounds(rules)) > 0.1
-
-    both = random_theta(5, 4, 1)
-    pairs = shaped(both, "wang-tanaka-griffin", product_bounds(rules))
-    alone = bound(both, "product", corners=rules), pairs
-    together = shaped(both, "product", product_bounds(rules), corners=rules)
-    assert together < min(alone) - 0.05
-
-
-def test_neighbours_of_a_table() -> None:
-    """Hat functions over 4 x 3 corners: nine neighbours at most, four rules act at a time."""
-    rules = ProductRules(combinations_of(4, 3))
-    active = neighbouring_rules(rules)
-    knots, values = np.arange(4), np.linspace(0, 3, 301)
-    hats = np.maximum(0, 1 - np.abs(values[:, None] - knots))
-    others = np.maximum(0, 1 - np.abs(np.linspace(0, 2, 301)[:, None] - knots[:3]))
-    rng = np.random.default_rng(0)
-    weights = [hats[rng.integers(0, 301, 5000)], others[rng.integers(0, 301, 5000)]]
-    h = product_memberships(rules.corners, weights)
-
-    together = (h[:, :, None] * h[:, None, :] > 0).any(axis=0)
-    assert (active | ~together).all() and active.sum(axis=1).max() == 9
-    assert (h > 0).sum(axis=1).max() == 4
-    theta = random_theta(3, 12, 1)
-    known = {"corners": rules, "active": active, "active_rules": 4}
-    for name in ("wang-tanaka-griffin", "tuan", "product", "product-1", "polya-1"):
-        told, untold = bound(theta, name, **known), bound(theta, name, corners=rules)
-        assert largest(theta, h) <= told + 1e-9
-        assert told < untold - 0.1
-    loop, _ = known_sum(theta, **known)
-    (fewer,) = relaxation_named("product-1")(loop)[1]
-    assert fewer.count < relaxation_size("product-1", 12, rules).lmis
-
-
 @settings(max_examples=15)
 @given(st.integers(0, 10_000))
 def test_forms_of_memberships(seed: int) -> None:
@@ -279,14 +225,3 @@ def test_gains_for_memberships_that_overlap_little(
     assert len(h) > 100
     assert np.linalg.eigvalsh(V + V.transpose(0, 2, 1)).max() < 0
     assert not pdc(model, relaxation=relaxation).found
-
-
-def test_two_kinds_of_knowledge_add_up() -> None:
-    """Names of a second sum differ, and active rules are kept to the smaller number."""
-    loop, _ = known_sum(random_theta(0, 3, 1))
-    first = with_overlap(loop, 0.2 * np.ones((3, 3)) + np.eye(3))
-    second = with_overlap(replace(loop, name="second"), 0.2 * np.ones((3, 3)) + np.eye(3))
-
-    assert not {u.name for u in first[1]} & {u.name for u in second[1]}
-    assert with_overlap(with_overlap(loop, active_rules=2)[0], active_rules=3)[0].active_rules == 2
-    assert with_overlap(loop) == (loop, (), ())

@@ -12,15 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
-from takagi.lmi import Unknown
-from takagi.lmi.condition import lmi_value
 from takagi.lmi.turbine import (
     LoopOfGains,
     Objective,
     OneStepDesign,
     one_step_gains,
 )
-from takagi.lmi.turbine.one_step.condition import Around, motion_lmi, shortfall
 from takagi.lmi.turbine.one_step.motion import motion
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw, effort_schedule
@@ -180,67 +177,6 @@ def test_no_step_at_all_is_the_analysis_of_the_given_gains(
     slow = EffortGains(gains.proportional, 0.8 * gains.integral_rate)
     slower = replace(near_rated, law=replace(near_rated.law, gains=slow))
     assert one_step_gains(slower, steps=0).before.decay_rate < reached.decay_rate
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_straight_lines_hold_the_loop_near_the_gains(near_rated: LoopOfGains, seed: int) -> None:
-    """Every entry's range by the secants holds the enclosed one, but for second-order terms."""
-    rng = np.random.default_rng(seed)
-    theta, reach = theta_of(near_rated.law), 0.02
-    windy, _, free = near_rated.moving(theta, reach)
-    assert free.all()
-    spans = np.append(near_rated.bends(reach).min() * np.ones(near_rated.cells + 1), [])
-    u = np.concatenate([spans, np.full(near_rated.cells, reach)]) * rng.uniform(-1, 1, len(theta))
-    line = windy.at.A + np.einsum("nj,njab->nab", u[windy.members], windy.A)
-    true, _ = near_rated.corners(theta * np.exp(u))
-    before, _ = near_rated.corners(theta)
-    for k in range(near_rated.cells):
-        lines, corners = line[windy.at.cell == k], true.A[true.cell == k]
-        moved = np.abs(corners.max(axis=0) - before.A[before.cell == k].max(axis=0)).max()
-        beyond = corners.max(axis=0) - lines.max(axis=0)
-        below = lines.min(axis=0) - corners.min(axis=0)
-        assert max(beyond.max(), below.max()) < 0.1 * moved + 2e-3
-
-
-@pytest.mark.slow
-def test_the_convex_inequality_implies_the_bilinear_one(
-    near_rated: LoopOfGains, given: OneStepDesign
-) -> None:
-    """Where the LMI holds at random P, u, a, c, the inequality it stands for holds as well.
-
-    And it stands for nothing stronger at the point itself: both are the same at P = I, u = 0.
-    """
-    rng = np.random.default_rng(3)
-    windy, _, _ = near_rated.moving(theta_of(near_rated.law), 0.02)
-    start = given.functions
-    cell = windy.at.cell
-    T = np.linalg.inv(np.linalg.cholesky(start.P)).T
-    scale = 0.9 * start.scales[cell]
-    around = Around.of(windy, T, start.multipliers[cell], scale, cell, disturbed=True)
-    gains, cells = 2 * near_rated.cells + 1, near_rated.cells
-    P, u = Unknown("P", 3, 3, symmetric=True), Unknown("u", 1, 1, count=gains)
-    a, c = Unknown("a", 1, 1, count=cells), Unknown("c", 1, 1, count=cells)
-    every = np.arange(len(cell))
-    lmi = motion_lmi("invariance", around, every, P, u, a, c)
-    held = 0
-    for size in np.repeat([0.0, 1e-3, 1e-2], 10):
-        X = rng.normal(size=(3, 3)) * size
-        # c = 0: the product u c is second order and left out of the LMI.
-        values = {
-            "P": (np.eye(3) + X + X.T)[None],
-            "u": (size * rng.normal(size=gains))[:, None, None],
-            "a": (size * rng.normal(size=cells))[:, None, None],
-            "c": np.zeros((cells, 1, 1)),
-        }
-        convex = np.linalg.eigvalsh(lmi_value(lmi, values, {}))[:, -1]
-        true = shortfall(
-            around, values["P"][0], values["u"][:, 0, 0], values["a"][:, 0, 0], np.zeros(cells)
-        )
-        assert np.all(true[convex < 0] < 0)
-        held += int((convex < 0).sum())
-        if size == 0:
-            assert np.array_equal(convex < 0, true < 0)
-    assert held > len(cell)
 
 
 def test_gains_at_an_actuators_limit_may_not_be_raised(turbine: Turbine) -> None:

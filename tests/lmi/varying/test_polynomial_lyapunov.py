@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import (
@@ -18,7 +16,6 @@ from takagi.lmi import (
     exact_matrices,
     expressed,
     latex,
-    max_decay_rate,
     polynomial_lyapunov,
     polynomial_lyapunov_condition,
 )
@@ -91,46 +88,6 @@ def test_the_decay_rate_of_frozen_blends_is_reached() -> None:
     assert polynomial_lyapunov(A, decay_rate=2.0001).status == "infeasible"
 
 
-@settings(max_examples=8)
-@given(st.integers(0, 1000), st.booleans())
-def test_every_form_contains_the_common_P(seed: int, discrete: bool) -> None:
-    """At 99 % of the largest rate that a common P shows, the other forms show it too."""
-    rng = np.random.default_rng(seed)
-    A = rng.standard_normal((3, 2, 2)) - 2 * np.eye(2)
-    step = 0.1 if discrete else None
-    if discrete:
-        A = np.eye(2) + 0.1 * A
-    rate = max_decay_rate(A, sample_time=step).decay_rate
-    assert rate is not None
-    aim = rate - 0.01 * abs(rate)
-
-    cases: list[tuple[int, int, Any]] = [
-        (1, 0, "direct"),
-        (1, 1, "direct"),
-        (2, 0, "direct"),
-        (1, 0, "dilated"),
-    ]
-    for degree, polya, form in cases:
-        answer = polynomial_lyapunov(
-            A, degree=degree, polya=polya, form=form, decay_rate=aim, sample_time=step
-        )
-        assert answer.found
-        assert answer.decay_rate is not None and answer.decay_rate >= aim
-
-
-@settings(max_examples=8)
-@given(st.integers(0, 1000))
-def test_higher_degrees_contain_lower_ones(seed: int) -> None:
-    """What degree 1 shows, degree 2 shows, and so does a raised degree."""
-    rng = np.random.default_rng(seed)
-    A = rng.standard_normal((3, 2, 2)) - 2 * np.eye(2)
-    rate = polynomial_lyapunov(A, decay_rate=-5.0).decay_rate
-    assert rate is not None
-
-    for degree, polya in ((1, 1), (2, 0), (2, 1), (3, 0)):
-        assert polynomial_lyapunov(A, degree=degree, polya=polya, decay_rate=rate - 1e-3).found
-
-
 def two_premises(k: float) -> TSModel:
     """x'' + (1 + p) x' + (2 + q) x = 0 with p, q moved by k."""
     A: Any = [[[0, 1], [-2 - k * q, -1 - k * p]] for p in (-1, 1) for q in (-1, 1)]
@@ -156,17 +113,6 @@ def test_premises_have_a_simplex_each() -> None:
         np.tensordot(h, answer.lyapunov_function.vertices, axes=1),
         atol=1e-9,
     )
-
-
-def test_degrees_of_single_premises() -> None:
-    """Degree 0 in a premise: P is the same at both of its ends."""
-    answer = polynomial_lyapunov(two_premises(0.9), degree=(0, 1))
-    assert answer.lyapunov_function is not None
-
-    P = answer.lyapunov_function.vertices
-    np.testing.assert_array_equal(P[0], P[2])
-    assert np.abs(P[0] - P[1]).max() > 1e-3
-    assert polynomial_lyapunov(two_premises(0.9), degree=(1, 0)).status == "infeasible"
 
 
 def test_gains_close_the_loop() -> None:
