@@ -2,7 +2,7 @@
 
 wind, turbulence        wind series: steps, ramps, gusts; rotor-effective turbulence
 turbine_plant           the plants as values
-equations, dynamics, wake    what they do in time, compiled; as functions of a plant; at rest
+equations, dynamics     what they do in time, compiled; as functions of a plant
 speed_filter            what is done to the measured speed before the law reads it
 closed_loop, history    a law on a plant in a wind, and what it leaves
 time_steps              samples of the law, and the plant's steps within them
