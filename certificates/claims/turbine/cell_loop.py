@@ -12,6 +12,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
 from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.arithmetic.interval import Interval as Bracket
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import (
     Box,
@@ -95,6 +96,7 @@ class CellLoop:
             lag_rate=Interval(*lag_rates).outward(EMITTED_DIGITS),
             reference_slope=_bound(loop.reference_slope()),
             lag_disturbance=_bound(loop.lag_disturbance()),
+            torque=_torque(loop),
             pitch_rate=_up(loop.box.effort_lag / (loop.least_b * loop.plant.lag) + loop.led()),
         )
 
@@ -115,10 +117,7 @@ class CellLoop:
         self._check_torque(loop)
         self._check_pitch(loop)
         try:
-            ranges = {
-                name: Interval(Fraction(found.low, ONE), Fraction(found.high, ONE))
-                for name, found in loop.ranges()
-            }
+            ranges = {name: _between(bracket) for name, bracket in loop.ranges()}
             sizes = dict(loop.sizes())
             residual = stated_residual(loop) if self.residual is None else self.residual
         except Refused as error:
@@ -148,6 +147,8 @@ class CellLoop:
             effectiveness_slope=_up(sizes["effectiveness_slope"]),
             reference_slope=still,
             lag_disturbance=still,
+            torque=_torque(loop),
+            pitch=_between(loop.reached).outward(EMITTED_DIGITS),
             pitch_rate=still,
         )
 
@@ -229,6 +230,19 @@ def enclosures_of_gains(
         return cell
 
     return enclosed
+
+
+def _between(bracket: Bracket) -> Interval:
+    """Return the checker's enclosure with its exact ends."""
+    return Interval(Fraction(bracket.low, ONE), Fraction(bracket.high, ONE))
+
+
+def _torque(loop: Loop) -> Interval:
+    """Return the torque that the law may command in the cell, at most the rated one [N m]."""
+    law, k = loop.law, loop.k
+    ahead = min(abs(law.inertia[k]) * loop.rate, law.inertia_limit[k])
+    most = law.rated_torque - law.effort_torque * (psi(-loop.high, law.overlap) - ahead)
+    return Interval(loop.least_torque(), min(most, law.rated_torque)).outward(0)
 
 
 def _stated(found: Interval) -> Interval:
