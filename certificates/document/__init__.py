@@ -2,7 +2,7 @@
 
 certificate_file          the file: model, law, claims as decimals, with hashes
 model_data                a Takagi-Sugeno model and its law
-plant_text, plant_tables  a plant's numbers, expressions and tables
+plant_text                a plant's numbers, expressions and tables
 plant_embedding           a plant, the model derived from it, and the claim that ties them
 observer_data             an observer: gains, outputs, and the plant's slopes
 plant_blend               a plant behind a blend, and the claim that the blend is the plant
