@@ -50,7 +50,7 @@ def _explain(error: Exception) -> tuple[str, int]:
         return str(error), MISUSE
     if isinstance(error, OSError):
         # Imported here because most runs meet no such error.
-        from takagi.reports.system_errors import explain
+        from takagi.reports.output import explain
 
         return explain(error), MISUSE
     if isinstance(error, UnicodeDecodeError):

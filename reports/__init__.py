@@ -14,8 +14,7 @@
     csv_text          tables as CSV
     ci_formats        the results of a check as JUnit, SARIF and Markdown
     design_folder     the folder that ``takagi design`` leaves, and the appendix's
-    output            write a file or a folder completely or not at all
-    system_errors     the meaning of operating system errors, and what to do
+    output            write a file or a folder completely or not at all; what an error means
 
 Importing this package imports nothing else.
 """

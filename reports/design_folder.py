@@ -16,12 +16,12 @@ _MADE_BY: Mapping[str, Mapping[str, str]] = {
     "turbine": {
         "gains": "gains_file.turbine:gain_file",
         "report": "sections.turbine.page:report_html",
-        "appendix": "appendix.turbine_files:appendix_files",
+        "appendix": "appendix.design_files:appendix_files",
     },
     "plant": {
         "gains": "gains_file.plant:plant_gain_file",
         "report": "sections.plant.page:plant_report_files",
-        "appendix": "appendix.plant_files:plant_appendix",
+        "appendix": "appendix.design_files:plant_appendix",
     },
 }
 

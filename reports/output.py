@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
 from takagi.models.files.flushed_folder import flush_folder
-from takagi.reports.system_errors import explain
 
 
 class OutputError(OSError):
@@ -136,3 +135,24 @@ def _write_through(path: Path, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
+
+
+_ADVICE = {
+    errno.ENOSPC: "the disk is full; free some space or choose another place",
+    errno.EDQUOT: "your disk quota is used up; free some space or choose another place",
+    errno.EROFS: "the file system is read-only; choose another place",
+    errno.EACCES: "permission denied; check the permissions or choose another place",
+    errno.EPERM: "the system does not permit it; check the permissions or choose another place",
+    errno.ENOENT: "no such file or folder; check the path",
+    errno.EEXIST: "a file of this name stands where a folder is needed; choose another name",
+    errno.EISDIR: "this is a folder, and a file was expected",
+    errno.ENOTDIR: "a part of this path is a file, and a folder was expected",
+    errno.ENAMETOOLONG: "the name is too long for this file system; choose a shorter one",
+}
+
+
+def explain(error: OSError) -> str:
+    """Return what happened and what to do, in one line, after the path if it is known."""
+    what = _ADVICE.get(error.errno or 0, error.strerror or str(error))
+    path = error.filename2 or error.filename
+    return f"{os.fsdecode(path)}: {what}" if isinstance(path, str | bytes | os.PathLike) else what

@@ -11,7 +11,7 @@ import pytest
 @contextmanager
 def undrawn() -> Iterator[None]:
     """Let a plant's report and appendix be one word, and its one figure be empty."""
-    from takagi.reports.appendix import plant_files as latex
+    from takagi.reports.appendix import design_files as latex
     from takagi.reports.page import ReportFiles
     from takagi.reports.sections.plant import page
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.certificates.coq.coq_export import CoqFile as CoqFile
     from takagi.certificates.coq.coq_export import coq_file as coq_file
 
 __getattr__, __dir__ = lazy_names(__name__)

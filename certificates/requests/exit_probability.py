@@ -9,9 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
+from takagi.certificates.requests.loop.decimals import (
+    floats,
+    rounded_down,
+    rounded_up,
+    short,
+    stack_of,
+)
 from takagi.certificates.requests.loop.disturbance_channel import WAYS
-from takagi.certificates.requests.loop.exact_floats import floats, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import box_rows
 from takagi.certificates.requests.request import Attempt, first_proved, or_else

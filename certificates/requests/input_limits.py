@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.input_rate import membership_corners, motion_rows
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set, claimed_sets
-from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up
-from takagi.certificates.requests.loop.exact_floats import floats
+from takagi.certificates.requests.loop.decimals import floats, rounded_down, rounded_up
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import input_bounds
 from takagi.certificates.requests.request import Attempt, first_proved, or_else

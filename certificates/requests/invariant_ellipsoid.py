@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decay import common_function
-from takagi.certificates.requests.loop.decimals import rounded_down, short
-from takagi.certificates.requests.loop.exact_floats import stack_of
+from takagi.certificates.requests.loop.decimals import rounded_down, short, stack_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.quadratic_motion import (
     best_multiplier,

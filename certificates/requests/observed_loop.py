@@ -11,8 +11,14 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.observed_loop import ranges_kept, whole_loops
 from takagi.certificates.checker.words.sentences.observed_loop import starts
-from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
-from takagi.certificates.requests.loop.exact_floats import as_read, floats, stack_of
+from takagi.certificates.requests.loop.decimals import (
+    DIGITS,
+    as_read,
+    floats,
+    rounded_down,
+    short,
+    stack_of,
+)
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.loop.valid_level import SPARE
 from takagi.certificates.requests.request import Attempt, first_proved

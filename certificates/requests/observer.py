@@ -10,8 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kinds.observer import error_loops, joint_loops, secant_loops
-from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
-from takagi.certificates.requests.loop.exact_floats import as_read, stack_of
+from takagi.certificates.requests.loop.decimals import (
+    DIGITS,
+    as_read,
+    rounded_down,
+    short,
+    stack_of,
+)
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats

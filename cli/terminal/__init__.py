@@ -2,9 +2,7 @@
 
 turbine_summary, plant_summary    the summary of a finished design
 plant_set                         the proved set of a plant, in the units of its file
-lines                             a heading with its text, broken into lines
 files                             the files of a design; the reason where there is no design
-claim_lines                       the result of a check, claim by claim
-trusted_lines                     files and lines of code that a verdict depends on
+claim_lines                       the result of a check, claim by claim; the code it depends on
 simulation_table                  the numbers of a simulation
 """

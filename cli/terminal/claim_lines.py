@@ -1,11 +1,12 @@
-"""The result of a check as lines of text, claim by claim."""
+"""The result of a check as lines of text: claim by claim, and the code that it depends on."""
 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from takagi.certificates.audit.trusted_lines import File, Trusted
     from takagi.reports.ci_formats import CheckedFile
 
 
@@ -21,3 +22,34 @@ def claim_lines(checked: CheckedFile) -> list[str]:
         f"{claim.text}"
         for claim in checked.claims
     ]
+
+
+_HEAD = ("file of certificates/checker", "lines of code", "executed")
+
+
+def trusted_text(trusted: Trusted) -> str:
+    """Return a table of the files with their sum, and a note on the code of the sentences."""
+    total = (f"{len(trusted.files)} files", str(trusted.lines), str(trusted.executed))
+    rows = [_HEAD, *((f.place, str(f.lines), str(f.executed)) for f in trusted.files), total]
+    width = max(len(row[0]) for row in rows)
+    table = [f"  {row[0]:<{width}}  {row[1]:>13}  {row[2]:>8}" for row in rows]
+    words = sum(file.lines for file in trusted.words)
+    said = (
+        f"The sentences were made afterwards, by {words} lines of words/ that cannot change a "
+        "verdict. Trusted besides: Python and its standard library."
+    )
+    return "\n".join(["The verdict ran through:", *table, said])
+
+
+def as_data(trusted: Trusted) -> dict[str, Any]:
+    """Return the same for JSON."""
+    return {
+        "files": [_row(file) for file in trusted.files],
+        "lines": trusted.lines,
+        "executed": trusted.executed,
+        "words": [_row(file) for file in trusted.words],
+    }
+
+
+def _row(file: File) -> dict[str, Any]:
+    return {"file": file.place, "lines": file.lines, "executed": file.executed}

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.cli.terminal.lines import kept, told
 from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.overshoot import overshoots
@@ -224,3 +224,19 @@ def _overshoot(design: PlantDesign, loop: PlantLoop) -> list[str]:
 
 def _behind(unit: str) -> str:
     return "" if unit in ("", "-") else f" {unit}"
+
+
+WIDTH, INDENT = 100, " " * 13
+_TIE = "\N{NO-BREAK SPACE}"
+
+
+def told(word: str, text: str) -> list[str]:
+    """Return the heading and its text, broken into indented lines."""
+    start = f"  {word}".ljust(len(INDENT))
+    filled = fill(text, WIDTH, initial_indent=start, subsequent_indent=INDENT)
+    return [filled.replace(_TIE, " ")]
+
+
+def kept(part: str) -> str:
+    """Return the part with no-break spaces, so that it stays on one line."""
+    return part.replace(" ", _TIE)

@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.cli.terminal.lines import INDENT, WIDTH, kept, told
-from takagi.cli.terminal.plant_set import box_line, regulator_line, set_lines, starts_alone
+from takagi.cli.terminal.plant_set import (
+    INDENT,
+    WIDTH,
+    box_line,
+    kept,
+    regulator_line,
+    set_lines,
+    starts_alone,
+    told,
+)
 from takagi.cli.terminal.turbine_summary import claims_as_data
 
 if TYPE_CHECKING:

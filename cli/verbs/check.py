@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.errors import MISUSE, PROVED, UNPROVED
 from takagi.cli.progress import progress
-from takagi.cli.terminal.claim_lines import claim_lines
+from takagi.cli.terminal.claim_lines import claim_lines, trusted_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
@@ -246,10 +246,7 @@ def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted
         lines.append(f"  assumes: {'; '.join(checked.assumes)}")
     lines += checked.messages
     if trusted is not None:
-        # Imported here: few ask for it.
-        from takagi.cli.terminal.trusted_lines import as_text
-
-        lines.append(as_text(trusted))
+        lines.append(trusted_text(trusted))
     return "\n".join(lines)
 
 
@@ -272,7 +269,7 @@ def _as_json(
     }
     if trusted is not None:
         # Imported here: few ask for it.
-        from takagi.cli.terminal.trusted_lines import as_data
+        from takagi.cli.terminal.claim_lines import as_data
 
         answer["trusted"] = as_data(trusted)
     if compared is not None:

@@ -22,8 +22,7 @@ import numpy as np
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_growth import EnlargedLoops
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.definite import bounded, positive
-from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, nearest_power
 from takagi.models.arrays import Floats

@@ -43,8 +43,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.definite import bounded, positive
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded, positive
 from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, blocks_of
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power, state_units

@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pairs_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, input_stack, sample_time_of, vertex_stack
-from takagi.lmi.condition.definite import bounded, positive
 from takagi.lmi.condition.region import EigenvalueRegion, RegionPart
-from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide

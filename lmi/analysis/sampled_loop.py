@@ -24,8 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.definite import bounded, positive
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
 from takagi.models.arrays import Floats

@@ -1,12 +1,12 @@
 """A linear matrix inequality as data, and the functions that read it.
 
-term, unknown         sums of L X R with constants, in blocks; what an LMI is solved for
+term, unknown         sums of L X R with constants, in blocks, and P > 0; what is solved for
 statements            a condition from statements that were written with operators
 evaluate, exact       values put into it: in floats, in exact numbers
 rate_of_values        which decay rate given values show
 express, typeset      the same terms in cvxpy, in LaTeX or Markdown
 region, uncertainty   regions for eigenvalues; norm-bounded uncertainty, as values
-item_labels, selected_items    names of items; some of the items
+selected_items        names of items; some of the items
 """
 
 from __future__ import annotations

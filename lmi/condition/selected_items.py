@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import overload
 
 import numpy as np
 
-from takagi.lmi.condition.item_labels import Labels
 from takagi.lmi.condition.term import LMI, Array, Constant, Term
 from takagi.models.arrays import Indices
 
@@ -59,3 +59,30 @@ def _constant(constant: Constant, count: int, chosen: slice | Indices) -> Consta
 def _of(part: Array, length: int, chosen: slice | Indices) -> Array:
     """Return the chosen entries of an array with an entry for each item; a single entry stays."""
     return part[chosen] if len(part) == length and length > 1 else part
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Labels(Sequence[str]):
+    """of(0), ..., of(size - 1) as a sequence.
+
+    Attributes
+    ----------
+    size : how many.
+    of : the name of item k, k = 0 ... size - 1.
+    """
+
+    size: int
+    of: Callable[[int], str]
+
+    def __len__(self) -> int:
+        return self.size
+
+    @overload
+    def __getitem__(self, item: int) -> str: ...
+    @overload
+    def __getitem__(self, item: slice) -> tuple[str, ...]: ...
+    def __getitem__(self, item: int | slice) -> str | tuple[str, ...]:
+        if isinstance(item, slice):
+            return tuple(self.of(k) for k in range(*item.indices(self.size)))
+        # A range handles negative indices, and raises IndexError for those out of range.
+        return self.of(range(self.size)[item])

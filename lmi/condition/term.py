@@ -382,3 +382,29 @@ def _check_length(what: str, lengths: Mapping[str, int], count: int) -> None:
     for name, length in lengths.items():
         if length not in (1, count):
             raise ModelError(f"{what}: {name} has {length} entries; 1 or {count} are needed")
+
+
+def positive(P: Unknown) -> LMI:
+    """Pose P > 0."""
+    one = np.eye(P.rows)[None]
+    term = Term(unknown=P, left=one, right=one)
+    return LMI(name=f"{P.name} positive definite", blocks=(P.rows,), terms=(term,))
+
+
+def bounded(P: Unknown, largest: float = 1.0, *, latex: str = "") -> LMI:
+    """Pose P <= largest I, which fixes the scale of a condition that is homogeneous in P.
+
+    Parameters
+    ----------
+    latex : the constant; empty for -I, or -I times the number.
+    """
+    one = np.eye(P.rows)[None]
+    told = latex or ("-I" if largest == 1 else f"-{largest:g} I")
+    return LMI(
+        name=f"scale of {P.name}",
+        blocks=(P.rows,),
+        terms=(Term(unknown=P, left=one, right=one),),
+        constants=(Constant(value=-largest * one, latex=told),),
+        sign=-1,
+        strict=False,
+    )

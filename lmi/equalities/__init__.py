@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
     from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
-    from takagi.lmi.equalities.parametrised import Parametrised as Parametrised
     from takagi.lmi.equalities.parametrised import parametrised as parametrised
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -12,25 +12,3 @@ observer, secant_vertices    observers, also with premises that are not measured
 
 The sums and their relaxations are in ``sums``.
 """
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from takagi.models.lazy_names import lazy_names
-
-if TYPE_CHECKING:
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        DynamicController as DynamicController,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        DynamicOutputDesign as DynamicOutputDesign,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        dynamic_output_condition as dynamic_output_condition,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        dynamic_output_feedback as dynamic_output_feedback,
-    )
-
-__getattr__, __dir__ = lazy_names(__name__)

@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.item_labels import Labels
+from takagi.lmi.condition.selected_items import Labels
 from takagi.lmi.condition.term import LMI, Array, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, product_rules

@@ -30,9 +30,8 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.argument_checks import Vertices, number, sample_time_of, vertex_stack
-from takagi.lmi.condition.definite import bounded, positive
 from takagi.lmi.condition.exact import fractions
-from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide

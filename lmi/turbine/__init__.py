@@ -28,9 +28,5 @@ if TYPE_CHECKING:
     from takagi.lmi.turbine.regional import RegionGains as RegionGains
     from takagi.lmi.turbine.regional import region_gains as region_gains
     from takagi.lmi.turbine.regional import regional_gains as regional_gains
-    from takagi.lmi.turbine.regional_condition import ActuatorBound as ActuatorBound
-    from takagi.lmi.turbine.regional_condition import (
-        regional_gain_condition as regional_gain_condition,
-    )
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -24,8 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.lmi.condition.definite import bounded
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, bounded
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.arrays import Floats

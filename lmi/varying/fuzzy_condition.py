@@ -22,8 +22,7 @@ import numpy as np
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.definite import bounded
-from takagi.lmi.condition.term import LMI, Condition, Term
+from takagi.lmi.condition.term import LMI, Condition, Term, bounded
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial

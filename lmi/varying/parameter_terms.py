@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.condition.item_labels import Labels
+from takagi.lmi.condition.selected_items import Labels
 from takagi.lmi.condition.term import Array, Constant, Position, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known

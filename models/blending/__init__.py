@@ -14,15 +14,13 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.blending.blending import Actuator as Actuator
     from takagi.models.blending.blending import Blending as Blending
     from takagi.models.blending.blending import blending_of as blending_of
     from takagi.models.blending.modelling import blended_model as blended_model
     from takagi.models.blending.run_time import RunTimeBlending as RunTimeBlending
-    from takagi.models.blending.substitution import blended_plant as blended_plant
-    from takagi.models.ramps.exact_effort_ramp import ramp as ramp
-    from takagi.models.ramps.exact_effort_ramp import ramp_slope as ramp_slope
-    from takagi.models.ramps.exact_effort_ramp import share_range as share_range
-    from takagi.models.ramps.exact_effort_ramp import share_value as share_value
+    from takagi.models.ramps.effort_ramp import ramp as ramp
+    from takagi.models.ramps.effort_ramp import ramp_slope as ramp_slope
+    from takagi.models.ramps.effort_ramp import share_range as share_range
+    from takagi.models.ramps.effort_ramp import share_value as share_value
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from takagi.models.blending.blending import Actuator, Blending, unit_text
 from takagi.models.errors import ModelError
-from takagi.models.ramps.exact_effort_ramp import ramp
+from takagi.models.ramps.effort_ramp import ramp
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.ramps.exact_effort_ramp import ramp, ramp_slope, share_range
+from takagi.models.ramps.effort_ramp import ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -52,7 +52,7 @@ class Actuator:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Blending:
-    """One effort U for two actuators, psi the ramp of ``exact_effort_ramp``, e its overlap:
+    """One effort U for two actuators, psi the ramp of ``ramps.effort_ramp``, e its overlap:
 
         low    u = idle - direction psi(-U) / b        acts where U < e
         high   u = idle + direction psi(U) / b         acts where U > -e

@@ -1,6 +1,6 @@
 r"""A plant with two actuators behind a blend, as a plant with one input: the rate of the effort.
 
-With U the effort, U* its rest and F the secant share of the high actuator (``exact_effort_ramp``),
+With U the effort, U* its rest and F the secant share of the high actuator (``ramps.effort_ramp``),
 
     psi(U)  = psi(U*)  + F (U - U*)            psi(-U) = psi(-U*) - (1 - F)(U - U*)
 

@@ -15,8 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.control_systems.names import signal_names
-from takagi.models.control_systems.turbine_systems import turbine_statespace, turbine_system
+from takagi.models.control_systems.turbine_systems import (
+    signal_names,
+    turbine_statespace,
+    turbine_system,
+)
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.control_systems.names import signal_names
 from takagi.models.errors import ModelError
 from takagi.models.simulation.dynamics import dynamics
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
@@ -79,3 +80,11 @@ def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpa
     return control.ss(
         J[:, :n], J[:, n:], np.eye(n), np.zeros((n, 3)), states=names, inputs=INPUTS, outputs=names
     )
+
+
+def signal_names(labels: Iterable[str]) -> list[str]:
+    """Return labels such as ``rotor speed [rad/s]`` as ``rotor_speed``.
+
+    python-control has a meaning for a dot in a name, and none for units.
+    """
+    return [re.sub(r"\W+", "_", label.split(" [")[0]).strip("_") for label in labels]

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw as EffortSharingLaw
     from takagi.models.laws.effort_sharing.schedule import EffortSchedule as EffortSchedule
     from takagi.models.laws.effort_sharing.schedule import effort_schedule as effort_schedule
-    from takagi.models.laws.output_feedback import OutputFeedback as OutputFeedback
     from takagi.models.laws.pdc import PdcLaw as PdcLaw
     from takagi.models.laws.protocol import Command as Command
     from takagi.models.laws.protocol import Law as Law

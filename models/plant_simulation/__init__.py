@@ -15,7 +15,6 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.models.plant_simulation.experiment import Experiment as Experiment
-    from takagi.models.plant_simulation.experiment import ExperimentRun as ExperimentRun
     from takagi.models.plant_simulation.experiment import SampledProgram as SampledProgram
     from takagi.models.plant_simulation.right_side import right_side as right_side
     from takagi.models.plant_simulation.runs import run as run

@@ -1,7 +1,6 @@
 """Ramps that hand one quantity over to another.
 
-effort_ramp           how torque and pitch share one effort, in floats
-exact_effort_ramp     the ramp in exact numbers, with the slopes of its secants
+effort_ramp           how two actuators share one effort: in floats, and in exact numbers
 membership_ramp       the membership pair w_1 + w_2 = 1
 """
 

@@ -32,10 +32,6 @@ if TYPE_CHECKING:
     from takagi.models.ranges.large_powers import (
         with_exponentials_as_symbols as with_exponentials_as_symbols,
     )
-    from takagi.models.ranges.sampled import SampledBounds as SampledBounds
     from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
-    from takagi.models.splines.exact_spline import ExactSpline as ExactSpline
-    from takagi.models.splines.exact_spline import exact_bounds as exact_bounds
-    from takagi.models.splines.exact_spline import exact_value as exact_value
 
 __getattr__, __dir__ = lazy_names(__name__)

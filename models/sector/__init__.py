@@ -10,7 +10,7 @@ rule_counting     the number of rules, and the premises that could be left out a
 assembly          derivation and model from entries in premise symbols
 exactness         whether the factored form is the plant: symbolically, or at points
 multilinear       entries at all corners, each rounded once
-rule_steps, domain_steps    rules and vertices in LaTeX; a band or a union of cells in LaTeX
+rule_steps        rules and vertices in LaTeX; a band or a union of cells in LaTeX
 """
 
 from __future__ import annotations
@@ -20,17 +20,10 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.equations.equations import Equations as Equations
-    from takagi.models.equations.equations import Factored as Factored
     from takagi.models.ranges.expression_range import expression_range as expression_range
     from takagi.models.ranges.expression_range import expression_value as expression_value
-    from takagi.models.sector.assembly import assemble as assemble
     from takagi.models.sector.common_denominator import denominator_forms as denominator_forms
     from takagi.models.sector.common_denominator import sum_quotients as sum_quotients
-    from takagi.models.sector.factorisation import factor as factor
-    from takagi.models.sector.model import rule_count as rule_count
-    from takagi.models.sector.model import sector_model as sector_model
-    from takagi.models.sector.rule_counting import RuleCount as RuleCount
     from takagi.models.sector.terms import terms_of as terms_of
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -11,7 +11,6 @@ from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.arguments import GivenEquations, factored_problem
 from takagi.models.sector.assembly import assemble
-from takagi.models.sector.domain_steps import domain_steps
 from takagi.models.sector.premise_bounds import (
     BoundsRequest,
     Given,
@@ -19,6 +18,7 @@ from takagi.models.sector.premise_bounds import (
     counted_premises,
 )
 from takagi.models.sector.rule_counting import ROUGH, RuleCount, counted
+from takagi.models.sector.rule_steps import domain_steps
 from takagi.models.ts.model import TSModel
 
 if TYPE_CHECKING:

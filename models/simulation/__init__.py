@@ -2,7 +2,7 @@
 
 wind, turbulence        wind series: steps, ramps, gusts; rotor-effective turbulence
 turbine_plant           the plants as values
-equations, dynamics, wake    what they do in time, compiled; as functions of a plant; at rest
+equations, dynamics     what they do in time, compiled; as functions of a plant
 speed_filter            what is done to the measured speed before the law reads it
 closed_loop, history    a law on a plant in a wind, and what it leaves
 time_steps              samples of the law, and the plant's steps within them
@@ -19,14 +19,12 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.models.simulation.baseline import BaselineLaw as BaselineLaw
     from takagi.models.simulation.closed_loop import Diverged as Diverged
-    from takagi.models.simulation.closed_loop import Observer as Observer
     from takagi.models.simulation.closed_loop import simulate as simulate
     from takagi.models.simulation.dynamics import equilibrium_state as equilibrium_state
     from takagi.models.simulation.dynamics import loads as loads
     from takagi.models.simulation.dynamics import plant_derivative as plant_derivative
     from takagi.models.simulation.dynamics import plant_rate as plant_rate
     from takagi.models.simulation.history import History as History
-    from takagi.models.simulation.metrics import Metrics as Metrics
     from takagi.models.simulation.metrics import damage_equivalent_load as damage_equivalent_load
     from takagi.models.simulation.metrics import measure as measure
     from takagi.models.simulation.scenario import Case as Case

@@ -14,7 +14,6 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.simulation.speed_filter import SpeedFilter
-from takagi.models.simulation.wake import steady_induced_wind
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, trim
@@ -238,3 +237,13 @@ def design_plant(turbine: Turbine) -> SimulatedTurbine:
     No tower, no rate limits; pitch and torque stay inside their ranges.
     """
     return SimulatedTurbine(turbine, "first-order", tower=False)
+
+
+def steady_induced_wind(turbine: Turbine, speed: float, pitch: float, wind: float) -> float:
+    """Return w = k_a a(c_T) v [m/s] at rotor speed [rad/s], pitch [rad] and wind [m/s]."""
+    from takagi.models.simulation.equations import LEAST_FLOW, induction
+
+    scale = turbine.torque_constant / turbine.rotor_radius * wind**2
+    thrust = float(rotor_thrust(turbine, speed, pitch, wind, clip=True))
+    share = turbine.wake.induction * induction(thrust / scale)[0]
+    return min(share, 1.0 - LEAST_FLOW) * wind

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from takagi.models.turbine.aerodynamics import rotor_torque as rotor_torque
     from takagi.models.turbine.aerodynamics import rotor_torque_gradient as rotor_torque_gradient
     from takagi.models.turbine.aerodynamics import tip_speed_ratio as tip_speed_ratio
-    from takagi.models.turbine.data import BaselineController as BaselineController
-    from takagi.models.turbine.data import Figure as Figure
-    from takagi.models.turbine.data import FrozenWake as FrozenWake
     from takagi.models.turbine.data import Turbine as Turbine
     from takagi.models.turbine.derating import derated as derated
     from takagi.models.turbine.loader import load_turbine as load_turbine

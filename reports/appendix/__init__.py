@@ -1,12 +1,13 @@
 r"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certificate, margins.
 
     assembly                          the files of one appendix from its templates and figures
-    turbine_files, turbine_figures    a turbine's appendix: ``appendix_files``
+    design_files                      the appendix of a turbine, and of another plant
+    turbine_figures                   a turbine's figures
     turbine, regional, schedule       plant, regional models, the effort-sharing law's tables
     blending                          the published coupling filter
     conditions, certificate           inequalities that were solved, claims that were proved
     robustness                        margins and responses at the trims
-    plant_files, plant_context        a plant's appendix, ``plant_appendix``, and its content
+    plant_context                     the content of a plant's appendix
     environment, tex                  jinja2 for LaTeX; numbers, units and words as LaTeX
 
 Both functions return ``appendix.tex``, which compiles alone, its body for ``\input`` into a paper,
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.appendix.plant_files import plant_appendix as plant_appendix
-    from takagi.reports.appendix.turbine_files import appendix_files as appendix_files
+    from takagi.reports.appendix.design_files import appendix_files as appendix_files
+    from takagi.reports.appendix.design_files import plant_appendix as plant_appendix
 
 __getattr__, __dir__ = lazy_names(__name__)

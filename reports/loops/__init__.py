@@ -1,10 +1,9 @@
 """A design's loops as numbers, read by sections, figures and appendix.
 
 turbine_local        a turbine's law at its trims as linear feedback
-plant_loop           plant, model, gains, proved function
+plant_loop           plant, model, gains, proved function, largest commands on its ellipsoid
 plant_local          poles and margins of a plant at rest and at the vertices
 settling             when motions from the proved set are at rest
-largest_commands     of the law on the ellipsoid
 linear_quadratic     a regulator at rest to compare with
 overshoot            how far a state gets beyond its start
 plant_motion         the nonlinear plant under its law, in time

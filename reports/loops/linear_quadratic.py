@@ -20,7 +20,7 @@ import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
-from takagi.reports.loops.largest_commands import largest_commands
+from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.settling import SETTLED, half_widths
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def regulator(design: PlantDesign) -> Regulator | None:
     A plant behind a blend has none, because one of its inputs is the rate of an effort; nor has a
     law with outputs, whose observer a regulator of all states does not need.
     """
-    from takagi.certificates.design.plant.rounding import rounded_gains
+    from takagi.certificates.design.plant.gains import rounded_gains
     from takagi.reports.loops.plant_loop import plant_loop
 
     loop = plant_loop(design)

@@ -48,14 +48,12 @@ if TYPE_CHECKING:
     from takagi.reports.margins.running_over_wind import Mode as Mode
     from takagi.reports.margins.running_over_wind import RunningMargins as RunningMargins
     from takagi.reports.margins.running_over_wind import plant_modes as plant_modes
-    from takagi.reports.margins.running_over_wind import require_sampling as require_sampling
     from takagi.reports.margins.running_over_wind import running_margins as running_margins
     from takagi.reports.margins.running_over_wind import worst_of_sides as worst_of_sides
     from takagi.reports.margins.running_search import SearchedMargins as SearchedMargins
     from takagi.reports.margins.running_search import searched_margins as searched_margins
     from takagi.reports.margins.running_search import wind_ranges as wind_ranges
     from takagi.reports.margins.running_search import winds_between as winds_between
-    from takagi.reports.margins.running_stability import UnstableLoop as UnstableLoop
     from takagi.reports.margins.running_stability import require_stable as require_stable
     from takagi.reports.margins.running_stability import unstable_loop as unstable_loop
     from takagi.reports.margins.sampled_response import broken_loops as broken_loops

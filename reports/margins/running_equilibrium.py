@@ -1,4 +1,4 @@
-"""Where the loop that runs is at rest in a steady wind: plant, observer and law together."""
+"""Where the loop that runs is at rest in a steady wind, and the slopes of a function there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
-from takagi.reports.margins.slopes import slopes
 
 # Largest accepted rate of a state at rest, as a share of the state's size per second.
 AT_REST = 1e-9
@@ -119,3 +118,52 @@ def _require_seen(plant: SimulatedTurbine, state: Floats, wind: float) -> None:
             f"{speed:.4g} rad/s): the rotor stalls and the observer cannot see the wind; raise the "
             "speed set-point, or leave this wind out"
         )
+
+
+# Of a value's own size, at least of FLOOR: the step of a difference.
+STEP, FLOOR = 1e-5, 1e-1
+# At a kink the jump of the slopes stays while the step is halved; a bend's jump halves.
+STAYS, VISIBLE = 0.75, 1e-5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slopes:
+    """A Jacobian, and at which coordinates the function has a kink.
+
+    Attributes
+    ----------
+    matrix : (m, n).
+    kinks : coordinates whose two one-sided slopes differ; ``matrix`` has the asked side's there.
+    """
+
+    matrix: Floats
+    kinks: tuple[int, ...]
+
+
+def slopes(function: Callable[[Floats], Floats], at: Floats, sides: Floats) -> Slopes:
+    """Return the slopes of a function at a point.
+
+    Parameters
+    ----------
+    sides : (n,) +1 or -1, the side on which a kink is read; elsewhere differences are central.
+    """
+    steps = STEP * np.maximum(np.abs(at), FLOOR)
+    here = function(at)
+
+    def one_sided(size: float) -> Floats:
+        """Slopes to the second order in the step, (m, n)."""
+        found = []
+        for unit, step in zip(np.eye(len(at)), steps, strict=True):
+            near, far = (function(at + share * size * step * unit) for share in (0.5, 1.0))
+            found.append((4 * near - 3 * here - far) / (size * step))
+        return np.array(found).T
+
+    # A jump of the second-order slopes is a kink's alone, up to terms of the step squared.
+    up, down = one_sided(1.0), one_sided(-1.0)
+    jump, still = np.abs(up - down), np.abs(one_sided(0.5) - one_sided(-0.5))
+    size = np.maximum(np.abs(up), np.abs(down)) * steps
+    seen = jump * steps > VISIBLE * size.max(axis=1, keepdims=True)
+    kinked = np.flatnonzero((seen & (still > STAYS * jump)).any(axis=0))
+    matrix = (up + down) / 2
+    matrix[:, kinked] = np.where(sides[kinked] > 0, up[:, kinked], down[:, kinked])
+    return Slopes(matrix, tuple(int(k) for k in kinked))

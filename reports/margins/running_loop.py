@@ -31,8 +31,8 @@ from takagi.reports.margins.running_equilibrium import (
     LoopEquilibrium,
     loop_equilibrium,
     measured_speed,
+    slopes,
 )
-from takagi.reports.margins.slopes import slopes
 
 # What the wake does: as it is, always in equilibrium, or not at all; the answers of torque to
 # pitch at the two ends are those between which a certificate holds.

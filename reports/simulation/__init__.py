@@ -20,7 +20,6 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.simulation.folder import simulation_files as simulation_files
-    from takagi.reports.simulation.laws import LAW_NAMES as LAW_NAMES
     from takagi.reports.simulation.laws import ChosenLaws as ChosenLaws
     from takagi.reports.simulation.laws import chosen_laws as chosen_laws
     from takagi.reports.simulation.plant import jump_motions as jump_motions
@@ -28,11 +27,9 @@ if TYPE_CHECKING:
     from takagi.reports.simulation.plant import simulate_plant as simulate_plant
     from takagi.reports.simulation.plant import simulation_data as simulation_data
     from takagi.reports.simulation.plant_scenario import PlantScenario as PlantScenario
-    from takagi.reports.simulation.runs import Run as Run
     from takagi.reports.simulation.runs import Simulation as Simulation
     from takagi.reports.simulation.runs import run_simulation as run_simulation
     from takagi.reports.simulation.scenarios import SCENARIOS as SCENARIOS
-    from takagi.reports.simulation.scenarios import Scenario as Scenario
     from takagi.reports.simulation.scenarios import scenario_winds as scenario_winds
     from takagi.reports.simulation.tables import as_csv as as_csv
     from takagi.reports.simulation.tables import as_json as as_json

@@ -36,9 +36,9 @@ from takagi.reports.margins import (
     running_equilibrium,
     running_margins,
     searched_margins,
-    slopes,
     with_inertia,
 )
+from takagi.reports.margins.running_equilibrium import slopes
 
 Floats = NDArray[np.float64]
 
@@ -82,12 +82,12 @@ def test_a_stop_has_the_slope_of_the_side_that_is_allowed() -> None:
     def stopped(x: Floats) -> Floats:
         return np.array([max(x[0], 0.0) + 3 * x[1], x[1] ** 2])
 
-    up = slopes.slopes(stopped, np.array([0.0, 2.0]), np.ones(2))
-    down = slopes.slopes(stopped, np.array([0.0, 2.0]), -np.ones(2))
+    up = slopes(stopped, np.array([0.0, 2.0]), np.ones(2))
+    down = slopes(stopped, np.array([0.0, 2.0]), -np.ones(2))
     assert up.kinks == down.kinks == (0,)
     assert up.matrix == pytest.approx(np.array([[1, 3], [0, 4]]), abs=1e-6)
     assert down.matrix == pytest.approx(np.array([[0, 3], [0, 4]]), abs=1e-6)
-    away = slopes.slopes(stopped, np.array([0.1, 2.0]), np.ones(2))
+    away = slopes(stopped, np.array([0.1, 2.0]), np.ones(2))
     assert away.kinks == ()
 
 

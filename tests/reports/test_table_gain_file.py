@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.controller.content import file_content
-from takagi.certificates.checker.controller.table_calls import with_splines
+from takagi.certificates.checker.controller.plant_program import with_splines
 from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.checker.kernel.refusal import OtherGains

@@ -9,6 +9,8 @@ between the two actuators.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection
 from typing import Any
 
 from takagi.certificates.checker.controller.language import (
@@ -21,7 +23,6 @@ from takagi.certificates.checker.controller.language import (
     step,
 )
 from takagi.certificates.checker.controller.numbers import exact
-from takagi.certificates.checker.controller.table_calls import with_splines
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -306,3 +307,26 @@ def _plant_names(model: Any, law: Any) -> set[str]:
         for variable in model[key]:
             found |= {variable["name"], variable.get("symbol", variable["name"])}
     return found | set(model.get("parameters", {})) | set(model.get("tables", {}))
+
+
+def with_splines(formula: str, tables: Collection[str]) -> str:
+    """Return the formula with ``name(x, ...)`` as ``spline(x, ..., name)`` for each table."""
+    for name in tables:
+        found = re.search(rf"(?<![\w.]){re.escape(name)}\s*\(", formula, re.ASCII)
+        while found:
+            start, end = found.end(), _closing(formula, found.end())
+            inner = formula[start:end]
+            # The name now follows a comma, so it is not found again.
+            formula = f"{formula[: found.start()]}spline({inner}, {name}{formula[end:]}"
+            found = re.search(rf"(?<![\w.]){re.escape(name)}\s*\(", formula, re.ASCII)
+    return formula
+
+
+def _closing(formula: str, start: int) -> int:
+    """Return the place of the bracket that closes the one before ``start``."""
+    depth = 1
+    for place in range(start, len(formula)):
+        depth += {"(": 1, ")": -1}.get(formula[place], 0)
+        if depth == 0:
+            return place
+    raise ValueError(f"{formula[:60]!a} has a bracket that is not closed")

@@ -74,7 +74,7 @@ def bounded_inputs(loop: PolytopicLoop) -> dict[int, Range]:
 def beyond_range(loop: PolytopicLoop, bounds: Sequence[Fraction]) -> str:
     """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
 
-    A signal that only schedules (its column of E is zero) is left to ``words.validity``.
+    A signal that only schedules (its column of E is zero) is left to ``words.loop_words``.
     """
     moved = pushing(loop)
     for name, side in (loop.other_box or {}).items():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.words.loop_words import granted
 from takagi.certificates.checker.words.rounded import at_least, exactly
-from takagi.certificates.checker.words.validity import granted
 
 
 def motion(held: InvariantSet, loop: PolytopicLoop) -> str:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.replay.certificate import check_document
-from takagi.certificates.claims.plant.certification import Certificate
-from takagi.certificates.claims.plant.sampled_premises import refuse_sampled
+from takagi.certificates.claims.plant.certification import Certificate, refuse_sampled
 from takagi.certificates.claims.plant.useful_overshoot import useful_overshoot
 from takagi.certificates.document.certificate_file import certificate_document, content_of
 from takagi.certificates.document.plant_embedding import plant_and_claim

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.checker.replay.certificate import check, check_document
-from takagi.certificates.claims.plant.sampled_premises import refuse_sampled
 from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.document.provenance import provenance
@@ -156,3 +155,17 @@ def _named(given: object) -> str:
         return f"the class {given.__name__}"
     text = repr(given)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def refuse_sampled(model: TSModel) -> None:
+    """Raise ModelError for a model with a premise whose bounds come from samples.
+
+    Its vertices need not contain the plant: between the samples a premise may leave its bounds.
+    """
+    if model.sampled:
+        names = ", ".join(model.sampled)
+        raise ModelError(
+            f"model {model.name!r}: the bounds of {names} are sampled, which is no proof, so "
+            "nothing can be proved of the plant; let sector_model enclose them, or give bounds "
+            "that it can confirm"
+        )

@@ -3,8 +3,7 @@
 effort_sharing         the loop with the effort-sharing law: cells, one P for all, wind class
 largest_wind_error     the largest wind error of every cell with one quadratic function
 wind_class             the wind class that is tried, cell by cell
-failing_winds          at which winds a joint analysis fails
-smaller_uncertainty    the smaller uncertainty that would be covered
+failing_winds          at which winds a joint analysis fails, and what smaller uncertainty would do
 loop_claims            the claim about the loop, and the claims that depend on it
 wind_rate_claim        how fast a wind that the law knows may move
 actuator_rates         how fast pitch and torque move

@@ -1,22 +1,37 @@
-"""Finds the winds at which a joint analysis fails, so that a requirement can be relaxed there."""
+"""Why a joint analysis fails, in words: at which winds, and which smaller uncertainty it covers.
+
+In floating point: hints for the user on what to relax, never a claim.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 
+from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
 from takagi.models.arrays import Floats
-from takagi.models.laws.effort_sharing.loop_cell import LoopCell, loop_vertices
+from takagi.models.intervals.interval import Interval
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import (
+    LoopBox,
+    LoopCell,
+    LoopUncertainty,
+    loop_vertices,
+)
+from takagi.models.turbine.data import Turbine
+
+# Fractions of the requested interval's excess over 1 that are tried, the largest first.
+SHARES = (Fraction(1, 2), Fraction(1, 4), Fraction(1, 8), Fraction(1, 16))
+DIGITS = 3
 
 
 def failing_winds(cells: Sequence[LoopCell]) -> str:
     """Return, in words, the winds that prevent one quadratic function for all cells.
 
     Three causes are distinguished, the simplest first: a corner of a cell is unstable by itself;
-    the
-    corners of one cell have no common function; each cell has one, but not all have the same.
-    In floating point: a hint for the user, never a claim.
+    the corners of one cell have no common function; each cell has one, but not all have the same.
     """
     corners = [loop_vertices(cell).A for cell in cells]
     growth = [float(np.linalg.eigvals(A).real.max()) for A in corners]
@@ -72,3 +87,34 @@ def _span(cell: LoopCell) -> str:
 def _count(bad: Sequence[LoopCell], total: int) -> str:
     low, high = float(bad[0].wind.lower), float(bad[-1].wind.upper)
     return f"{len(bad)} of {total} wind cells ({low:g} to {high:g} m/s)"
+
+
+def smaller_uncertainty(
+    turbine: Turbine, law: EffortSharingLaw, box: LoopBox, uncertainty: LoopUncertainty
+) -> str:
+    """Return, in words, a part of the uncertainty for which a common function is found.
+
+    It tries an inertia interval of a half to a sixteenth of the excess over nominal, then only the
+    wake of the surface. It uses floating point and the given gains. Empty if none of them helps.
+    """
+    span = uncertainty.inertia
+    for share in SHARES if span.width else ():
+        narrow = _narrowed(span, share)
+        smaller = LoopUncertainty(narrow, uncertainty.frozen_wake, uncertainty.power_coefficient)
+        if effort_sharing_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
+            low, high = float(narrow.lower), float(narrow.upper)
+            return f"with these gains inertia {low:g} to {high:g} of nominal would do"
+    if uncertainty.frozen_wake:
+        smaller = LoopUncertainty(
+            span, frozen_wake=False, power_coefficient=uncertainty.power_coefficient
+        )
+        if effort_sharing_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
+            return "without the frozen wake it would do: lower the file's sensitivity or factor"
+    return ""
+
+
+def _narrowed(span: Interval, share: Fraction) -> Interval:
+    """Return the interval around 1 with a fraction of each side's width, rounded towards 1."""
+    scale = 10**DIGITS
+    low, high = (1 - span.lower) * share * scale, (span.upper - 1) * share * scale
+    return Interval(1 - Fraction(int(low), scale), 1 + Fraction(int(high), scale))

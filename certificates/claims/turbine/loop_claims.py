@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -128,23 +127,12 @@ def running_claim(
         running_loop_claim,
     )
 
-    made = partial(running_loop_claim, model, gains, controller, inertia)
-    return _alone("running-loop", made, model, gains)
-
-
-def _alone(
-    kind: str,
-    made: Callable[[], dict[str, Any]],
-    model: Mapping[str, Any],
-    gains: Mapping[str, Any],
-) -> tuple[list[dict[str, Any]], dict[str, str]]:
-    """Return a claim that depends on no other, or by its kind why there is none."""
     try:
-        claim = made()
+        claim = running_loop_claim(model, gains, controller, inertia)
+        why = _open(claim, model, gains, [])
     except Refused as reason:
-        return [], {kind: f"not claimed: {reason}"}
-    why = _open(claim, model, gains, [])
-    return ([], {kind: f"not claimed: {why}"}) if why else ([claim], {})
+        why = str(reason)
+    return ([], {"running-loop": f"not claimed: {why}"}) if why else ([claim], {})
 
 
 def _open(

@@ -24,6 +24,7 @@ from takagi.certificates.design.plant.gains import (
     find_gains,
     regional_gains,
     requirements_of,
+    rounded_gains,
 )
 from takagi.certificates.design.plant.many_rules import (
     BUDGET,
@@ -39,7 +40,6 @@ from takagi.certificates.design.plant.plain_words import (
     require_sensible,
 )
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.design.plant.rounding import rounded_gains
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.design.plant.tracking_gains import tracking_gains
 from takagi.certificates.design.step_clock import StepClock, Tell

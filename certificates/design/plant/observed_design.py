@@ -15,13 +15,13 @@ from takagi.certificates.claims.plant.certification import Certificate
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.plant.gains import rounded_gains
 from takagi.certificates.design.plant.observer_question import (
     ObserverQuestion,
     observer_question,
     slope_vertices,
 )
 from takagi.certificates.design.plant.result import PlantDesign
-from takagi.certificates.design.plant.rounding import rounded_gains
 from takagi.certificates.document.certificate_file import certificate_document, content_of
 from takagi.certificates.document.model_data import pdc_law_data
 from takagi.certificates.document.observer_data import observer_member, slope_claim, slopes_data

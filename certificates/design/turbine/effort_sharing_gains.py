@@ -16,9 +16,8 @@ import numpy as np
 
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
 from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
-from takagi.certificates.claims.turbine.failing_winds import failing_winds
+from takagi.certificates.claims.turbine.failing_winds import failing_winds, smaller_uncertainty
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
-from takagi.certificates.claims.turbine.smaller_uncertainty import smaller_uncertainty
 from takagi.certificates.claims.turbine.wind_class import WindClass
 from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains

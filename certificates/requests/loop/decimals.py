@@ -1,10 +1,18 @@
-"""Short decimals for a claim. The proof uses exactly these numbers; its margin decides how many
-digits they need."""
+"""Short decimals for a claim, and the checker's exact matrices as floats.
+
+The proof uses exactly these decimals; its margin decides how many digits they need.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
 import numpy as np
 
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.reader import read_text
 from takagi.models.arrays import Floats
 
 # Tried in this order: few digits suffice if the margin is large.
@@ -42,3 +50,18 @@ def _rounded(value: float, digits: int, towards: np.ufunc) -> float:
         return 0.0
     scale = 10.0 ** (digits - 1 - np.floor(np.log10(value)))
     return float(f"{towards(value * scale) / scale:.{digits + 6}g}")
+
+
+def floats(matrix: Matrix) -> Floats:
+    """Return the nearest floats of a matrix's entries."""
+    return np.array([[entry / matrix.below for entry in row] for row in matrix.rows])
+
+
+def stack_of(matrices: Iterable[Matrix]) -> Floats:
+    """Return (N, rows, columns) of matrices of one shape."""
+    return np.array([floats(matrix) for matrix in matrices])
+
+
+def as_read(evidence: Mapping[str, Any]) -> dict[str, Any]:
+    """Return plain data as the checker reads it from a file."""
+    return read_text(json.dumps(evidence), "evidence")

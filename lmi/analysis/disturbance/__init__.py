@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel as DisturbanceChannel
     from takagi.lmi.analysis.disturbance.channel import disturbance_channel as disturbance_channel
     from takagi.lmi.analysis.disturbance.energy_gain import energy_gain_of as energy_gain_of
     from takagi.lmi.analysis.disturbance.output_variance import variance_bound as variance_bound

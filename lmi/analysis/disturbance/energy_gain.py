@@ -34,8 +34,7 @@ from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_energy
 from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices
-from takagi.lmi.condition.definite import positive
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats

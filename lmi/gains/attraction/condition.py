@@ -17,8 +17,7 @@ import numpy as np
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import pairs_of
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.definite import bounded, positive
-from takagi.lmi.condition.term import LMI, Array, Condition
+from takagi.lmi.condition.term import LMI, Array, Condition, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.attraction.request import AttractionRequest
 from takagi.lmi.gains.attraction.saturation import dead_zone_sum, polytope_sums, secant_sums

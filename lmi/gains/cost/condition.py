@@ -39,8 +39,7 @@ from takagi.lmi.argument_checks import (
     symmetric,
     vertex_stack,
 )
-from takagi.lmi.condition.definite import bounded
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term, bounded
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.decay.condition import Controlled

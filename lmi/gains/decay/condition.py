@@ -17,8 +17,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.definite import bounded, positive
-from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion
 from takagi.lmi.gains.requirements.closed_loop import closed_loop, gain_unknown

@@ -26,8 +26,7 @@ import numpy as np
 
 from takagi.lmi.analysis.disturbance.output_variance import infinite_variance
 from takagi.lmi.argument_checks import number, rate_parameter
-from takagi.lmi.condition.definite import positive
-from takagi.lmi.condition.term import LMI, Condition, Constant, Term
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,

@@ -28,8 +28,7 @@ from __future__ import annotations
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.peak_condition import positive_rate
-from takagi.lmi.condition.definite import positive
-from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.term import Condition, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,

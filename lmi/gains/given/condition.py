@@ -30,8 +30,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.definite import bounded, positive
-from takagi.lmi.condition.term import Array, Condition
+from takagi.lmi.condition.term import Array, Condition, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight

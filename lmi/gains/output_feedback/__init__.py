@@ -29,32 +29,5 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.change_of_variables import (
         lyapunov_matrix as lyapunov_matrix,
     )
-    from takagi.lmi.gains.output_feedback.condition import (
-        hinf_output_feedback_condition as hinf_output_feedback_condition,
-    )
-    from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
-    from takagi.lmi.gains.output_feedback.controller import (
-        hinf_output_feedback as hinf_output_feedback,
-    )
-    from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
-    from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
-    from takagi.lmi.gains.output_feedback.generalised_plant import (
-        GeneralisedPlant as GeneralisedPlant,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        DynamicController as DynamicController,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        DynamicOutputDesign as DynamicOutputDesign,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        dynamic_output_condition as dynamic_output_condition,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        dynamic_output_feedback as dynamic_output_feedback,
-    )
-    from takagi.lmi.gains.output_feedback.weighted_loop import (
-        mixed_sensitivity as mixed_sensitivity,
-    )
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -37,8 +37,7 @@ from takagi.lmi.argument_checks import (
     sample_time_of,
     vertex_stack,
 )
-from takagi.lmi.condition.definite import bounded, positive
-from takagi.lmi.condition.term import Array, Condition, Position
+from takagi.lmi.condition.term import Array, Condition, Position, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight
 from takagi.lmi.gains.structured.structure import Structure, structure_of

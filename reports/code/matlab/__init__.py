@@ -1,6 +1,5 @@
 """MATLAB, Simulink and Octave: the law as functions, and its numbers as a struct.
 
-words           keywords and functions that a name must not replace
 step_function   ``W_step.m`` and ``W_start.m``: one sample of the law
 struct_file     ``W.mat``: gains, vertices, tables, P and sample time
 target          the target `mat`

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.loops.largest_commands import largest_commands as largest_commands
+    from takagi.reports.loops.plant_loop import largest_commands as largest_commands
     from takagi.reports.sections.plant.page import plant_figures as plant_figures
     from takagi.reports.sections.plant.page import plant_report as plant_report
     from takagi.reports.sections.plant.page import plant_report_files as plant_report_files

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from takagi.reports.loops.largest_commands import largest_commands
+from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.mathml import mathml

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.loops.largest_commands import largest_commands
 from takagi.reports.loops.plant_local import PlantLocalLoop
+from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import embedded, proved_kinds
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.text import Section, at_least, decimal, significant

@@ -19,11 +19,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.page.assembly import ReportFiles as ReportFiles
     from takagi.reports.sections.turbine.cells import cells_section as cells_section
     from takagi.reports.sections.turbine.gains import gains_section as gains_section
     from takagi.reports.sections.turbine.loops import poles_section as poles_section
-    from takagi.reports.sections.turbine.page import report_html as report_html
     from takagi.reports.sections.turbine.verdict import verdict_section as verdict_section
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -39,7 +39,7 @@ def test_the_page_lists_the_kinds_without_a_reading() -> None:
     assert set(KINDS) == set(opinion.LOOPS)
     assert set(RESTING) == set(opinion.RESTING)
     assert own == {"paper-loop"}
-    assert set(WHOLE_FILE) == set(opinion.WITH_OBSERVER)
+    assert set(WHOLE_FILE) == {opinion.WITH_OBSERVER}
     row = "| `paper-loop` | does not read a published law"
     assert row in PAGE.read_text()
 

@@ -27,12 +27,18 @@ from takagi.certificates.checker.controller import turbine_content
 from takagi.certificates.checker.kernel.refusal import OtherGains, Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
-from takagi.certificates.checker.turbine.running_loop.equations import equations
+from takagi.certificates.checker.turbine.running_loop.equations import (
+    Signals,
+    combined,
+    decay_form,
+    equations,
+)
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates
-from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
-from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
-from takagi.certificates.checker.turbine.running_loop.signals import Signals, combined, decay_form
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import (
+    is_surely_definite,
+    squared_reaches,
+)
 from takagi.certificates.checker.turbine.wind_intervals import gaps
 from takagi.certificates.claims.turbine.running_loop.candidate import running_candidate
 from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
@@ -499,18 +505,3 @@ def test_reaches_are_those_of_the_inverse() -> None:
         assert float(value) == pytest.approx(row @ inverse @ row, rel=1e-12)
     assert squared_reaches([[F(1), F(2)], [F(2), F(1)]], []) is None
     assert squared_reaches([[F(1), F(0)], [F(1), F(1)]], []) is None
-
-
-def test_the_form_with_an_input_and_a_drift_is_the_written_one() -> None:
-    """xi' = -xi + 2 u + delta xi, by hand: P = 3, tau = 5, alpha = 1/4, D = 1/2, b = 7."""
-    signals = Signals(1, 1)
-    one, u = signals.state(0), signals.state(1)
-    w = signals.times("delta", (F(-1), F(1)), one)
-    rate = {0: F(-1), 1: 2 * u[1], 2: w[2]}
-    form = decay_form(signals, [rate], [[F(3)]], [F(5)], F(1, 4), [[F(1, 2)]], [F(7)])
-    factor = F(form[2][2], 5)
-    assert [[F(entry) / factor for entry in row] for row in form] == [
-        [6 - F(3, 2) - F(1, 2) - 5, -6, -3],
-        [-6, 7, 0],
-        [-3, 0, 5],
-    ]

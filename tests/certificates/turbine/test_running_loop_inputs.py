@@ -20,7 +20,7 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     Sides,
     other_than_the_controller,
 )
-from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import is_surely_definite
 from takagi.certificates.checker.turbine.running_loop.running_claim import (
     StatedCell,
     check_running_loop,

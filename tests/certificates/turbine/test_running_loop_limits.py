@@ -17,7 +17,7 @@ from takagi.certificates.checker.turbine.running_loop.cell import Cell, factors
 from takagi.certificates.checker.turbine.running_loop.equations import rows
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides
 from takagi.certificates.checker.turbine.running_loop.limits import command_rates, limit_failure
-from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import squared_reaches
 from takagi.certificates.checker.turbine.running_loop.running_claim import _box_failure
 from tests.certificates.recorded.answers import recorded
 

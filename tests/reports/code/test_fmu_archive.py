@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
-from takagi.reports.code.fmu.base_units import base_units
+from takagi.reports.code.fmu.description import base_units
 from tests.reports.code.fmu_files import exported, sources_alone
 from tests.reports.test_gain_file_alone import plant_file
 

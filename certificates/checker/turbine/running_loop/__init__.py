@@ -1,9 +1,10 @@
 """The claim about a turbine's loop as it runs, with its observer and filters (``running-loop``).
 
-inputs          observer, filters and box as the claim states them
-cell            one cell of winds: tables, torque surface, equilibrium, and the loop's factors
-equations       the loop as signals with uncertain factors
-signals         signals with uncertain factors, and the matrix of the decay inequality
-limits          proof that limits missing in the equations are not reached
-running_claim   the verdict on one claim
+inputs           observer, filters and box as the claim states them
+cell             one cell of winds: tables, torque surface, equilibrium, and the loop's factors
+equations        the loop as signals with uncertain factors, and its decay inequality
+limits           proof that limits missing in the equations are not reached
+quadratic_forms  whether a form is definite, and the extent of an ellipsoid
+running_claim    the verdict on one claim
+members          the members of the claim
 """

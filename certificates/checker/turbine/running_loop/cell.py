@@ -277,11 +277,11 @@ def factors(cell: Cell) -> dict[str, Span]:
         "wind gain": span(cell.wind_gain()),
         "observer inertia": _outward((observed, observed)),
         "wake rate": _outward((cell.winds[0] / length[1], cell.winds[1] / length[0])),
-        "drive": (drive_secant(cell), FULL),
+        "drive": (_drive_secant(cell), FULL),
     }
 
 
-def drive_secant(cell: Cell) -> Fraction:
+def _drive_secant(cell: Cell) -> Fraction:
     """Return the least secant of the drive's rate limit: h tau |y| <= limit, |y| as below.
 
     tau |y| = |beta_ref - beta| is at most the deviation of the law's pitch, with its lead, from the

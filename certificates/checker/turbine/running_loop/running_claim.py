@@ -28,13 +28,15 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import listed, matrix, number, numbers
+from takagi.certificates.checker.kernel.reader import listed, matrix, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Found, Verdict
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
 from takagi.certificates.checker.turbine.running_loop.equations import (
     FACTORS,
+    Rows,
+    decay_form,
     equations,
     rows,
     states,
@@ -43,14 +45,15 @@ from takagi.certificates.checker.turbine.running_loop.inputs import (
     Machine,
     Sides,
     Span,
+    other_than_the_controller,
 )
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
-from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
-from takagi.certificates.checker.turbine.running_loop.rounded_definite import is_surely_definite
-from takagi.certificates.checker.turbine.running_loop.signals import Rows, decay_form
-from takagi.certificates.checker.turbine.running_loop.stated import MOST_CELLS, stated_loop
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import (
+    is_surely_definite,
+    squared_reaches,
+)
 
-MOST_PIECES = 8
+MOST_CELLS, MOST_PIECES = 500, 8
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ def check_running_loop(claim: Any, data: Any, where: str) -> Found:
     CertificateError : a part is missing or is not what it has to be; also an observer or filters
         that are not those of the certificate's ``controller``.
     """
-    plant, law, machine = stated_loop(claim, data, where)
+    plant, law, machine = _stated_loop(claim, data, where)
     decay = number(claim, "decay_rate", where)
     cells = [
         StatedCell.read(cell, states(machine), f"{where}.cells[{i}]")
@@ -112,6 +115,24 @@ def check_running_loop(claim: Any, data: Any, where: str) -> Found:
         return Found(Verdict.UNDECIDED, "running_loop", said | {"failures": failures})
     proved = {"machine": machine, "decay": decay, "cells": cells}
     return Found(Verdict.PROVED, "running_loop", said | proved)
+
+
+def _stated_loop(claim: Any, data: Any, where: str) -> tuple[Plant, Law, Machine]:
+    """Return plant, law, and observer and filters of a claim; ``data`` is the whole file.
+
+    Raises
+    ------
+    CertificateError : a part is missing or is not what it has to be; also an observer or filters
+        that are not those of the certificate's ``controller``.
+    """
+    model, gains = member(data, "model", "certificate"), member(data, "gains", "certificate")
+    plant, law = Plant.read(model), Law.read(gains)
+    if (plant.pitch_min, plant.pitch_max) != (law.pitch_min, law.pitch_max):
+        raise CertificateError("gains: pitch limits differ from the model's")
+    machine = Machine.read(claim, model, gains, where)
+    if other := other_than_the_controller(claim, data, where):
+        raise CertificateError(f"{where}.{other}")
+    return plant, law, machine
 
 
 def _stated_winds(claim: Any, cells: Sequence[StatedCell], where: str) -> list[Span]:

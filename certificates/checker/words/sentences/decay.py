@@ -5,9 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
 from takagi.certificates.checker.words.rounded import at_least
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(name: str, loop: PolytopicLoop, alpha: Fraction, blends: int) -> tuple[str, str]:

@@ -6,12 +6,16 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kinds.exit_probability import NoisyMotion
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.ellipsoid_size import rounded_size
-from takagi.certificates.checker.words.noise import in_which_sense, unforeseeing
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    granted,
+    in_which_sense,
+    unforeseeing,
+    while_valid,
+)
 from takagi.certificates.checker.words.rounded import at_least, at_most
-from takagi.certificates.checker.words.validity import granted, while_valid
 
 
 def said(

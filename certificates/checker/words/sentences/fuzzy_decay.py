@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.sentences.decay import falling
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 Rates = Sequence[Sequence[Fraction] | None]
 

@@ -6,14 +6,14 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.disturbance_channel import (
+from takagi.certificates.checker.words.loop_words import (
+    about,
     channel_deviations,
     rounded_channel,
+    while_valid,
 )
 from takagi.certificates.checker.words.rounded import at_most
 from takagi.certificates.checker.words.sentences.fuzzy_decay import Rates, rounded_rates
-from takagi.certificates.checker.words.validity import while_valid
 
 
 def said(

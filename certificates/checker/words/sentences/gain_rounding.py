@@ -6,10 +6,9 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.sentences.decay import falling
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(

@@ -6,14 +6,15 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.disturbance_channel import (
+from takagi.certificates.checker.words.loop_words import (
+    about,
     channel_deviations,
+    in_which_sense,
     rounded_channel,
+    unforeseeing,
+    while_valid,
 )
-from takagi.certificates.checker.words.noise import in_which_sense, unforeseeing
 from takagi.certificates.checker.words.rounded import at_most
-from takagi.certificates.checker.words.validity import while_valid
 
 
 def said(

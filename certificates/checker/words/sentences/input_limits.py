@@ -7,14 +7,13 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.invariant_set import (
     letters,
     motion,
     rounded_level,
     where_valid,
 )
+from takagi.certificates.checker.words.loop_words import about, deviations
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.ellipsoid_size import rounded_size
 from takagi.certificates.checker.words.invariant_set import (
     letters,
@@ -13,6 +11,7 @@ from takagi.certificates.checker.words.invariant_set import (
     rounded_level,
     where_valid,
 )
+from takagi.certificates.checker.words.loop_words import about, deviations
 
 
 def said(name: str, loop: PolytopicLoop, held: InvariantSet) -> tuple[str, str]:

@@ -6,13 +6,14 @@ from fractions import Fraction
 from typing import Any
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.disturbance_channel import (
+from takagi.certificates.checker.words.loop_words import (
+    about,
     channel_deviations,
+    granted,
     rounded_channel,
+    while_valid,
 )
 from takagi.certificates.checker.words.rounded import at_least, at_most
-from takagi.certificates.checker.words.validity import granted, while_valid
 
 
 def said(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.loop_words import about
 from takagi.certificates.checker.words.rounded import at_most
 
 MOST_NAMED = 4

@@ -8,11 +8,10 @@ from fractions import Fraction
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.observer_law import states_at_start
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.ellipsoid_size import LARGEST, square_root_below
+from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
 from takagi.certificates.checker.words.rounded import at_least, exactly
 from takagi.certificates.checker.words.sentences.decay import falling
-from takagi.certificates.checker.words.validity import granted, undisturbed
 
 
 def said(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.words.loop_words import undisturbed, while_valid
 from takagi.certificates.checker.words.sentences.decay import falling
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(

@@ -7,12 +7,12 @@ from typing import Any
 
 from takagi.certificates.checker.kinds.invariant_set import InvariantSet
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
-from takagi.certificates.checker.words.disturbance_channel import (
+from takagi.certificates.checker.words.invariant_set import rounded_level, where_valid
+from takagi.certificates.checker.words.loop_words import (
+    about,
     channel_deviations,
     rounded_channel,
 )
-from takagi.certificates.checker.words.invariant_set import rounded_level, where_valid
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 

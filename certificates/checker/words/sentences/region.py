@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.loop_words import about
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 DIGITS = 6

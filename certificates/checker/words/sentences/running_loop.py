@@ -9,7 +9,7 @@ from typing import Any
 
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Span
-from takagi.certificates.checker.turbine.running_loop.reach import squared_reaches
+from takagi.certificates.checker.turbine.running_loop.quadratic_forms import squared_reaches
 from takagi.certificates.checker.turbine.wind_intervals import gaps
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
@@ -38,10 +38,10 @@ def said(
     """
     low, high = law.wind[0], law.wind[-1]
     left = gaps((low, high), winds)
-    but = f", but NOT {listed(left)}" if left else ""
-    name = f"running loop with its observer, {range_words(low, high)} m/s{but}"
+    but = f", but NOT {_listed(left)}" if left else ""
+    name = f"running loop with its observer, {_range_words(low, high)} m/s{but}"
     if machine is None:
-        reasons = [f"wind {range_words(*ends)} m/s: {reason}" for ends, reason in failures]
+        reasons = [f"wind {_range_words(*ends)} m/s: {reason}" for ends, reason in failures]
         more = f" (+{len(reasons) - MOST_REASONS} more)" if len(reasons) > MOST_REASONS else ""
         return name, "not proved: " + (why or "; ".join(reasons[:MOST_REASONS]) + more)
     return name, _statement(law, winds, machine, decay, cells)
@@ -51,28 +51,28 @@ def _statement(
     law: Law, winds: list[Span], machine: Machine, decay: Fraction, cells: Sequence[Any]
 ) -> str:
     left = gaps((law.wind[0], law.wind[-1]), winds)
-    covered = f"from {range_words(law.wind[0], law.wind[-1])} m/s, in {len(cells)} cells"
+    covered = f"from {_range_words(law.wind[0], law.wind[-1])} m/s, in {len(cells)} cells"
     if left:
-        covered += f", but NOT at winds {listed(left)}, of which nothing is said"
+        covered += f", but NOT at winds {_listed(left)}, of which nothing is said"
     speed, estimate = _widths(cells)
     limits = [at_least(of(law.limit), 3) for of in (min, max)]
     return (
         f"at every constant wind {covered}: from its set V <= 1 the loop settles to its rest, and "
         f"V falls at least as exp(-{at_least(2 * decay, 3)} t), a rate of {at_least(decay, 3)} "
         f"1/s; the sets reach to {speed} rad/s of speed and to {estimate} m/s of the wind estimate "
-        f"(half widths, by cell). In the loop: {measured(machine)}, {family(machine)} and until "
+        f"(half widths, by cell). In the loop: {measured(machine)}, {_family(machine)} and until "
         f"then leaves pitch up to {limits[0]} to {limits[1]} rad/s^2 per rad of effect (by wind)"
     )
 
 
-def family(machine: Machine) -> str:
+def _family(machine: Machine) -> str:
     """Return observer, wind filter, limits and the family of plants in words."""
     return (
         f"the observer with l1 = {exactly(machine.l1)} 1/s and l2 = {exactly(machine.l2)} m/s^2 "
         f"per rad/s, the wind filter of {exactly(machine.wind_filter)} s, the limits of the rates "
         "of torque and pitch, the pitch drive with its own, inertia "
-        f"{range_words(*machine.inertia)} of nominal, and a wake that follows pitch over "
-        f"{range_words(*machine.wake_length)} m of wind"
+        f"{_range_words(*machine.inertia)} of nominal, and a wake that follows pitch over "
+        f"{_range_words(*machine.wake_length)} m of wind"
     )
 
 
@@ -100,11 +100,11 @@ def _widths(cells: Sequence[Any]) -> tuple[str, str]:
     return told[0], told[1]
 
 
-def listed(ranges: Sequence[Span]) -> str:
+def _listed(ranges: Sequence[Span]) -> str:
     """Return the ranges that are left out, rounded outward."""
     return ", ".join(f"{at_least(low, 6)} to {at_most(high, 6)} m/s" for low, high in ranges)
 
 
-def range_words(low: Fraction, high: Fraction) -> str:
+def _range_words(low: Fraction, high: Fraction) -> str:
     """Return an interval, rounded inward."""
     return f"{at_most(low, 6)} to {at_least(high, 6)}"

@@ -7,10 +7,9 @@ from fractions import Fraction
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.deviations import deviations
 from takagi.certificates.checker.words.ellipsoid_size import rounded_size
+from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
 from takagi.certificates.checker.words.rounded import at_least, exactly
-from takagi.certificates.checker.words.validity import granted, undisturbed
 
 
 def said(

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.about import about
+from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
 from takagi.certificates.checker.words.rounded import at_least, at_most
-from takagi.certificates.checker.words.validity import undisturbed, while_valid
 
 
 def said(

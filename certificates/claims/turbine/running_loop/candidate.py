@@ -27,11 +27,17 @@ import scipy.sparse as sp
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.cell import Cell, cut, factors
-from takagi.certificates.checker.turbine.running_loop.equations import equations, rows, states
+from takagi.certificates.checker.turbine.running_loop.equations import (
+    Rows,
+    Signal,
+    Signals,
+    equations,
+    rows,
+    states,
+)
 from takagi.certificates.checker.turbine.running_loop.inputs import Machine, Sides, Span
 from takagi.certificates.checker.turbine.running_loop.limits import limit_failure
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell, cell_failure
-from takagi.certificates.checker.turbine.running_loop.signals import Rows, Signal, Signals
 from takagi.lmi.cone.assemble import Cone
 from takagi.lmi.cone.program import ConeProgram
 from takagi.lmi.solver.solve import Session

@@ -56,7 +56,7 @@ def running_loop_claim(
     ------
     Refused : the law has no filter of the measured speed or of the wind, or no cell was found.
     """
-    head = claim_head(model, gains, controller, inertia)
+    head = _claim_head(model, gains, controller, inertia)
     subject = loop_subject(model, gains, head)
     cells = list(cells_over_winds(subject))
     if not cells:
@@ -71,7 +71,7 @@ def running_loop_claim(
     }
 
 
-def claim_head(
+def _claim_head(
     model: Mapping[str, Any],
     gains: Mapping[str, Any],
     controller: Mapping[str, Any],

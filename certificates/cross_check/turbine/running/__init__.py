@@ -4,7 +4,6 @@ running_loop   the conditions of a claim, cell by cell
 machine        observer, filters and box as the claim states them
 cell           ranges of the loop's factors over the box of one cell
 rates          the loop as a matrix over states and uncertain products
-shortened      a matrix with short entries whose definiteness implies that of the matrix
 
 Written from docs/running-loop.md.
 """

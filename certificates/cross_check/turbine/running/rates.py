@@ -8,6 +8,11 @@ With F the rows of xi', Z those of z and T = diag(tau) the decay inequality is
 
     [ -2 alpha P   0 ]     [ P F ]   [ P F ]'
     [     0        T ]  -  [  0  ] - [  0  ]   -  Z' T Z  >  0 .
+
+Its fractions are long.  With D diagonal, its entries powers of 2 such that the diagonal of D M D is
+about 2^BITS, let S_ij be the greatest integer at or below (D M D)_ij.  Then D M D = S + E, E
+symmetric with entries from 0 to 1, and |x'Ex| <= n x'x.  So if S - n I is positive definite, M is
+positive definite (``shortened``).
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.surface import NumberRange
 
 Row = list[fmpq]
+BITS = 44
 NAMES = (
     "speed slope",
     "effort slope",
@@ -151,3 +157,23 @@ def _less(a: Row, b: Row) -> Row:
 
 def _by(factor: fmpq, row: Row) -> Row:
     return [factor * y for y in row]
+
+
+def shortened(matrix: fmpq_mat) -> fmpq_mat:
+    """Return S - n I of the module's text; the matrix itself where a diagonal entry is not > 0."""
+    n = matrix.nrows()
+    diagonal = [matrix[i, i] for i in range(n)]
+    if min(diagonal) <= 0:
+        return matrix
+    powers = [(BITS - _power(value)) // 2 for value in diagonal]
+    rows = [[fmpq(0)] * n for _ in range(n)]
+    for i in range(n):
+        for j in range(i + 1):
+            value = matrix[i, j] * fmpq(2) ** (powers[i] + powers[j])
+            rows[i][j] = rows[j][i] = fmpq(int(value.p) // int(value.q) - n * int(i == j))
+    return fmpq_mat(rows)
+
+
+def _power(value: fmpq) -> int:
+    """Return about the power of 2 that a positive number is."""
+    return int(value.p).bit_length() - int(value.q).bit_length()

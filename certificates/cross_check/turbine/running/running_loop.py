@@ -24,8 +24,11 @@ from takagi.certificates.cross_check.kernel.reading import (
 from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running.cell import RunningCell
 from takagi.certificates.cross_check.turbine.running.machine import Machine, box, same_controller
-from takagi.certificates.cross_check.turbine.running.rates import NAMES, RunningRates
-from takagi.certificates.cross_check.turbine.running.shortened import shortened
+from takagi.certificates.cross_check.turbine.running.rates import (
+    NAMES,
+    RunningRates,
+    shortened,
+)
 from takagi.certificates.cross_check.turbine.surface import NumberRange, Outside
 
 MOST_CELLS, MOST_PIECES = 500, 8

@@ -1,0 +1,107 @@
+"""What is said of a loop: what a proof is about, its assumptions, its disturbance and output.
+
+The assumptions are those about the model's box, its disturbance and white noise; letters of a
+sentence that are deviations from another value than zero are explained.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack
+
+
+def about(loop: PolytopicLoop) -> str:
+    """Return e.g. ``every blend of 4 rules with their gains``."""
+    if not loop.K:
+        several = loop.rules > 1
+        return f"every blend of the {loop.rules} vertices" if several else "the loop"
+    law = "with their gains" if loop.shared_weights else f"and any of {len(loop.K)} gains"
+    return f"every blend of {loop.rules} rules {law}"
+
+
+def granted(loop: PolytopicLoop, *, disturbances_too: bool = True) -> str:
+    """Return the ranges of the box that are assumed and not proved; empty for none."""
+    known = set(loop.inputs)
+    if not disturbances_too:
+        # Imported here: a kind that assumes all ranges does not need it.
+        from takagi.certificates.checker.loop.box_of_validity import pushing
+
+        known |= pushing(loop)
+    names = [name for name in loop.other_box or {} if name not in known]
+    return f", while {', '.join(names)} {_stay(len(names))} in the model's box" if names else ""
+
+
+def while_valid(loop: PolytopicLoop) -> str:
+    """Return the statement that the model equals its plant only on a box; empty without a box.
+
+    For matrices alone no claim proves that they contain a plant, so this is an assumption.
+    """
+    bounded = any(side is not None for side in loop.box) or loop.other_box
+    plant = "a plant that the model contains" if loop.scheduled_by is None else "its plant"
+    return f"; of {plant}, as long as that stays in the model's box" if bounded else ""
+
+
+def undisturbed(loop: PolytopicLoop) -> str:
+    """Return the assumption that the model's disturbance is zero; empty without one."""
+    return " without disturbance" if loop.E else ""
+
+
+def _stay(count: int) -> str:
+    return "stays" if count == 1 else "stay"
+
+
+def in_which_sense(loop: PolytopicLoop, entering: Stack) -> str:
+    """Return the stochastic integral (Ito), if the result depends on its definition."""
+    if loop.is_discrete or all(one == entering[0] for one in entering):
+        return ""
+    return " in Ito's sense (it enters by a matrix that moves, so that other noise may do more)"
+
+
+def unforeseeing(loop: PolytopicLoop) -> str:
+    """Return the assumption on weights without a formula, or with a signal in it."""
+    granted = loop.rules > 1 and loop.scheduled_by is None
+    granted = granted or (len(loop.K) > 1 and not loop.shared_weights)
+    known = {*loop.states, *(loop.inputs if loop.K else ())}
+    signals = ", ".join(name for name in loop.scheduled_by or () if name not in known)
+    free = "weights" if granted else f"values of {signals}"
+    unaware = f" for {free} that do not depend on the noise at the same instant"
+    return unaware if granted or signals else ""
+
+
+MEANT = {
+    "x": "x is x - x*",
+    "u": "u is u - u*",
+    "y": "y is y less its value at rest",
+    "w": "w is w - w*",
+}
+
+
+def deviations(loop: PolytopicLoop, letters: str) -> str:
+    """Return a clause that explains these letters; empty if all equilibrium values are 0.
+
+    Parameters
+    ----------
+    letters : of x, u, y, w: those that the sentence has, and that are the model's own.
+    """
+    told = [MEANT[a] for a in letters if a in loop.resting_elsewhere]
+    star = ", with * for the point of rest" if any("*" in one for one in told) else ""
+    return f"; here {', '.join(told)}{star}" if told else ""
+
+
+def rounded_channel(claim: Any, loop: PolytopicLoop) -> str:
+    """Return a text about the source of w and of y."""
+    alone = ", without the model's disturbance" if loop.E else ""
+    given = claim["disturbance"] == "disturbances"
+    way = "the model's disturbance" if given else f"added to u{alone}"
+    return f"w {way}, y {'of the claim' if 'output' in claim else 'the output of the model'}"
+
+
+def channel_deviations(claim: Any, loop: PolytopicLoop, others: str = "") -> str:
+    """Return the meaning of w, y and other letters with equilibrium values other than 0.
+
+    A w that is added to u is no deviation; an output that the claim writes itself is of x and u.
+    """
+    seen = {*others, *("xu" if "output" in claim else "y")}
+    seen |= {"w"} if claim["disturbance"] == "disturbances" else set()
+    return deviations(loop, "".join(a for a in "xuyw" if a in seen))
