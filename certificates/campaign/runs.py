@@ -41,8 +41,8 @@ class Beyond:
     """How far a campaign goes beyond the certified class, as ``--beyond`` asks for it.
 
     Kinds: ``wind``, ``wind-error``, ``wind-rate`` : the class of every cell, times a number.
-    ``start`` : starts with V up to it.  ``inertia`` : from LOW to HIGH of nominal.  ``wake`` : pitch
-    effectiveness up to this share of the way to the frozen wake's.  Empty: inside the class.
+    ``start`` : starts with V up to it.  ``inertia`` : from LOW to HIGH of nominal.  ``wake`` :
+    pitch effectiveness up to this share of the way to the frozen wake's.  Empty: inside the class.
     """
 
     kind: str = ""
