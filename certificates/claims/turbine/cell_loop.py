@@ -233,8 +233,8 @@ def enclosures_of_gains(
     return enclosed
 
 
-def _interval(found: CheckedInterval) -> Interval:
-    return Interval(Fraction(found.low, ONE), Fraction(found.high, ONE))
+def _interval(enclosure: CheckedInterval) -> Interval:
+    return Interval(Fraction(enclosure.low, ONE), Fraction(enclosure.high, ONE))
 
 
 def _stated(found: Interval) -> Interval:
