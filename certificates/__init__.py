@@ -8,7 +8,7 @@
     claims/         candidates of all other claims; ``certify``
     design/         from a turbine or plant to gains, law and checked certificate
     controller/     the members of a gain file other than the law
-    sweep/          one result for each point of a grid, with a journal
+    sweep/          what is proved of a law at each point of a grid; tasks over several processes
     campaign/       random runs of a certified loop against its claims
     coq/            a certificate's matrices for a proof assistant
 

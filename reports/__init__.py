@@ -8,8 +8,7 @@
     margins/          robustness of linear loops
     gains_file/       the gain file
     simulation/       laws in the same winds, a plant from chosen starts
-    campaign/         campaigns of random runs as tables, figures and files
-    maps/             the files of a finished sweep
+    sweep/            the files of a finished sweep, or of a campaign of random runs
     baseline/         comparison of a certificate with an earlier one
     csv_text          tables as CSV
     ci_formats        the results of a check as JUnit, SARIF and Markdown

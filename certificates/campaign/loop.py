@@ -6,74 +6,69 @@ No object of the design or its proof is used, so the simulated loop is exactly t
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from takagi.certificates.campaign.spline_patches import Patches, spline_patches
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.splines.scalar_surface import patch_coefficients
+from takagi.models.splines.surface import Surface
 
 KIND = "coherent-loop"
 PEAKS = ("speed_error", "effort_lag", "speed_signal", "integral")
+# Rows h of the peaks |h xi|, xi = (e, zeta, x): e, zeta, e - x, x.
+DIRECTIONS = np.array([[1.0, 0, 0], [0, 1.0, 0], [1.0, 0, -1.0], [0, 0, 1.0]])
 # The order of the rows of ``CertifiedLoop.tables``.
 TABLES = ("rotor_speed", "trim_effort", "effectiveness", "proportional", "effectiveness_limit")
+PITCHES = 40
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class CertifiedLoop:
-    """The loop of a certificate of kind ``coherent-loop``; symbols of docs/effort-sharing-loop.md.
+class Equations(NamedTuple):
+    """What moves the loop; symbols of docs/effort-sharing-loop.md, in SI units."""
 
-    Attributes
-    ----------
-    torque_scale : c / J, where T_r = c v^2 c_Q [rad/m^2 ...];  gear_scale : n_g / J.
-    rotor_radius [m], pitch_lag : tau [s], pitch_rate_limit [rad/s], rated_speed [rad/s].
-    pitch_min, pitch_max [rad].
-    surface : c_Q(lambda, beta).
-    wind : (K,) nodes of the schedule [m/s].
-    tables : (5, K) omega*, q*, b, gamma, b_fw at the nodes, linear between them;
-        slopes : (5, K - 1) over wind.
-    integral_rate, inertia_feedforward, feedforward_limit : (K - 1,) nu, f, g.
-    overlap, pitch_lead, rated_torque, effort_torque, integral_limit : eps, tau_l, T_rated, E.
-    P, R : (3, 3) of the set and of the common decay, in (e, zeta, x);  common_rate : d [1/s].
-    peaks : (4,) of e, zeta, e - x, x.
-    wind_error, wind_rate, decay_rate : (K - 1,) delta [m/s], rho [m/s^2], d_k [1/s].
-    inertia, power : least and greatest true over nominal inertia and over table's c_P [-].
-    frozen_wake : whether Delta acts.
-    """
-
-    name: str
-    torque_scale: float
-    gear_scale: float
+    torque_scale: float  # c / J, where T_r = c v^2 c_Q
+    gear_scale: float  # n_g / J
     rotor_radius: float
     pitch_lag: float
     pitch_rate_limit: float
-    rated_speed: float
     pitch_min: float
     pitch_max: float
-    surface: Patches
-    wind: Floats
-    tables: Floats
-    slopes: Floats
-    integral_rate: Floats
-    inertia_feedforward: Floats
-    feedforward_limit: Floats
     overlap: float
     pitch_lead: float
     rated_torque: float
-    effort_torque: float
+    effort_torque: float  # E
     integral_limit: float
-    P: Floats
-    R: Floats
+    # c_Q(lambda, beta) as in ``patch_coefficients``.
+    ratio: Floats
+    pitch: Floats
+    patches: Floats
+    # A row for each wind cell: its ends; omega*, q*, b, gamma and b_fw at its lower end; their
+    # slopes over wind; nu, f, g.  One array, since numba counts references to each.
+    cells: Floats
+
+
+class CertifiedLoop(NamedTuple):
+    """The loop of a certificate of kind ``coherent-loop``, and what is claimed of it."""
+
+    equations: Equations
+    rated_speed: float
+    top_speed: float  # the greatest omega*
+    wind: Floats  # nodes of the schedule
+    P: Floats  # of the set, in (e, zeta, x)
+    R: Floats  # of the common decay
     common_rate: float
-    peaks: Floats
+    root: Floats  # its columns span the set
+    corners: Floats  # points of the set where a peak is attained
+    peaks: Floats  # of e, zeta, e - x, x
+    # In each cell: delta, rho, d_k.
     wind_error: Floats
     wind_rate: Floats
     decay_rate: Floats
-    inertia: tuple[float, float]
-    power: tuple[float, float]
-    frozen_wake: bool
+    # Least and greatest true over nominal inertia, and over table's c_P.
+    inertia: Floats
+    power: Floats
+    wake: Floats  # in each cell: largest share of the way to the frozen wake
 
 
 def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:
@@ -83,94 +78,106 @@ def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:
     ------
     ModelError : no claim of kind ``coherent-loop``, or a part that is missing or does not fit.
     """
-    model, law = _part(document, "model"), _part(document, "gains")
-    claims = document.get("claims")
-    found = [c for c in claims if isinstance(c, dict)] if isinstance(claims, list) else []
-    claim = next((c for c in found if c.get("kind") == KIND), None)
+    found = [claim for claim in document.get("claims", ()) if isinstance(claim, dict)]
+    claim = next((claim for claim in found if claim.get("kind") == KIND), None)
     if claim is None:
-        kinds = ", ".join(sorted({str(c.get("kind")) for c in found})) or "none"
+        kinds = ", ".join(sorted({str(claim.get("kind")) for claim in found})) or "none"
         raise ModelError(
             f"the certificate has claims of kind {kinds}; a campaign needs one of kind {KIND}, "
             "which `takagi design TURBINE` makes with the effort-sharing law"
         )
     try:
-        return _read(model, law, claim)
-    except (KeyError, TypeError, ValueError) as error:
-        if isinstance(error, ModelError):
-            raise
+        return _read(document["model"], document["gains"], claim)
+    except (KeyError, TypeError, ValueError, np.linalg.LinAlgError) as error:
         raise ModelError(
             f"the certificate cannot be simulated ({type(error).__name__}: {error}); "
             "`takagi check` says what is wrong with it"
         ) from error
 
 
-def _part(document: Mapping[str, Any], name: str) -> dict[str, Any]:
-    part = document.get(name)
-    if not isinstance(part, dict):
-        raise ModelError(f"the certificate has no {name}; give the file that `takagi design` wrote")
-    return part
-
-
 def _read(model: dict[str, Any], law: dict[str, Any], claim: dict[str, Any]) -> CertifiedLoop:
-    wind = np.array(law["wind"], dtype=np.float64)
-    if len(claim["cells"]) != len(wind) - 1:
-        raise ModelError(
-            f"{len(claim['cells'])} cells were found for {len(wind)} winds; one per interval"
-        )
-    return CertifiedLoop(**_plant(model), wind=wind, **_law(law, wind), **_claimed(claim))
+    table = model["torque_surface"]
+    surface = Surface(table["tip_speed_ratio_knots"], table["pitch_knots"], table["coefficients"])
+    wind = _row(law["wind"])
+    tables = np.array([law[name] for name in TABLES], dtype=np.float64).reshape(5, len(wind))
+    cells, uncertainty = claim["cells"], claim["uncertainty"]
+    P = _row(claim["P"]).reshape(3, 3)
+    inverse = np.linalg.inv(P)
+    by_cell = ("wind_error", "wind_rate", "decay_rate")
+    loop = CertifiedLoop(
+        equations=_equations(model, law, surface, wind, tables),
+        rated_speed=float(model["rated_rotor_speed"]),
+        top_speed=float(tables[0].max()),
+        wind=wind,
+        P=P,
+        R=_row(claim["settling"]["P"]).reshape(3, 3),
+        common_rate=float(claim["settling"]["decay_rate"]),
+        root=np.ascontiguousarray(np.linalg.inv(np.linalg.cholesky(P)).T),
+        corners=np.array([inverse @ h / np.sqrt(h @ inverse @ h) for h in DIRECTIONS]),
+        peaks=_row([claim["peaks"][name] for name in PEAKS]),
+        **{name: _row([c[name] for c in cells]).reshape(len(wind) - 1) for name in by_cell},
+        inertia=_row(uncertainty["inertia"]).reshape(2),
+        # A file without this member means the power coefficient of the table.
+        power=_row(uncertainty.get("power_coefficient", (1.0, 1.0))).reshape(2),
+        wake=np.zeros(len(cells)),
+    )
+    return loop._replace(wake=_wake(loop, surface)) if uncertainty["frozen_wake"] else loop
 
 
-def _plant(model: dict[str, Any]) -> dict[str, Any]:
+def _equations(
+    model: dict[str, Any], law: dict[str, Any], surface: Surface, wind: Floats, tables: Floats
+) -> Equations:
     gear = float(model["gear_ratio"])
     J = float(model["rotor_inertia"]) + gear**2 * float(model["generator_inertia"])
-    table = model["torque_surface"]
-    return {
-        "name": str(model["name"]),
-        "torque_scale": float(model["torque_constant"]) / J,
-        "gear_scale": gear / J,
-        "rotor_radius": float(model["rotor_radius"]),
-        "pitch_lag": float(model["pitch_time_constant"]),
-        "pitch_rate_limit": float(model["pitch_rate_limit"]),
-        "rated_speed": float(model["rated_rotor_speed"]),
-        "pitch_min": float(model["pitch_min"]),
-        "pitch_max": float(model["pitch_max"]),
-        "surface": spline_patches(
-            table["tip_speed_ratio_knots"], table["pitch_knots"], table["coefficients"]
+    ratio, pitch, patches = patch_coefficients(surface)
+    by_interval = ("integral_rate", "inertia_feedforward", "feedforward_limit")
+    of_model = ("rotor_radius", "pitch_rate_limit", "pitch_min", "pitch_max")
+    of_law = ("overlap", "pitch_lead", "rated_torque", "effort_torque", "integral_limit")
+    return Equations(
+        torque_scale=float(model["torque_constant"]) / J,
+        gear_scale=gear / J,
+        pitch_lag=float(model["pitch_time_constant"]),
+        **{name: float(model[name]) for name in of_model},
+        **{name: float(law[name]) for name in of_law},
+        ratio=np.array(ratio),
+        pitch=np.array(pitch),
+        patches=patches,
+        cells=np.ascontiguousarray(
+            np.vstack(
+                [
+                    *(wind[:-1], wind[1:], tables[:, :-1]),
+                    np.diff(tables, axis=1) / np.diff(wind),
+                    *(_row(law[name]) for name in by_interval),
+                ]
+            ).T
         ),
-    }
+    )
 
 
-def _law(law: dict[str, Any], wind: Floats) -> dict[str, Any]:
-    tables = np.array([law[name] for name in TABLES], dtype=np.float64).reshape(5, len(wind))
-    per_interval = ("integral_rate", "inertia_feedforward", "feedforward_limit")
-    single = ("overlap", "pitch_lead", "rated_torque", "effort_torque", "integral_limit")
-    return {
-        "tables": tables,
-        "slopes": np.diff(tables, axis=1) / np.diff(wind),
-        **{name: _intervals(law, name, wind) for name in per_interval},
-        **{name: float(law[name]) for name in single},
-    }
+def _wake(loop: CertifiedLoop, surface: Surface) -> Floats:
+    """Return 1 in the cells where every wake up to the frozen one belongs to the family, else 0.
+
+    There b_fw + s_P d(T_r/J)/dbeta is not negative over the pitch that the set can reach.
+    """
+    p = loop.equations
+    low, high, tables, slopes = p.cells[:, 0], p.cells[:, 1], p.cells[:, 2:7].T, p.cells[:, 7:12].T
+    fits = np.ones(len(low), dtype=bool)
+    for part in (0.0, 0.5, 1.0):
+        wind = low + part * (high - low)
+        speed, effort, b, gain, limit = tables + (wind - low) * slopes
+        reach = gain * loop.peaks[2]
+        most = _ramp(effort + reach, p.overlap) + loop.peaks[1]
+        least = np.maximum(_ramp(effort - reach, p.overlap) - loop.peaks[1], 0.0)
+        pitch = p.pitch_min + np.linspace(least, most, PITCHES) / b
+        slope = surface(p.rotor_radius * speed / wind, pitch, dy=1, clip=True)
+        fits &= np.all(limit + loop.power[1] * p.torque_scale * wind**2 * slope >= 0, axis=0)
+    return fits.astype(np.float64)
 
 
-def _claimed(claim: dict[str, Any]) -> dict[str, Any]:
-    uncertainty = claim["uncertainty"]
-    low, high = uncertainty["inertia"]
-    # A file without this member means the power coefficient of the table.
-    least, most = uncertainty.get("power_coefficient", (1.0, 1.0))
-    return {
-        "P": np.array(claim["P"], dtype=np.float64).reshape(3, 3),
-        "R": np.array(claim["settling"]["P"], dtype=np.float64).reshape(3, 3),
-        "common_rate": float(claim["settling"]["decay_rate"]),
-        "peaks": np.array([float(claim["peaks"][name]) for name in PEAKS]),
-        **{
-            name: np.array([cell[name] for cell in claim["cells"]], dtype=np.float64)
-            for name in ("wind_error", "wind_rate", "decay_rate")
-        },
-        "inertia": (float(low), float(high)),
-        "power": (float(least), float(most)),
-        "frozen_wake": bool(uncertainty["frozen_wake"]),
-    }
+def _ramp(effort: Floats, overlap: float) -> Floats:
+    bent = np.clip(effort + overlap, 0.0, 2 * overlap)
+    return np.asarray(bent * bent / (4 * overlap) + np.maximum(effort - overlap, 0.0))
 
 
-def _intervals(law: dict[str, Any], name: str, wind: Floats) -> Floats:
-    return np.array(law[name], dtype=np.float64).reshape(len(wind) - 1)
+def _row(values: Any) -> Floats:
+    return np.array(values, dtype=np.float64)

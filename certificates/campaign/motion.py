@@ -1,174 +1,410 @@
-r"""Simulation of the law with its limits, the pitch drive and the rotor, for n runs at once.
+r"""One run of the certified loop: the law with its limits, the pitch drive and the rotor.
 
     omega' = kappa (s_P c v^2 c_Q(omega R / v, beta) + Delta - n_g T_g / J)
     beta'  = sat((beta_ref - beta) / tau)
     x'     = -nu (omega - omega*)
 
-The states are omega, beta, x, so the certificate's error coordinates (e, zeta, x) do not enter.
-They are computed afterwards to compare them with its bounds.  Formulas and symbols are those
-of docs/effort-sharing-loop.md.  Delta is a share w of the whole way to the frozen wake,
+Formulas and symbols are those of docs/effort-sharing-loop.md.  The states are omega, beta, x, so
+the certificate's error coordinates xi = (e, zeta, x) do not enter; they are computed to compare
+them with its bounds.  Delta is a share w of the whole way to the frozen wake,
 
     Delta(beta; v_s) = -w int_{beta*}^{beta} (b_fw + s_P d(T_r/J)/dbeta) dbeta
-              = -w (b_fw (beta - beta*) + s_P c v_s^2 (c_Q(lambda*, beta) - c_Q(lambda*, beta*))),
+              = -w (b_fw (beta - beta*) + s_P c v_s^2 (c_Q(lambda*, beta) - c_Q(lambda*, beta*))).
 
-which belongs to the family for 0 <= w <= 1 where the integrand is not negative
-(``plants.wake_fits``).
+During a step four inputs u are constant: the wind error v - v_s [m/s], the rate v_s' [m/s^2], w,
+and s_P, the true over the table's power coefficient.  A step ends where v_s reaches a node of the
+tables.  The adversaries choose, one input after the other, the end of its range at which
+xi' Q xi grows fastest: with Q = P it is V, with h h' one bound.
+
+Numba compiles this file; all functions that call each other are in it, for the reason that
+``compiled`` states.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from math import exp, inf, log, nan, sin, sqrt
 
 import numpy as np
 
-from takagi.certificates.campaign.loop import CertifiedLoop
-from takagi.models.arrays import Floats, Indices
+from takagi.certificates.campaign.loop import DIRECTIONS, CertifiedLoop, Equations
+from takagi.models.arrays import Floats
+from takagi.models.compiled import compiled
 
-Cells = Indices
+# Ratios of simulated quantities to their certified bounds; a correct certificate gives at most 1:
+# V; |h xi| over its peak; (omega - max omega*) over p_e; (T_rated - T) / T_rated before the limiter
+# at 0; the asked pitch's share of its range, before the limiter; 0, and above 1 below the least
+# pitch; and, at constant wind alone, the certified over the observed mean decay rate, in P and R.
+BOUNDS = (
+    *("set", "speed error", "effort lag", "speed signal", "integral", "rotor speed"),
+    *("torque asked", "pitch asked", "least pitch", "decay", "common decay"),
+)
+DECAY, COMMON, COUNT = 9, 10, 11
+# Start wind; V at the start; true over nominal inertia; the first bound but the set to be exceeded,
+# as index into ``BOUNDS`` (their number for the coefficient table), and the schedule wind then;
+# when the set was left; when the table was left and the run ended; V at the end.
+EVENTS = (
+    *("start_wind", "start_value", "inertia", "first", "first_wind", "left_at", "lost_at"),
+    "end_value",
+)
+# A run's winds: constant; random telegraphs; sine waves; adversaries of V, and of one bound; one of
+# V with pauses.  Of 25 runs so many are of each kind.
+PLAYERS = (4, 5, 4, 6, 3, 3)
+CALM, SWITCHES, WAVES, AGAINST_SET, AGAINST_BOUND, IN_FITS = range(6)
+
+# Mean times between two switches [s], and angular frequencies of waves [rad/s]: one decade to
+# either side of the loop's natural frequency, which is near 0.3 rad/s.
+SHORTEST, LONGEST = 0.1, 30.0
+SLOWEST, FASTEST = 0.02, 5.0
+# Shares of the starts on V = 1, and where a peak is attained; and of those at nodes of the tables.
+ON_BOUNDARY, AT_CORNERS, AT_NODES = 0.4, 0.25, 0.1
+# A start lies inside by this much, so that rounding does not put it outside.
+WITHIN = 1e-12
+# A ratio may exceed 1 by this, because steps are finite.
+TOLERANCE = 1e-4
+# A step is this share of the pitch drive's time constant.  At the start the drive may leave its
+# rate limit within a step, so the steps of the first time constants are shorter.
+STEP_SHARE, EARLY_LAGS, EARLY_PARTS = 0.1, 2.0, 8.0
+BISECTIONS = 60
+# Below these distances to the equilibrium rounding dominates, so decay is not compared.
+NEAREST, NEARLY_THERE = 1e-12, 1e-14
 LEAST_WIND = 0.1
 
-
-class At(NamedTuple):
-    """The schedule at n winds v_s: tables, and the trim pitch with its torque c v_s^2 c_Q."""
-
-    wind: Floats
-    speed: Floats
-    effort: Floats
-    effectiveness: Floats
-    gain: Floats
-    limit: Floats
-    trim_pitch: Floats
-    trim_torque: Floats
-
-    def of(self, runs: Cells) -> At:
-        """Return the schedule of some of the runs."""
-        return At(*(column[runs] for column in self))
+State = tuple[float, float, float]
+Inputs = tuple[float, float, float, float]
+Schedule = tuple[float, float, float, float, float]
 
 
-class Drive(NamedTuple):
-    """What acts on n runs during one step: all constant over it but v_s, which moves at ``rate``.
-
-    Attributes
-    ----------
-    cell : wind cell;  error : v - v_s [m/s];  rate : v_s' [m/s^2].
-    kappa : nominal over true inertia;  wake : w;  power : s_P, true over table's c_P [-].
-    """
-
-    cell: Cells
-    error: Floats
-    rate: Floats
-    kappa: Floats
-    wake: Floats
-    power: Floats
-
-    def of(self, runs: Cells) -> Drive:
-        """Return what acts on some of the runs."""
-        return Drive(self.cell[runs], *(column[runs] for column in self[1:]))
+@compiled
+def _coefficient(p: Equations, ratio: float, pitch: float) -> float:
+    """Return c_Q; outside the table it is held at the edge."""
+    x = min(max(ratio, p.ratio[0]), p.ratio[-1])
+    y = min(max(pitch, p.pitch[0]), p.pitch[-1])
+    i = min(np.searchsorted(p.ratio, x, "right"), len(p.ratio) - 1) - 1
+    j = min(np.searchsorted(p.pitch, y, "right"), len(p.pitch) - 1) - 1
+    x, y, found = x - p.ratio[i], y - p.pitch[j], 0.0
+    for n in range(3, -1, -1):
+        row = p.patches[i, j, n, 3]
+        for m in range(2, -1, -1):
+            row = row * y + p.patches[i, j, n, m]
+        found = found * x + row
+    return found
 
 
-class Demand(NamedTuple):
-    """The law's commands before its limits: torque [N m], pitch [rad]; and its effort U, F."""
-
-    torque: Floats
-    pitch: Floats
-    effort: Floats
-    shed: Floats
-    share: Floats
+@compiled
+def _ramp(effort: float, overlap: float) -> float:
+    if effort <= -overlap:
+        return 0.0
+    above = effort + overlap
+    return effort if effort >= overlap else above * above / (4.0 * overlap)
 
 
-def ramp(effort: Floats, overlap: float) -> Floats:
-    """Return psi: 0 below -overlap, (s + overlap)^2 / 4 overlap on the ramp, s above."""
-    bent = np.clip(effort + overlap, 0.0, 2 * overlap)
-    return np.asarray(bent * bent / (4 * overlap) + np.maximum(effort - overlap, 0.0))
+@compiled
+def _quadratic(M: Floats, xi: State) -> float:
+    a, b, c = xi
+    found: float = M[0, 0] * a * a + M[1, 1] * b * b + M[2, 2] * c * c
+    found += 2.0 * (M[0, 1] * a * b + M[0, 2] * a * c + M[1, 2] * b * c)
+    return found
 
 
-def at_wind(loop: CertifiedLoop, cell: Cells, wind: Floats) -> At:
-    """Return the schedule of each run at its wind, which lies in its cell."""
-    left, right = loop.wind[cell], loop.wind[cell + 1]
-    share = (wind - left) / (right - left)
-    low, high = loop.tables[:, cell], loop.tables[:, cell + 1]
-    speed, effort, b, gain, limit = low + share * (high - low)
-    trim = loop.pitch_min + ramp(effort, loop.overlap) / b
-    torque = loop.torque_scale * wind**2 * loop.surface(speed * loop.rotor_radius / wind, trim)
-    return At(wind, speed, effort, b, gain, limit, trim, torque)
-
-
-def demanded(loop: CertifiedLoop, state: Floats, at: At, drive: Drive) -> Demand:
-    """Return the law's commands, with its feed-forward of v_s'."""
-    slope, k, rate = loop.slopes[:, drive.cell], drive.cell, drive.rate
-    signal = state[0] - at.speed - state[2]
-    effort = at.effort + at.gain * signal
-    shed = ramp(effort, loop.overlap)
-    kept = ramp(-effort, loop.overlap)
-    share = np.clip((effort + loop.overlap) / (2 * loop.overlap), 0.0, 1.0)
-    limit = loop.feedforward_limit[k]
-    taken = np.clip(loop.inertia_feedforward[k] * rate, -limit, limit)
-    moved = share * (slope[1] + slope[3] * signal) - shed * slope[2] / at.effectiveness
-    pitch = loop.pitch_min + (shed + loop.pitch_lead * rate * moved) / at.effectiveness
-    return Demand(
-        loop.rated_torque - loop.effort_torque * (kept + taken), pitch, effort, shed, share
+@compiled
+def schedule(p: Equations, k: int, wind: float) -> Schedule:
+    """Return omega*, q*, b, gamma and b_fw at a wind of cell k."""
+    row, beyond = p.cells[k], wind - p.cells[k, 0]
+    return (
+        row[2] + beyond * row[7],
+        row[3] + beyond * row[8],
+        row[4] + beyond * row[9],
+        row[5] + beyond * row[10],
+        row[6] + beyond * row[11],
     )
 
 
-def blowing(at: At, drive: Drive) -> Floats:
-    """Return the wind v = v_s + error, limited below by a positive value."""
-    return np.maximum(at.wind + drive.error, LEAST_WIND)
+@compiled
+def command(
+    p: Equations, k: int, wind: float, rate: float, state: State
+) -> tuple[float, float, float, float]:
+    """Return torque [N m] and pitch [rad] before their limits, psi(U) and its slope."""
+    reference, trim, b, gain, _ = schedule(p, k, wind)
+    signal = state[0] - reference - state[2]
+    effort = trim + gain * signal
+    shed, kept = _ramp(effort, p.overlap), _ramp(-effort, p.overlap)
+    slope = min(max((effort + p.overlap) / (2.0 * p.overlap), 0.0), 1.0)
+    limit = p.cells[k, 14]
+    taken = min(max(p.cells[k, 13] * rate, -limit), limit)
+    moved = slope * (p.cells[k, 8] + p.cells[k, 10] * signal) - shed * p.cells[k, 9] / b
+    pitch = p.pitch_min + (shed + p.pitch_lead * rate * moved) / b
+    return p.rated_torque - p.effort_torque * (kept + taken), pitch, shed, slope
 
 
-def rates(loop: CertifiedLoop, state: Floats, at: At, drive: Drive) -> tuple[Floats, Demand]:
-    """Return (omega', beta', x') as (3, n), and what the law demands.
-
-    Parameters
-    ----------
-    state : (3, n) omega [rad/s], beta [rad], x [rad/s].
-    """
-    speed, pitch, integral = state
-    demand = demanded(loop, state, at, drive)
-    torque = np.clip(demand.torque, 0.0, loop.rated_torque)
-    reference = np.clip(demand.pitch, loop.pitch_min, loop.pitch_max)
-    wind = blowing(at, drive)
-    # One evaluation of the surface for both: at the actual rotor speed, and at omega* for the wake.
-    ratio = np.concatenate([speed / wind, at.speed / at.wind]) * loop.rotor_radius
-    found = loop.surface(ratio, np.concatenate([pitch, pitch]))
-    n = len(speed)
-    rotor = drive.power * loop.torque_scale * wind**2 * found[:n]
-    own = drive.power * (loop.torque_scale * at.wind**2 * found[n:] - at.trim_torque)
-    rotor -= drive.wake * (at.limit * (pitch - at.trim_pitch) + own)
-    limit = loop.pitch_rate_limit
-    e = speed - at.speed
-    turn = -loop.integral_rate[drive.cell] * e
-    held = (np.abs(integral) >= loop.integral_limit) & (turn * integral > 0)
-    found = np.stack(
-        [
-            drive.kappa * (rotor - loop.gear_scale * torque),
-            np.clip((reference - pitch) / loop.pitch_lag, -limit, limit),
-            np.where(held, 0.0, turn),
-        ]
+@compiled
+def rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
+    """Return omega', beta', x' at a schedule wind of cell k, under the inputs u."""
+    reference, effort, b, _, limit = schedule(p, k, wind)
+    torque, asked, _, _ = command(p, k, wind, u[1], state)
+    torque = min(max(torque, 0.0), p.rated_torque)
+    asked = min(max(asked, p.pitch_min), p.pitch_max)
+    v = max(wind + u[0], LEAST_WIND)
+    ratio = state[0] * p.rotor_radius / v
+    driving = u[3] * p.torque_scale * v * v * _coefficient(p, ratio, state[1])
+    if u[2] > 0.0:
+        trim = p.pitch_min + _ramp(effort, p.overlap) / b
+        ratio = reference * p.rotor_radius / wind
+        change = _coefficient(p, ratio, state[1]) - _coefficient(p, ratio, trim)
+        scale = u[3] * p.torque_scale * wind * wind
+        driving -= u[2] * (limit * (state[1] - trim) + scale * change)
+    fastest, turn = p.pitch_rate_limit, -p.cells[k, 12] * (state[0] - reference)
+    held = abs(state[2]) >= p.integral_limit and turn * state[2] > 0.0
+    return (
+        kappa * (driving - p.gear_scale * torque),
+        min(max((asked - state[1]) / p.pitch_lag, -fastest), fastest),
+        0.0 if held else turn,
     )
-    return found, demand
 
 
+@compiled
+def _moved(state: State, time: float, rate: State) -> State:
+    return state[0] + time * rate[0], state[1] + time * rate[1], state[2] + time * rate[2]
+
+
+@compiled
 def step(
-    loop: CertifiedLoop, state: Floats, at: At, end: At, drive: Drive, duration: Floats
-) -> tuple[Floats, Demand]:
-    """Return the state one step of Runge-Kutta later, and the demand at its beginning.
+    p: Equations, k: int, wind: float, u: Inputs, kappa: float, x: State, time: float
+) -> State:
+    """Return the state a time [s] later, by one step of Kutta's fourth-order method (1901)."""
+    half = wind + time / 2.0 * u[1]
+    k1 = rates(p, k, wind, u, kappa, x)
+    k2 = rates(p, k, half, u, kappa, _moved(x, time / 2.0, k1))
+    k3 = rates(p, k, half, u, kappa, _moved(x, time / 2.0, k2))
+    k4 = rates(p, k, wind + time * u[1], u, kappa, _moved(x, time, k3))
+    x = _moved(_moved(x, time / 6.0, k1), time / 3.0, k2)
+    return _moved(_moved(x, time / 3.0, k3), time / 6.0, k4)
+
+
+@compiled
+def errors(p: Equations, k: int, wind: float, state: State) -> State:
+    """Return xi = (e, zeta, x), zeta = psi(U) - b (beta - beta_min)."""
+    reference, _, b, _, _ = schedule(p, k, wind)
+    shed = command(p, k, wind, 0.0, state)[2]
+    return state[0] - reference, shed - b * (state[1] - p.pitch_min), state[2]
+
+
+@compiled
+def error_rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
+    """Return xi' under the inputs u."""
+    reference, _, b, gain, _ = schedule(p, k, wind)
+    turned, pitched, x_rate = rates(p, k, wind, u, kappa, state)
+    slope, signal = command(p, k, wind, 0.0, state)[3], state[0] - reference - state[2]
+    e_rate = turned - p.cells[k, 7] * u[1]
+    effort_rate = (p.cells[k, 8] + p.cells[k, 10] * signal) * u[1] + gain * (e_rate - x_rate)
+    lag_rate = slope * effort_rate - p.cells[k, 9] * u[1] * (state[1] - p.pitch_min) - b * pitched
+    return e_rate, lag_rate, x_rate
+
+
+@compiled
+def _inputs(p: CertifiedLoop, k: int, shares: Floats) -> Inputs:
+    """Return the inputs that are these shares of the class in cell k."""
+    power = p.power[0] + shares[3] * (p.power[1] - p.power[0])
+    return shares[0] * p.wind_error[k], shares[1] * p.wind_rate[k], shares[2] * p.wake[k], power
+
+
+@compiled
+def _push(
+    p: CertifiedLoop, k: int, wind: float, kappa: float, state: State, Q: Floats, shares: Floats
+) -> None:
+    """Write the shares at which xi' Q xi grows fastest, one input after the other."""
+    xi = np.array(errors(p.equations, k, wind, state))
+    g = Q @ xi
+    for i in range(4):
+        growth = -inf
+        for end in (-1.0 if i < 2 else 0.0, 1.0):
+            before, shares[i] = shares[i], end
+            a, b, c = error_rates(p.equations, k, wind, _inputs(p, k, shares), kappa, state)
+            if growth > g[0] * a + g[1] * b + g[2] * c:
+                shares[i] = before
+            else:
+                growth = g[0] * a + g[1] * b + g[2] * c
+
+
+@compiled
+def _measure(
+    loop: CertifiedLoop, k: int, wind: float, rate: float, state: State, now: Floats
+) -> State:
+    """Write the ratio to each bound except the decays; return xi."""
+    p = loop.equations
+    torque, pitch, _, _ = command(p, k, wind, rate, state)
+    e, lag, x = errors(p, k, wind, state)
+    now[0] = _quadratic(loop.P, (e, lag, x))
+    now[1], now[2] = abs(e) / loop.peaks[0], abs(lag) / loop.peaks[1]
+    now[3], now[4] = abs(e - x) / loop.peaks[2], abs(x) / loop.peaks[3]
+    now[5] = (state[0] - loop.top_speed) / loop.peaks[0]
+    now[6] = (p.rated_torque - torque) / p.rated_torque
+    reach, below = p.pitch_max - p.pitch_min, p.pitch_min - state[1]
+    now[7] = (pitch - p.pitch_min) / reach
+    now[8] = 1.0 + below / reach if below > 0.0 else 0.0
+    return e, lag, x
+
+
+@compiled
+def _equilibrium(loop: CertifiedLoop, k: int, wind: float, u: Inputs, kappa: float) -> float:
+    """Return x* of the equilibrium (0, 0, x*) at constant wind, by bisection."""
+    p = loop.equations
+    reference, effort, b, gain, _ = schedule(p, k, wind)
+    low, high = -2.0 * loop.peaks[3], 2.0 * loop.peaks[3]
+    for _ in range(BISECTIONS):
+        x = (low + high) / 2.0
+        pitch = p.pitch_min + _ramp(effort - gain * x, p.overlap) / b
+        # e' grows with x: a larger x asks for less effort.
+        if rates(p, k, wind, u, kappa, (reference, pitch, x))[0] < 0.0:
+            low = x
+        else:
+            high = x
+    return (low + high) / 2.0
+
+
+@compiled
+def _decay(rate: float, time: float, first: float, left: float) -> float:
+    """Return the certified rate over the mean one since the start; 0 where nothing is left."""
+    if not (rate > 0.0 and time > 0.0 and first > NEAREST and left > NEARLY_THERE * first):
+        return 0.0
+    return 2.0 * rate * time / log(first / left) if left < first else inf
+
+
+@compiled
+def _start(
+    loop: CertifiedLoop, draw: np.random.Generator, level: float
+) -> tuple[int, float, State]:
+    """Return cell, schedule wind and state of a start with V <= level.
+
+    If pitch would start below its limit, which the theorem excludes, the mirror image is used:
+    there zeta <= 0 <= psi(U).
+    """
+    p = loop.equations
+    k, share = draw.integers(0, len(p.cells)), draw.random()
+    if draw.random() < AT_NODES:
+        share = round(share)
+    wind = loop.wind[k] * (1.0 - share) + loop.wind[k + 1] * share
+    kind = draw.random()
+    if kind > 1.0 - AT_CORNERS:
+        sign = 1.0 if draw.random() < 0.5 else -1.0
+        xi = sign * loop.corners[draw.integers(0, len(loop.corners))]
+    else:
+        way = draw.standard_normal(3)
+        xi = loop.root @ (way / sqrt((way * way).sum()))
+        if kind >= ON_BOUNDARY:
+            xi = xi * draw.random() ** (1.0 / 3.0)
+    xi = xi * sqrt(level * (1.0 - WITHIN))
+    reference, effort, b, gain, _ = schedule(p, k, wind)
+    pitch = 0.0
+    for _ in range(2):
+        pitch = p.pitch_min + (_ramp(effort + gain * (xi[0] - xi[2]), p.overlap) - xi[1]) / b
+        if pitch >= p.pitch_min:
+            break
+        xi = -xi
+    return k, wind, (reference + xi[0], min(pitch, p.pitch_max), xi[2])
+
+
+@compiled
+def run(
+    loop: CertifiedLoop,
+    draw: np.random.Generator,
+    kind: int,
+    level: float,
+    duration: float,
+    share: Floats,
+    late: Floats,
+    events: Floats,
+) -> None:
+    """Write what one run did: ``share``, ``late`` and ``events``, nan where there is nothing.
 
     Parameters
     ----------
-    at, end : the schedule at the step's two ends, within one cell.
-    duration : (n,) [s].
-
-    Source: the classical fourth-order method, Kutta (1901).
+    loop : with the class and the plants of the campaign;  kind : index into ``PLAYERS``.
+    level : starts have V up to this;  duration : of the run [s].
+    share, late : the largest ratio to each bound, and the same in the second half of the run, when
+        the effect of the start has decayed.
+    events : as ``EVENTS`` names them.
     """
-    middle = at_wind(loop, drive.cell, (at.wind + end.wind) / 2)
-    k1, demand = rates(loop, state, at, drive)
-    k2, _ = rates(loop, state + duration / 2 * k1, middle, drive)
-    k3, _ = rates(loop, state + duration / 2 * k2, middle, drive)
-    k4, _ = rates(loop, state + duration * k3, end, drive)
-    return state + duration / 6 * (k1 + 2 * k2 + 2 * k3 + k4), demand
-
-
-def error_state(loop: CertifiedLoop, state: Floats, at: At, demand: Demand) -> Floats:
-    """Return xi = (e, zeta, x) as (3, n), zeta = psi(U) - b (beta - beta_min)."""
-    owed = demand.shed - at.effectiveness * (state[1] - loop.pitch_min)
-    return np.stack([state[0] - at.speed, owed, state[2]])
+    p = loop.equations
+    k, wind, state = _start(loop, draw, level)
+    inertia = loop.inertia[0] + draw.random() * (loop.inertia[1] - loop.inertia[0])
+    if draw.random() < 0.5:
+        inertia = loop.inertia[draw.integers(0, 2)]
+    kappa, rest = 1.0 / inertia, 0.0
+    now, shares = np.zeros(COUNT), np.zeros(4)
+    mean, frequency, phase = np.empty(4), np.empty(4), np.empty(4)
+    for i in range(4):
+        mean[i] = SHORTEST * (LONGEST / SHORTEST) ** draw.random()
+        frequency[i] = SLOWEST * (FASTEST / SLOWEST) ** draw.random()
+        phase[i] = 2.0 * np.pi * draw.random()
+        # Constant wake and c_P: a third at each end of the range, the others between.
+        shares[i] = min(max(3.0 * draw.random() - 1.0, 0.0), 1.0) if i > 1 else 0.0
+    Q = loop.P
+    if kind == AGAINST_BOUND:
+        h = DIRECTIONS[draw.integers(0, 3)]
+        Q = np.outer(h, h)
+    mood, first, first_common = 1.0, 0.0, 0.0
+    share[:], late[:], events[:] = nan, nan, nan
+    time, last, end = 0.0, inf, len(p.cells) - 1
+    while True:
+        if kind == SWITCHES:
+            for i in range(4):
+                if draw.random() < 1.0 - exp(-last / mean[i]):
+                    # The first time either end, then the other one.
+                    high = draw.random() < 0.5 if time == 0.0 else shares[i] < 1.0
+                    shares[i] = 1.0 if high else (-1.0 if i < 2 else 0.0)
+        elif kind == WAVES:
+            for i in range(4):
+                wave = sin(frequency[i] * time + phase[i])
+                shares[i] = wave if i < 2 else (1.0 + wave) / 2.0
+        elif kind >= AGAINST_SET:
+            _push(loop, k, wind, kappa, state, Q, shares)
+            if kind == IN_FITS:
+                if draw.random() < 1.0 - exp(-last / mean[0]):
+                    mood = float(draw.integers(-1, 2))
+                shares[0], shares[1] = mood * shares[0], mood * shares[1]
+        if wind >= loop.wind[k + 1] and shares[1] > 0.0:
+            k = min(k + 1, end)
+        elif wind <= loop.wind[k] and shares[1] < 0.0:
+            k = max(k - 1, 0)
+        u = _inputs(loop, k, shares)
+        # The law limits its schedule wind to the range of its tables.
+        if (wind >= loop.wind[-1] and u[1] > 0.0) or (wind <= loop.wind[0] and u[1] < 0.0):
+            u = (u[0], 0.0, u[2], u[3])
+        e, lag, x = _measure(loop, k, wind, u[1], state, now)
+        if time == 0.0:
+            events[0], events[1], events[2] = wind, now[0], inertia
+        if kind == CALM:
+            if time == 0.0:
+                rest = _equilibrium(loop, k, wind, u, kappa)
+                first = _quadratic(loop.P, (e, lag, x - rest))
+                first_common = _quadratic(loop.R, (e, lag, x - rest))
+            off = (e, lag, x - rest)
+            now[DECAY] = _decay(loop.decay_rate[k], time, first, _quadratic(loop.P, off))
+            now[COMMON] = _decay(loop.common_rate, time, first_common, _quadratic(loop.R, off))
+        for i in range(COUNT if kind == CALM else DECAY):
+            share[i] = now[i] if time == 0.0 else max(share[i], now[i])
+            if time >= duration / 2.0:
+                late[i] = now[i] if np.isnan(late[i]) else max(late[i], now[i])
+            if now[i] > 1.0 + TOLERANCE:
+                if i == 0 and np.isnan(events[5]):
+                    events[5] = time
+                elif i > 0 and np.isnan(events[3]):
+                    events[3], events[4] = i, wind
+        events[7] = now[0]
+        ratio = p.rotor_radius * state[0] / max(wind + u[0], LEAST_WIND)
+        inside = p.ratio[0] <= ratio <= p.ratio[-1] and p.pitch[0] <= state[1] <= p.pitch[-1]
+        if not inside:
+            events[6] = time
+            if np.isnan(events[3]):
+                events[3], events[4] = COUNT, wind
+        if time >= duration or not inside:
+            return
+        early = EARLY_PARTS if time < EARLY_LAGS * p.pitch_lag else 1.0
+        last = min(STEP_SHARE * p.pitch_lag / early, duration - time)
+        node = loop.wind[k + 1] if u[1] > 0.0 else loop.wind[k]
+        meets = u[1] != 0.0 and (node - wind) / u[1] <= last
+        if meets:
+            last = (node - wind) / u[1]
+        state = step(p, k, wind, u, kappa, state, last)
+        wind = node if meets else wind + last * u[1]
+        time += last

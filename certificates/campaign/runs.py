@@ -1,150 +1,234 @@
-"""Thousands of random runs of the certified loop, compared with the certificate.
+"""Thousands of random runs of the certified loop, inside the certified class or beyond it.
 
 A simulation is not a proof. Without a violation, the theorem, its proof and its implementation
-agree in all runs tried; one violation shows that one of the three is wrong.
+agree in all runs tried; one violation shows that one of the three is wrong.  Run number n of a seed
+is the same whatever the number of runs, of processes, or of runs to a task.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.certificates.campaign.batch import Records, run_batch
-from takagi.certificates.campaign.bounds import BOUNDS
 from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
-from takagi.certificates.campaign.outside import INSIDE, Beyond
-from takagi.models.errors import ModelError
-
-Tell = Callable[[str, float], None]
+from takagi.certificates.campaign.motion import BOUNDS, EVENTS, PLAYERS, TOLERANCE, run
+from takagi.certificates.sweep.tasks import Result, Task, Tell, run_tasks
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError, did_you_mean
 
 DURATION = 60.0
-# A ratio may exceed 1 by this, because steps are finite. Every campaign measures how far steps half
-# as long change a ratio (``Records.halving``), and must stay below this.
-TOLERANCE = 1e-4
-# A step is this fraction of the pitch drive's time constant, the smallest in the loop.
-STEP_SHARE = 0.1
-# Number of runs that are advanced together, chosen so that their arrays fit in the CPU cache.
-TOGETHER = 2500
-MOST_RUNS = 10_000_000
+MOST_RUNS, LARGEST = 10_000_000, 1000.0
+# Runs to a task: about a second of work.
+TOGETHER = 250
+# The kinds of consecutive runs.
+KINDS = tuple(kind for kind, count in enumerate(PLAYERS) for _ in range(count))
+# Written digits of a number.
+DIGITS = 8
+REQUESTS = ("wind", "wind-error", "wind-rate", "start", "inertia", "wake")
+
+
+@dataclass(frozen=True, slots=True)
+class Beyond:
+    """How far a campaign goes beyond the certified class, as ``--beyond`` asks for it.
+
+    Kinds: ``wind``, ``wind-error``, ``wind-rate`` : the class of every cell, times a number.
+    ``start`` : starts with V up to it.  ``inertia`` : from LOW to HIGH of nominal.  ``wake`` :
+    pitch effectiveness up to this share of the way to the frozen wake's.  Empty: inside the class.
+    """
+
+    kind: str = ""
+    numbers: tuple[float, ...] = (1.0,)
+
+    @property
+    def name(self) -> str:
+        """The request, such as ``wind=3``."""
+        numbers = ":".join(f"{number:g}" for number in self.numbers)
+        return f"{self.kind}={numbers}" if self.kind else "inside"
+
+    def loop(self, loop: CertifiedLoop) -> CertifiedLoop:
+        """Return the loop with this class and these plants; its bounds are the certificate's."""
+        if self.kind == "inertia":
+            return loop._replace(inertia=np.array(self.numbers))
+        members = {"wind": ("wind_error", "wind_rate"), "start": (), "": ()}
+        changed = members.get(self.kind, (self.kind.replace("-", "_"),))
+        return loop._replace(**{name: self.numbers[0] * getattr(loop, name) for name in changed})
+
+
+INSIDE = Beyond()
+
+
+def beyond_of(text: str) -> Beyond:
+    """Return the value for a request ``3``, ``wind=3``, ``start=4``, ``inertia=0.8:1.2``, ...
+
+    Raises
+    ------
+    ModelError : another kind, or a number that is not positive.
+    """
+    kind, _, value = text.rpartition("=")
+    kind = kind.strip() or "wind"
+    if kind not in REQUESTS:
+        raise ModelError(
+            f"--beyond {text}: {kind!r} is not one of {', '.join(REQUESTS)}"
+            f"{did_you_mean(kind, REQUESTS)}; write wind=3 or inertia=0.8:1.2"
+        )
+    try:
+        numbers = tuple(float(number) for number in value.split(":"))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != 1 + (kind == "inertia") or not 0 < numbers[0] <= numbers[-1] <= LARGEST:
+        what = "two numbers, LOW:HIGH," if kind == "inertia" else "one number"
+        raise ModelError(
+            f"--beyond {text}: {what} above 0 and up to {LARGEST:g} is needed after {kind}="
+        )
+    if kind == "start" and numbers[0] <= 1:
+        raise ModelError(
+            f"--beyond {text}: starts up to V = {numbers[0]:g} are within the certificate; give a "
+            "number above 1, or leave --beyond out"
+        )
+    return Beyond(kind, numbers)
+
+
+# The requests that ``--beyond all`` stands for.
+STANDARD = (
+    *("wind=1.5", "wind=2", "wind=3", "wind=5", "wind=10", "wind-error=5", "wind-error=10"),
+    *("wind-rate=5", "wind-rate=10", "start=2", "start=4", "inertia=0.8:1.2", "inertia=0.5:2"),
+    *("wake=1.5", "wake=3"),
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Campaign:
-    """The runs of a campaign; ``records`` has one column per run.
+    """The runs of a campaign, in arrays of one column a run.
 
     Attributes
     ----------
     beyond : ``INSIDE``, or how far the runs go beyond the certified class.
-    step : the longest step [s];  duration : of every run [s].
+    duration : of every run [s].
+    share, late : (bounds, n), and events : name -> (n,), as ``motion.run`` writes them.
     """
 
     loop: CertifiedLoop
     beyond: Beyond
     duration: float
-    step: float
     seed: int
-    tolerance: float
-    records: Records
+    share: Floats
+    late: Floats
+    events: Mapping[str, Floats]
 
     @property
     def runs(self) -> int:
         """The number of runs."""
-        return len(self.records.start_wind)
+        return self.share.shape[1]
 
     @property
     def broken(self) -> NDArray[np.bool_]:
         """(bounds, n) true where the run exceeded the bound."""
-        return np.asarray(np.isfinite(self.records.broken_at))
+        return np.asarray(self.share > 1 + TOLERANCE)
 
     @property
     def violations(self) -> int:
         """The number of runs that exceeded a bound or left the coefficient table."""
-        lost = np.isfinite(self.records.lost_at)
+        lost = np.isfinite(self.events["lost_at"])
         return int(np.count_nonzero(self.broken.any(axis=0) | lost))
 
     @property
-    def coarse(self) -> bool:
-        """Whether steps half as long change a share by more than the tolerance."""
-        return float(self.records.halving.max()) > self.tolerance
-
-    def largest(self, bound: str) -> float:
-        """Return the largest share of a bound that any run used; nan if none was asked."""
-        row = self.records.share[BOUNDS.index(bound)]
-        return float(np.nanmax(row)) if np.any(~np.isnan(row)) else float("nan")
+    def overspeed(self) -> Floats:
+        """The largest excess of rotor speed over rated of each run [%]."""
+        speed = self.loop.top_speed + self.share[BOUNDS.index("rotor speed")] * self.loop.peaks[0]
+        return np.asarray(100 * (speed / self.loop.rated_speed - 1))
 
 
-def require_numbers(runs: int, duration: float, seed: int) -> None:
-    """Refuse numbers of a campaign that make no sense; see ``run_campaign``.
+def run_campaigns(
+    certificate: Path,
+    folder: Path,
+    classes: Sequence[Beyond],
+    *,
+    runs: int,
+    duration: float = DURATION,
+    seed: int = 0,
+    workers: int | None = None,
+    tell: Tell | None = None,
+) -> list[Campaign]:
+    """Return the random runs of a certificate's loop, for each class.
+
+    Parameters
+    ----------
+    certificate : file with a claim of kind ``coherent-loop``.
+    folder : for the results; those that are there are not computed again.
+    runs : of each campaign;  seed : the same one gives the same runs.
+    workers, tell : see ``run_tasks``.
 
     Raises
     ------
-    ModelError : says what was given, and what is needed.
+    ModelError : no such claim; numbers that make no sense; a process killed from outside.
+    OSError : a result cannot be written.
     """
+    require_numbers(runs, duration, seed)
+    sha256 = hashlib.sha256(certificate.read_bytes()).hexdigest()
+    loop = _loop(str(certificate), sha256)
+    fixed = {"certificate": sha256, "duration": duration, "seed": seed}
+    tasks = []
+    for beyond in classes:
+        asked = {**fixed, "beyond": [beyond.kind, list(beyond.numbers)]}
+        for n in range(0, runs, TOGETHER):
+            inputs = {**asked, "from": n, "to": min(n + TOGETHER, runs)}
+            tasks.append(Task(f"{__name__}:some_runs", str(certificate), inputs))
+    results, _ = run_tasks(tasks, folder, workers=workers, tell=tell)
+    error = next((result["error"] for result in results if "error" in result), None)
+    if error is not None:
+        raise ModelError(f"random runs could not be made: {error}")
+    campaigns, each = [], len(tasks) // len(classes)
+    for i, beyond in enumerate(classes):
+        share, late, events = (
+            np.concatenate([np.array(result[name], dtype=np.float64) for result in own], axis=1)
+            for own in [results[i * each : (i + 1) * each]]
+            for name in ("share", "late", "events")
+        )
+        by_name = dict(zip(EVENTS, events, strict=True))
+        campaigns.append(Campaign(loop, beyond, duration, seed, share, late, by_name))
+    return campaigns
+
+
+def require_numbers(runs: int, duration: float, seed: int) -> None:
+    """Refuse numbers of a campaign that make no sense: what was given, and what is needed."""
     if not 1 <= runs <= MOST_RUNS:
         raise ModelError(f"{runs} runs were asked for; 1 to {MOST_RUNS} are possible")
-    if not 0 < duration < np.inf:
+    if not 0 < duration < math.inf:
         raise ModelError(f"a duration of {duration:g} s was asked for; it must be above 0")
     if seed < 0:
         raise ModelError(f"seed {seed} was given; 0 or more is needed")
 
 
-def run_campaign(
-    document: Mapping[str, Any],
-    *,
-    runs: int = 10_000,
-    duration: float = DURATION,
-    seed: int = 0,
-    beyond: Beyond = INSIDE,
-    tell: Tell | None = None,
-) -> Campaign:
-    """Return what random runs of the loop of a certificate did, compared with its bounds.
-
-    Parameters
-    ----------
-    document : a certificate with a claim of kind ``coherent-loop``, as plain data (its JSON).
-    runs : number of runs;  duration : of each [s].
-    seed : the same one gives the same runs.
-    beyond : how far to go beyond the certified class; the default stays inside.
-    tell : called with a text and the fraction that is done.
-
-    Raises
-    ------
-    ModelError : no such claim; numbers that make no sense.
-    """
-    require_numbers(runs, duration, seed)
-    loop = certified_loop(document)
-    step = STEP_SHARE * loop.pitch_lag
-    sizes = [min(TOGETHER, runs - begun) for begun in range(0, runs, TOGETHER)]
-    found = []
-    for i, size in enumerate(sizes):
-
-        def told(part: float, before: int = sum(sizes[:i]), size: int = size) -> None:
-            if tell is not None:
-                tell(f"{beyond.name}: {runs} runs", (before + part * size) / runs)
-
-        found.append(
-            run_batch(
-                loop,
-                size,
-                np.random.default_rng([seed, i]),
-                duration=duration,
-                longest_step=step,
-                tolerance=TOLERANCE,
-                beyond=beyond,
-                tell=told,
-            )
-        )
-    return Campaign(loop, beyond, duration, step, seed, TOLERANCE, _joined(found))
+def some_runs(source: str, inputs: Mapping[str, Any]) -> Result:
+    """Return a task's result: some runs, with None in place of nan."""
+    beyond, numbers = Beyond(*inputs["beyond"]), range(inputs["from"], inputs["to"])
+    loop = beyond.loop(_loop(source, inputs["certificate"]))
+    level = beyond.numbers[0] if beyond.kind == "start" else 1.0
+    sizes = {"share": len(BOUNDS), "late": len(BOUNDS), "events": len(EVENTS)}
+    tables = {name: np.empty((len(numbers), size)) for name, size in sizes.items()}
+    for i, n in enumerate(numbers):
+        draw, rows = np.random.default_rng([inputs["seed"], n]), (t[i] for t in tables.values())
+        run(loop, draw, KINDS[n % len(KINDS)], level, inputs["duration"], *rows)
+    return {name: [_plain(row) for row in table.T] for name, table in tables.items()}
 
 
-def _joined(found: list[Records]) -> Records:
-    columns = {
-        field.name: np.concatenate([getattr(each, field.name) for each in found], axis=-1)
-        for field in fields(Records)
-        if field.name != "halving"
-    }
-    return Records(**columns, halving=np.max([each.halving for each in found], axis=0))
+@lru_cache(maxsize=1)
+def _loop(source: str, sha256: str) -> CertifiedLoop:
+    """Return the loop of the certificate with this hash; read once in each process."""
+    text = Path(source).read_bytes()
+    if hashlib.sha256(text).hexdigest() != sha256:
+        raise RuntimeError(f"{source} was changed while the campaign ran")
+    return certified_loop(json.loads(text))
+
+
+def _plain(values: Floats) -> list[float | None]:
+    return [float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in values.tolist()]

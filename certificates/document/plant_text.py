@@ -1,7 +1,4 @@
-"""A plant's numbers and expressions as a certificate writes them: exactly, in plain decimals.
-
-The tables in a plant's expressions, as a certificate states them.
-"""
+"""A plant's numbers, expressions and tables as a certificate writes them: in plain decimals."""
 
 from __future__ import annotations
 

@@ -1,17 +1,16 @@
-"""An axis of a sweep: a quantity, its unit and its values, and how one is written."""
+"""An axis of a sweep: a quantity, its unit and its values, and how a user writes one."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.files.units import UNITS, to_si
 
-# Values between the ends are short decimals, because they identify the point in journal and
-# tables.
+# Values between the ends are short decimals, because they identify the point.
 _DIGITS = 9
 _MOST = 100_000
 _NUMBER = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
@@ -19,45 +18,29 @@ _NUMBER = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?
 
 @dataclass(frozen=True, slots=True)
 class AxisKind:
-    """A quantity that may be swept.
+    """A quantity that may be swept, as ``--over`` names it, with the SI unit of its values.
 
-    Attributes
-    ----------
-    name : as in ``--over``;  unit : SI unit of its values;  words : its description.
-    above : every value must be larger;  highest : no value may be larger.
-    closed : whether ``above`` itself is allowed.
+    Its values lie above 0 (or on it, if ``closed``), and not beyond ``highest``.
     """
 
     name: str
     unit: str
-    words: str
-    above: float = 0.0
     highest: float = math.inf
     closed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """A quantity with the values it takes, in its SI unit, increasing.
-
-    Raises
-    ------
-    ModelError : no value, or values that do not increase.
-    """
+    """A quantity with the values it takes, in its SI unit, increasing."""
 
     name: str
     unit: str
     values: tuple[float, ...]
 
-    def __post_init__(self) -> None:
-        if not self.values:
-            raise ModelError(f"axis {self.name}: no values were given; at least one is needed")
-        for low, high in zip(self.values, self.values[1:], strict=False):
-            if not low < high:
-                raise ModelError(
-                    f"axis {self.name}: {low:g} is followed by {high:g} {self.unit}; values must "
-                    "increase"
-                )
+    @property
+    def label(self) -> str:
+        """Name and unit, as at the head of a column."""
+        return f"{self.name} [{self.unit}]"
 
 
 def parse_axes(written: Sequence[str], kinds: Sequence[AxisKind]) -> tuple[Axis, ...]:
@@ -69,94 +52,71 @@ def parse_axes(written: Sequence[str], kinds: Sequence[AxisKind]) -> tuple[Axis,
     Raises
     ------
     ModelError : a name that is not known (the known ones are listed) or is given twice, a text of
-        another form, a unit of another quantity, a range that does not increase, a value beyond
-        what the quantity allows, more than 100 000 points.
+        another form, a unit of another quantity, values that do not increase, a value beyond what
+        the quantity allows, more than 100 000 points.
     """
-    known = {kind.name: kind for kind in kinds}
-    found: dict[str, Axis] = {}
+    known, axes = {kind.name: kind for kind in kinds}, dict[str, Axis]()
     for text in written:
-        name, equals, values = text.partition("=")
+        name, _, values = text.partition("=")
         name = name.strip()
         if name not in known:
             raise ModelError(
                 f"--over {text}: {name!r} cannot be swept{did_you_mean(name, known)}; known here: "
                 + ", ".join(f"{kind.name} [{kind.unit}]" for kind in kinds)
             )
-        if name in found:
+        if name in axes:
             raise ModelError(f"--over {text}: {name} was given before; give each axis once")
-        if not equals:
-            raise ModelError(
-                f"--over {text}: values are missing; write {name}=LOW:HIGH:COUNT or "
-                f"{name}=VALUE,VALUE,..."
-            )
-        found[name] = _axis(text, known[name], values)
-    points = math.prod(len(axis.values) for axis in found.values())
+        try:
+            axes[name] = _axis(known[name], values)
+        except ModelError as error:
+            raise ModelError(f"--over {text}: {error}") from error
+    points = math.prod(len(axis.values) for axis in axes.values())
     if points > _MOST:
         raise ModelError(f"{points} points were asked for; at most {_MOST} are made in one sweep")
-    return tuple(found.values())
+    return tuple(axes.values())
 
 
-def _axis(text: str, kind: AxisKind, values: str) -> Axis:
-    parts = values.split(":")
-    if len(parts) == 1:
-        numbers = [_number(text, kind, part) for part in values.split(",")]
-    elif len(parts) == 3:
-        numbers = _spaced(text, kind, parts)
+def _axis(kind: AxisKind, text: str) -> Axis:
+    ends = text.split(":")
+    if len(ends) not in (1, 3) or not text.strip():
+        raise ModelError(f"write {kind.name}=LOW:HIGH:COUNT or {kind.name}=VALUE,VALUE,...")
+    if len(ends) == 3:
+        values = _spaced(_number(kind, ends[0]), _number(kind, ends[1]), ends[2])
     else:
-        raise ModelError(
-            f"--over {text}: write {kind.name}=LOW:HIGH:COUNT or {kind.name}=VALUE,VALUE,..."
-        )
-    for value in numbers:
-        least = kind.closed and value == kind.above
-        if not (least or kind.above < value <= kind.highest):
-            limit = f"{'at least' if kind.closed else 'above'} {kind.above:g}"
+        values = [_number(kind, number) for number in text.split(",")]
+    for value in values:
+        if not (0 < value or kind.closed and value == 0) or value > kind.highest:
+            limit = f"{'at least' if kind.closed else 'above'} 0"
             limit += f" and at most {kind.highest:g}" if kind.highest < math.inf else ""
             raise ModelError(
-                f"--over {text}: {value:g} {kind.unit} was given; {kind.name} must be {limit} "
-                f"{kind.unit}"
+                f"{value:g} {kind.unit} was given; {kind.name} must be {limit} {kind.unit}"
             )
-    try:
-        return Axis(kind.name, kind.unit, tuple(numbers))
-    except ModelError as error:
-        raise ModelError(f"--over {text}: {error}") from error
+    for low, high in zip(values, values[1:], strict=False):
+        if not low < high:
+            raise ModelError(f"{low:g} is followed by {high:g} {kind.unit}; values must increase")
+    return Axis(kind.name, kind.unit, tuple(values))
 
 
-def _spaced(text: str, kind: AxisKind, parts: Sequence[str]) -> list[float]:
-    low, high = (_number(text, kind, part) for part in parts[:2])
-    if not re.fullmatch(r"\s*[0-9]{1,6}\s*", parts[2]) or int(parts[2]) < 2:
+def _spaced(low: float, high: float, count: str) -> list[float]:
+    if not re.fullmatch(r"\s*[0-9]{1,6}\s*", count) or not 2 <= int(count) <= _MOST:
         raise ModelError(
-            f"--over {text}: {parts[2]!r} was given as the number of values; a whole number from 2 "
-            f"to {_MOST} is needed"
+            f"{count!r} was given as the number of values; a whole number from 2 to {_MOST} is "
+            "needed"
         )
-    if not low < high:
-        raise ModelError(
-            f"--over {text}: the range {low:g} to {high:g} {kind.unit} does not increase; give the "
-            "smaller end first"
-        )
-    count = int(parts[2])
-    if count > _MOST:
-        raise ModelError(f"--over {text}: {count} values were asked for; at most {_MOST} are made")
-    steps = [low + (high - low) * i / (count - 1) for i in range(count)]
-    return [low, *(float(f"{value:.{_DIGITS}g}") for value in steps[1:-1]), high]
+    n = int(count) - 1
+    steps = [low + (high - low) * i / n for i in range(1, n)]
+    return [low, *(float(f"{value:.{_DIGITS}g}") for value in steps), high]
 
 
-def _number(text: str, kind: AxisKind, part: str) -> float:
-    found = _NUMBER.fullmatch(part)
-    if found is None:
-        raise ModelError(f"--over {text}: {part!r} is not a number; write it like 0.05 or 1e-3")
-    value = float(found.group(1))
-    if not math.isfinite(value):
-        raise ModelError(f"--over {text}: {part!r} is too large for a number")
-    if not found.group(2):
+def _number(kind: AxisKind, text: str) -> float:
+    match = _NUMBER.fullmatch(text)
+    if match is None or not math.isfinite(float(match.group(1))):
+        raise ModelError(f"{text!r} is not a number; write it like 0.05 or 1e-3")
+    value, unit = float(match.group(1)), match.group(2)
+    if not unit:
         return value
-    try:
-        # The unit's factor must not add further digits to a decimal that was typed.
-        return float(f"{to_si(value, _spelled(found.group(2)), kind.unit):.12g}")
-    except ModelError as error:
-        raise ModelError(f"--over {text}: {error}") from error
-
-
-def _spelled(unit: str) -> str:
-    """Return the unit as the table spells it: "kNm" is read as "kN m"."""
-    spellings: Mapping[str, str] = {known.replace(" ", ""): known for known in UNITS}
-    return spellings.get(unit.replace(" ", ""), unit)
+    # "kNm" is read as "kN m".
+    spellings = {known.replace(" ", ""): known for known in UNITS}
+    unit = spellings.get(unit.replace(" ", ""), unit)
+    # The unit's factor must not add further digits to a decimal that was typed.
+    return float(f"{to_si(value, unit, kind.unit):.12g}")

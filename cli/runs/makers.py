@@ -30,14 +30,12 @@ class Maker(Protocol):
     summary : name of the module that prints a design, with ``as_text``, ``as_data`` and
         ``next_commands``.
     simulation : name of the module that simulates, with ``GROUPS`` of options and ``simulate``.
-    has_maps : whether `takagi sweep` draws maps for such a model.
     """
 
     words: ClassVar[str]
     groups: ClassVar[Groups]
     summary: ClassVar[str]
     simulation: ClassVar[str]
-    has_maps: ClassVar[bool]
 
     def __init__(self, source: Any, asked: Mapping[str, Any]) -> None:
         """Take the model's file, and those options of the command line that concern it."""

@@ -36,7 +36,6 @@ class PlantMaker:
     groups: ClassVar[Groups] = (*PLANT_OPTIONS, sampled_options, noise_options, time_options)
     summary: ClassVar[str] = "takagi.cli.terminal.plant_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_plant"
-    has_maps: ClassVar[bool] = False
     source: PlantFile
     asked: Mapping[str, Any]
 

@@ -34,7 +34,6 @@ class TurbineMaker:
     groups: ClassVar[Groups] = TURBINE_OPTIONS
     summary: ClassVar[str] = "takagi.cli.terminal.turbine_summary"
     simulation: ClassVar[str] = "takagi.cli.verbs.simulate_turbine"
-    has_maps: ClassVar[bool] = True
     source: TurbineFile
     asked: Mapping[str, Any]
 

@@ -2,5 +2,4 @@
 
 simulate_turbine, simulate_plant    what `takagi simulate` does with each kind of model
 simulate_campaign                   random runs compared with what a certificate claims
-sweep_maps                          the maps that `takagi sweep` can make: one line a law
 """

@@ -27,16 +27,13 @@ Sources: docs/validation-plant.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import cos, sqrt
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from takagi.models.arrays import Floats
-
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+from takagi.models.compiled import compiled
 
 # A wind below this is no wind for a rotor; the tip-speed ratio is clipped long before [m/s].
 SMALLEST_WIND = 0.1
@@ -99,20 +96,7 @@ class Constants(NamedTuple):
     thrust_patches: Floats
 
 
-def _compiled(function: _Function) -> _Function:
-    """Return a function compiled at its first call, kept on disk where there is a place for it.
-
-    Numba keeps it beside this file, in the user's cache folder if that cannot be written, or
-    where NUMBA_CACHE_DIR says; with no place at all every process compiles anew.
-    """
-    try:
-        made = numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:
-        made = numba.njit(error_model="numpy")(function)
-    return cast(_Function, made)
-
-
-@_compiled
+@compiled
 def _cell(corners: Floats, x: float) -> int:
     """Return the cell of a coordinate that lies inside the table."""
     low, high = 0, len(corners) - 1
@@ -125,7 +109,7 @@ def _cell(corners: Floats, x: float) -> int:
     return low
 
 
-@_compiled
+@compiled
 def _surface(
     corners_x: Floats, corners_y: Floats, patches: Floats, x: float, y: float
 ) -> tuple[float, float]:
@@ -144,12 +128,12 @@ def _surface(
     return a0 + x * (a1 + x * (a2 + x * a3)), slope
 
 
-@_compiled
+@compiled
 def _thrust_coefficient(p: Constants, ratio: float, pitch: float) -> tuple[float, float]:
     return _surface(p.thrust_x, p.thrust_y, p.thrust_patches, ratio, pitch)
 
 
-@_compiled
+@compiled
 def induction(thrust_coefficient: float) -> tuple[float, float]:
     """Return a(c_T) = (1 - sqrt(1 - c_T)) / 2, its tangent beyond c_T = 8/9, and the slope."""
     if thrust_coefficient > LAST_MOMENTUM:
@@ -158,7 +142,7 @@ def induction(thrust_coefficient: float) -> tuple[float, float]:
     return (1.0 - root) / 2.0, 0.25 / root
 
 
-@_compiled
+@compiled
 def _disc_induction(p: Constants, speed: float, pitch: float, wind: float) -> tuple[float, float]:
     """Return k_a a at a wind in equilibrium, and the slope of v (1 - k_a a) by v."""
     ratio = speed * p.radius / wind
@@ -171,7 +155,7 @@ def _disc_induction(p: Constants, speed: float, pitch: float, wind: float) -> tu
     return found, 1.0 - found + p.disc_induction * by_coefficient * by_ratio * ratio
 
 
-@_compiled
+@compiled
 def _equivalent_wind(p: Constants, speed: float, pitch: float, flow: float, guess: float) -> float:
     """Return v_e with v_e (1 - k_a a(v_e)) = flow: Newton's method inside a bracket."""
     low, high, wind = 0.0, flow / LEAST_FLOW, guess
@@ -195,14 +179,14 @@ def _equivalent_wind(p: Constants, speed: float, pitch: float, flow: float, gues
     return wind
 
 
-@_compiled
+@compiled
 def wake_time(thrust_coefficient: float, radius: float, wind: float) -> float:
     """Return 1.1 / (1 - 1.3 a) R / v [s], a at most 0.5: Oye's first time constant."""
     a = min(induction(thrust_coefficient)[0], LARGEST_INDUCTION)
     return 1.1 / (1.0 - 1.3 * a) * radius / wind
 
 
-@_compiled
+@compiled
 def loads(p: Constants, state: Floats, wind: float) -> tuple[float, float, float, float]:
     """Return T_r [N m], F [N], the tip-speed ratio of v_e, and v_h, the wind that the hub meets."""
     met = wind
@@ -225,7 +209,7 @@ def loads(p: Constants, state: Floats, wind: float) -> tuple[float, float, float
     return k * c_q, k / p.radius * c_t, ratio, met
 
 
-@_compiled
+@compiled
 def pitch_speed(p: Constants, state: Floats, reference: float) -> float:
     """Return beta' [rad/s]: reference and rate held inside their limits."""
     limit = p.pitch_rate_limit
@@ -236,7 +220,7 @@ def pitch_speed(p: Constants, state: Floats, reference: float) -> float:
     return min(max(moving, -limit), limit)
 
 
-@_compiled
+@compiled
 def _drive(p: Constants, state: Floats, reference: float, after: Floats) -> None:
     """Write the pitch drive's rates."""
     after[1] = pitch_speed(p, state, reference)
@@ -251,7 +235,7 @@ def _drive(p: Constants, state: Floats, reference: float, after: Floats) -> None
     after[p.pitch_rate] = acceleration
 
 
-@_compiled
+@compiled
 def _wake(p: Constants, state: Floats, met: float, after: Floats) -> None:
     """Write w'."""
     v = max(met, SMALLEST_WIND)
@@ -261,7 +245,7 @@ def _wake(p: Constants, state: Floats, met: float, after: Floats) -> None:
     after[p.wake] = (share * v - state[p.wake]) / time
 
 
-@_compiled
+@compiled
 def _shaft(p: Constants, state: Floats, turning: float, torque: float, after: Floats) -> float:
     """Write the rates of rotor, generator and twist; return the speed that is measured."""
     load, measured = p.gear_ratio * torque, float(state[0])
@@ -277,7 +261,7 @@ def _shaft(p: Constants, state: Floats, turning: float, torque: float, after: Fl
     return measured
 
 
-@_compiled
+@compiled
 def _stopped(p: Constants, state: Floats, measured: float, after: Floats) -> float:
     """Write the rates of the band-stop's two poles; return the speed behind it."""
     if p.stopped < 0:
@@ -289,7 +273,7 @@ def _stopped(p: Constants, state: Floats, measured: float, after: Floats) -> flo
     return behind
 
 
-@_compiled
+@compiled
 def rate(
     p: Constants, state: Floats, torque: float, reference: float, wind: float, after: Floats
 ) -> None:
@@ -320,7 +304,7 @@ def rate(
         after[p.filtered] = p.filter_corner * (behind - state[p.filtered])
 
 
-@_compiled
+@compiled
 def hold(p: Constants, state: Floats) -> None:
     """Move pitch and its rate back inside their limits."""
     low, high, limit, at = p.pitch_min, p.pitch_max, p.pitch_rate_limit, p.pitch_rate
@@ -333,7 +317,7 @@ def hold(p: Constants, state: Floats) -> None:
             state[at] = max(state[at], 0.0) if state[1] == low else min(state[at], 0.0)
 
 
-@_compiled
+@compiled
 def advance(
     p: Constants,
     state: Floats,
@@ -366,7 +350,7 @@ def advance(
     return x
 
 
-@_compiled
+@compiled
 def record(
     p: Constants, states: Floats, references: Floats, winds: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
-from takagi.certificates.claims.turbine.wind_spans import Span, gaps, merged
+from takagi.certificates.claims.turbine.published_search import Span, gaps, merged
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign

@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker import check_document
-from takagi.certificates.checker.arithmetic.dual import Dual
+from takagi.certificates.checker.arithmetic.dual import Dual, chained, greater, lesser
 from takagi.certificates.checker.arithmetic.interval import Interval, enclose
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kernel.refusal import Refused
@@ -158,6 +158,49 @@ def test_slopes_at_a_point_are_exact_to_a_few_units() -> None:
     value, slopes = exactly(s, t)
     for (low, high), exact in zip((found.value, *found.slopes), (value, *slopes), strict=True):
         assert low <= exact * 10**36 <= high <= low + 20
+
+
+SIDES = [(low, high) for low in range(-2, 2) for high in range(low + 1, 3)]
+
+
+@pytest.mark.parametrize("larger", [True, False])
+@pytest.mark.parametrize("x", SIDES)
+def test_the_larger_of_two_has_the_slopes_of_both_where_either_may_be(
+    x: tuple[int, int], larger: bool
+) -> None:
+    """At points where x is larger than y and where it is smaller, for all places of both ranges."""
+    one, none = number(Fraction(1)), number(Fraction(0))
+    for y in SIDES:
+        a = Dual(Interval(x[0] * 10**36, x[1] * 10**36), (one, none))
+        b = Dual(Interval(y[0] * 10**36, y[1] * 10**36), (none, one))
+        found = greater(a, b) if larger else lesser(a, b)
+        for s, t in product(*([low + (high - low) * Fraction(k, 7) for k in range(8)]
+                              for low, high in (x, y))):  # fmt: skip
+            if s != t:
+                slopes = (1, 0) if (s > t) is larger else (0, 1)
+                exact = ((max if larger else min)(s, t), *slopes)
+                brackets = zip((found.value, *found.slopes), exact, strict=True)
+                assert all(low <= value * 10**36 <= high for (low, high), value in brackets)
+
+
+def test_a_function_of_two_has_the_slopes_that_each_brings() -> None:
+    """f(x, y) with the partial derivatives 2 and -5, of x = (s, 3 t) and y = (7 s, t)."""
+
+    def dual(*slopes: int) -> Dual:
+        return Dual(number(Fraction(1)), tuple(number(Fraction(k)) for k in slopes))
+
+    two, five = number(Fraction(2)), number(Fraction(-5))
+    found = chained(number(Fraction(4)), (two, dual(1, 3)), (five, dual(7, 1)))
+
+    assert found == Dual(number(Fraction(4)), dual(2 - 35, 6 - 5).slopes)
+
+
+def test_a_quantity_that_is_clamped_has_no_slope() -> None:
+    x = Dual(Interval(3 * 10**36, 4 * 10**36), (number(Fraction(1)), number(Fraction(2))))
+    zero, one = number(Fraction(0)), number(Fraction(1))
+
+    assert x.clamped(zero, one) == Dual(one, (zero, zero))
+    assert x.clamped(zero, number(Fraction(5))) == x
 
 
 # ------------------------------------------------------------------ how long a bound may take

@@ -3,50 +3,58 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from takagi.certificates.sweep import Task
-from takagi.certificates.sweep.journal import NAME
+from takagi.certificates.sweep import sweep as module
 from takagi.cli.main import main
-from takagi.cli.verbs import sweep as verb
-from takagi.cli.verbs.sweep_maps import LAWS, SweptLaw
-from tests.certificates.sweep.toy import product
 
 Capture = pytest.CaptureFixture[str]
+GRID = ("--law", "effort-sharing", "--over", "overlap=0.01,0.02", "--over", "inertia=0.1:0.3:3")
 
-MODULE = "tests.cli.toy_law"
-GRID = ("--over", "x=1,2", "--over", "y=0.1:0.3:3", "--workers", "1")
+
+def cheap(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """A point that costs nothing: more inertia is not proved."""
+    if inputs["at"]["inertia"] > 0.25:
+        return {"verdict": "UNDECIDED", "reason": "too much"}
+    return {"verdict": "PROVED", "reason": None, "overspeed [%]": 100 * inputs["at"]["overlap"]}
 
 
 @pytest.fixture(autouse=True)
-def toy_laws(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the verb know laws whose maps cost nothing."""
-    known = tuple(SweptLaw(name, MODULE, MODULE) for name in ("paper", "troubled"))
-    monkeypatch.setattr(verb, "LAWS", known)
+def cheap_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "point", cheap)
 
 
-def swept(out: Path, *options: str) -> int:
-    """Run the verb on the built-in turbine."""
-    return main(["sweep", "nrel5mw", "--out", str(out), *options])
+def swept(out: Path, *options: str, model: str = "nrel5mw") -> int:
+    """Run the verb in one process."""
+    return main(["sweep", model, "--out", str(out), "--workers", "1", *options])
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 def test_a_sweep_and_its_second_run(tmp_path: Path, capsys: Capture) -> None:
-    """All points are answered, status 0; the second run makes none again."""
+    """All points are answered, status 0; the second run computes none, with the same bytes."""
     assert swept(tmp_path, *GRID) == 0
     first = capsys.readouterr()
     assert first.err == ""
-    assert first.out.splitlines()[0] == "published over x (2) x y (3): 6 PROVED"
-    assert "map.md" in first.out and (tmp_path / "map.md").read_text() == "6 points\n"
-    before = (tmp_path / NAME).read_bytes()
+    head = "effort-sharing over overlap (2) x inertia (3): 4 PROVED, 2 UNDECIDED"
+    assert first.out.splitlines()[0] == head
+    before = content(tmp_path)
+    assert len(list((tmp_path / "results").iterdir())) == 6
+    assert {"map.md", "points.csv", "figures/map.svg"} <= set(before)
+
     assert swept(tmp_path, *GRID, "--json") == 0
     data = json.loads(capsys.readouterr().out)
-    assert (data["points"], data["resumed"], data["verdicts"]) == (6, 6, {"PROVED": 6})
-    assert data["axes"][1] == {"name": "y", "unit": "s", "values": [0.1, 0.2, 0.3]}
-    assert data["files"] == [str(tmp_path / "map.md")]
-    assert (tmp_path / NAME).read_bytes() == before
+    counted = {"PROVED": 4, "UNDECIDED": 2}
+    assert (data["points"], data["resumed"], data["verdicts"]) == (6, 6, counted)
+    assert data["axes"][1] == {"name": "inertia", "unit": "-", "values": [0.1, 0.2, 0.3]}
+    assert all(Path(name).is_file() for name in data["files"])
+    assert content(tmp_path) == before
 
 
 def test_an_interrupt_says_how_to_go_on(
@@ -54,36 +62,52 @@ def test_an_interrupt_says_how_to_go_on(
 ) -> None:
     """Ctrl-C in the middle: status 130, one sentence, and the finished points on disk."""
 
-    def interrupted(task: Task) -> dict[str, Any]:
-        if task.at["x"] == 2.0:
+    def interrupted(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        if inputs["at"]["overlap"] == 0.02:
             raise KeyboardInterrupt
-        return product(task)
+        return cheap(source, inputs)
 
-    monkeypatch.setattr("tests.cli.toy_law.product", interrupted)
+    monkeypatch.setattr(module, "point", interrupted)
     assert swept(tmp_path, *GRID) == 130
-    told = capsys.readouterr().err
-    assert "the same command goes on" in told and "Interrupted" in told
-    monkeypatch.undo()
-    assert len((tmp_path / NAME).read_text().splitlines()) == 4
+    assert "the same command goes on" in capsys.readouterr().err
+    assert len(list((tmp_path / "results").iterdir())) == 3
+    monkeypatch.setattr(module, "point", cheap)
+    assert swept(tmp_path, *GRID) == 0
+    assert "3 of 6 points were computed before" in capsys.readouterr().out
 
 
-def test_a_point_that_fails(tmp_path: Path, capsys: Capture) -> None:
-    """Status 1 and the point's words; what cannot be is an answer and no failure."""
-    assert swept(tmp_path, *GRID, "--law", "troubled") == 1
+def test_another_model_or_law_computes_its_own_points(tmp_path: Path, capsys: Capture) -> None:
+    """Results of a study are never those of another one in the same folder."""
+    over = ("--law", "effort-sharing", "--over", "inertia=0.1,0.2", "--over", "overlap=0.01")
+    for count, model in ((2, "nrel5mw"), (4, "iea15mw")):
+        assert swept(tmp_path, *over, model=model) == 0
+        assert "computed before" not in capsys.readouterr().out
+        assert len(list((tmp_path / "results").iterdir())) == count
+
+
+def test_a_point_that_fails_is_status_1(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def faulty(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        return {"verdict": "PROVED", "reason": None, "x": 1 / (inputs["at"]["overlap"] - 0.02)}
+
+    monkeypatch.setattr(module, "point", faulty)
+    assert swept(tmp_path, *GRID) == 1
     told = capsys.readouterr().out
-    assert "3 PROVED, 1 UNDECIDED, 2 FAILED" in told
-    assert "FAILED at x 2, y 0.1: ZeroDivisionError: a fault" in told
+    assert "3 FAILED, 3 PROVED" in told
+    assert "FAILED at overlap 0.02, inertia 0.1: ZeroDivisionError" in told
 
 
 @pytest.mark.parametrize(
     ("options", "parts"),
     [
-        (("--law", "papr", *GRID), ["--law papr", "did you mean 'paper'", "paper, troubled"]),
-        (("--law", "paper", "--trade-off"), ["--trade-off belongs to --law effort-sharing"]),
-        (("--over", "z=1"), ["'z' cannot be swept", "x [m], y [s]"]),
-        (("--over", "x=2:1:3"), ["does not increase"]),
-        (("--over", "x=1kg"), ["'kg' does not fit"]),
-        (("--over", "x=1", "--workers", "0"), ["at least 1"]),
+        (("--law", "papr", *GRID[2:]), ["--law papr", "effort-sharing, published"]),
+        (("--law", "effort-sharing"), ["no axis was given: add --over", "overlap, bandwidth"]),
+        (("--law", "effort-sharing", "--over", "overlp=1"), ["did you mean 'overlap'"]),
+        (("--law", "effort-sharing", "--over", "inertia=0.1,0.95"), ["at most 0.9"]),
+        (("--over", "z=1"), ["'z' cannot be swept", "speed-overlap [rad/s]", "wind [m/s]"]),
+        (("--over", "wind=2,8"), ["2 m/s was given", "from 3 to 24.996 m/s"]),
+        ((*GRID, "--workers", "0"), ["at least 1"]),
     ],
 )
 def test_misuse(
@@ -98,34 +122,10 @@ def test_misuse(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_plant_has_no_map(tmp_path: Path, capsys: Capture) -> None:
-    """The refusal is about the model, not about a field of its file."""
-    assert main(["sweep", "cart_pole", "--out", str(tmp_path / "out"), *GRID]) == 2
+def test_what_is_no_turbine_or_no_folder(tmp_path: Path, capsys: Capture) -> None:
+    """The refusal is about the model, and a file in the way stays."""
+    assert swept(tmp_path / "out", *GRID, model="cart_pole") == 2
     assert "model cart_pole is a plant" in capsys.readouterr().err
-
-
-def test_a_foreign_journal(tmp_path: Path, capsys: Capture) -> None:
-    """Another turbine's journal is refused with what differs."""
-    assert swept(tmp_path, *GRID) == 0
-    capsys.readouterr()
-    assert main(["sweep", "iea15mw", "--out", str(tmp_path), *GRID]) == 2
-    told = capsys.readouterr().err
-    assert 'settings.model ("NREL 5-MW" there, "IEA 15-MW' in told
-
-
-def test_a_file_in_the_way(tmp_path: Path, capsys: Capture) -> None:
-    """A folder is needed; a file of that name is told."""
     (tmp_path / "out").write_text("mine")
     assert swept(tmp_path / "out", *GRID) == 2
-    assert "out" in capsys.readouterr().err
     assert (tmp_path / "out").read_text() == "mine"
-
-
-def test_every_law_has_its_modules() -> None:
-    """What the table names exists: AXES and build of each map, pages of each law."""
-    from importlib import import_module
-
-    for law in LAWS:
-        maker = import_module(law.map)
-        assert maker.AXES and callable(maker.build)
-        assert callable(import_module(law.pages).pages)

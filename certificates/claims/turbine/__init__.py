@@ -4,6 +4,8 @@ effort_sharing         the loop with the effort-sharing law: cells, one P for al
 largest_wind_error     the largest wind error of every cell with one quadratic function
 wind_class             the wind class that is tried, cell by cell
 failing_winds          at which winds a joint analysis fails, and what smaller uncertainty would do
+cell_loop              one wind cell's coefficients, as the checker encloses them
+stated_residual        the trim error that a claim states
 loop_claims            the claim about the loop, and the claims that depend on it
 wind_rate_claim        how fast a wind that the law knows may move
 actuator_rates         how fast pitch and torque move
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
         published_law_data as published_law_data,
     )
     from takagi.certificates.claims.turbine.published import with_overlaps as with_overlaps
+    from takagi.certificates.claims.turbine.published_search import merged as merged
     from takagi.certificates.claims.turbine.wind_rate_claim import rate_range as rate_range
-    from takagi.certificates.claims.turbine.wind_spans import merged as merged
 
 __getattr__, __dir__ = lazy_names(__name__)

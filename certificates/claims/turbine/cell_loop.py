@@ -12,6 +12,7 @@ from fractions import Fraction
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
 from takagi.certificates.checker.arithmetic.interval import ONE
+from takagi.certificates.checker.arithmetic.interval import Interval as CheckedInterval
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import (
     Box,
@@ -88,13 +89,13 @@ class CellLoop:
                 f"itself, and the limit is {float(loop.plant.rate_limit):.4g}; lower the wind rate "
                 "there"
             )
-        self._check_torque(loop)
         return replace(
             self._at_rest,
             wind_rate=speed,
             lag_rate=Interval(*lag_rates).outward(EMITTED_DIGITS),
             reference_slope=_bound(loop.reference_slope()),
             lag_disturbance=_bound(loop.lag_disturbance()),
+            torque=self._torque(loop).outward(0),
             pitch_rate=_up(loop.box.effort_lag / (loop.least_b * loop.plant.lag) + loop.led()),
         )
 
@@ -112,13 +113,10 @@ class CellLoop:
 
     def _resting(self) -> LoopCell:
         loop, law = self._moving(Fraction(0)), self._subject.law
-        self._check_torque(loop)
+        torque = self._torque(loop).outward(0)
         self._check_pitch(loop)
         try:
-            ranges = {
-                name: Interval(Fraction(found.low, ONE), Fraction(found.high, ONE))
-                for name, found in loop.ranges()
-            }
+            ranges = {name: _interval(found) for name, found in loop.ranges()}
             sizes = dict(loop.sizes())
             residual = stated_residual(loop) if self.residual is None else self.residual
         except Refused as error:
@@ -148,16 +146,19 @@ class CellLoop:
             effectiveness_slope=_up(sizes["effectiveness_slope"]),
             reference_slope=still,
             lag_disturbance=still,
+            torque=torque,
+            pitch=_interval(loop.reached).outward(EMITTED_DIGITS),
             pitch_rate=still,
         )
 
-    def _check_torque(self, loop: Loop) -> None:
-        """Refuse a set that may ask for negative torque."""
-        if loop.least_torque() >= 0:
-            return
-        law, k = loop.law, self._k
+    def _torque(self, loop: Loop) -> Interval:
+        """Return the range of the torque commanded; refuses a set that asks for less than none."""
+        law, least = loop.law, loop.least_torque()
         reserve = psi(-loop.low, law.overlap)
-        ahead = min(abs(law.inertia[k]) * loop.rate, law.inertia_limit[k])
+        ahead = (law.rated_torque - least) / law.effort_torque - reserve
+        if least >= 0:
+            most = law.rated_torque - law.effort_torque * (psi(-loop.high, law.overlap) - ahead)
+            return Interval(least, min(most, law.rated_torque))
         raise ModelError(
             f"wind cell {self.wind} m/s: the set may demand {float(reserve):.4g} rad/s^2 below "
             f"rated effort and {float(ahead):.4g} for the moving schedule, but torque reaches zero "
@@ -229,6 +230,10 @@ def enclosures_of_gains(
         return cell
 
     return enclosed
+
+
+def _interval(enclosure: CheckedInterval) -> Interval:
+    return Interval(Fraction(enclosure.low, ONE), Fraction(enclosure.high, ONE))
 
 
 def _stated(found: Interval) -> Interval:

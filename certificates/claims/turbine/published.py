@@ -15,10 +15,11 @@ from takagi.certificates.claims.turbine.published_search import (
     NARROWEST,
     FoundCell,
     PublishedSearch,
+    Span,
     Unproved,
+    merged,
     search_cells,
 )
-from takagi.certificates.claims.turbine.wind_spans import Span, merged
 from takagi.models.laws.law_words import law_words
 from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.equilibrium_point import Equilibrium

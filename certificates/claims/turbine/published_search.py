@@ -5,7 +5,7 @@ The search uses floating point; its result is a candidate that the checker decid
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,6 +23,8 @@ from takagi.models.laws.published.loop_cells import (
     wind_breaks,
 )
 from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
+
+Span = tuple[float, float]
 
 # Half widths of the set in rotor speed [rad/s]: the starting value, and those to grow to.
 STARTS = (0.001, 0.0005)
@@ -229,3 +231,26 @@ def _without(point: Equilibrium) -> str:
 def _kind(ends: list[Equilibrium]) -> str:
     kinds = {point.kind for point in ends}
     return kinds.pop() if len(kinds) == 1 else "shifted"
+
+
+def merged(spans: Sequence[Span], *, reach: float = 0.0) -> list[Span]:
+    """Return the union as disjoint ranges, in order; those at most ``reach`` apart become one."""
+    found: list[Span] = []
+    for low, high in sorted(spans):
+        if found and low <= found[-1][1] + reach:
+            found[-1] = found[-1][0], max(high, found[-1][1])
+        else:
+            found.append((low, high))
+    return found
+
+
+def gaps(span: Span, covered: Sequence[Span]) -> list[Span]:
+    """Return the parts of a range outside ``covered``, whose ranges are disjoint and ordered."""
+    low, left = span[0], []
+    for start, stop in covered:
+        if stop <= low or start >= span[1]:
+            continue
+        if start > low:
+            left.append((low, start))
+        low = stop
+    return [*left, (low, span[1])] if low < span[1] else left

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,139 +10,146 @@ import pytest
 
 from takagi.certificates.campaign import CertifiedLoop, certified_loop
 from takagi.certificates.campaign.motion import (
-    At,
-    Drive,
-    at_wind,
-    demanded,
-    error_state,
+    State,
+    command,
+    error_rates,
+    errors,
     rates,
+    schedule,
     step,
 )
-from takagi.certificates.campaign.plants import drawn_starts, quadratic, wake_fits
-from takagi.certificates.campaign.winds import Seen, error_rate
+from takagi.models import ModelError
 from takagi.models.laws import Measurement
 from takagi.models.turbine import rotor_torque, rotor_torque_gradient
 
-Scene = tuple[CertifiedLoop, np.ndarray, At, Drive]
-COUNT = 200
+COUNT = 150
+
+
+@dataclass
+class Scene:
+    """A state of the loop, its cell and schedule wind, inputs, and nominal over true inertia."""
+
+    k: int
+    wind: float
+    u: tuple[float, float, float, float]
+    kappa: float
+    state: State
 
 
 @pytest.fixture(scope="module")
-def scene(built: Any) -> Scene:
-    """Random states, winds, plants of the class, all cells."""
-    loop, draw = certified_loop(built.document), np.random.default_rng(3)
-    state, cell, at = drawn_starts(loop, COUNT, draw)
-    rate = draw.uniform(-1, 1, COUNT) * loop.wind_rate[cell]
-    error = draw.uniform(-1, 1, COUNT) * loop.wind_error[cell]
-    kappa, wake = 1 / draw.uniform(0.9, 1.1, COUNT), draw.uniform(0, 1, COUNT)
-    return loop, state, at, Drive(cell, error, rate, kappa, wake, np.ones(COUNT))
+def loop(built: Any) -> CertifiedLoop:
+    """The certified loop as numbers."""
+    return certified_loop(built.document)
 
 
-def test_commands_are_those_of_the_law(built: Any, scene: Scene) -> None:
+@pytest.fixture(scope="module")
+def scenes(loop: CertifiedLoop) -> list[Scene]:
+    """Random states of the set, winds and plants of the class, in all parts of the tables."""
+    draw, found = np.random.default_rng(3), []
+    p = loop.equations
+    for k in draw.integers(len(loop.wind) - 1, size=COUNT):
+        wind = float(loop.wind[k] + draw.uniform(0.05, 0.95) * (loop.wind[k + 1] - loop.wind[k]))
+        xi = loop.root @ draw.uniform(-0.5, 0.5, 3)
+        speed, effort, b, gain, _ = schedule(p, k, wind)
+        state = (speed + xi[0], p.pitch_min + max(effort + gain * xi[0], 0.0) / b, xi[2])
+        error, rate = draw.uniform(-1, 1, 2) * (loop.wind_error[k], loop.wind_rate[k])
+        u = (float(error), float(rate), float(draw.uniform(0, 1)), 1.0)
+        found.append(Scene(k, wind, u, 1 / draw.uniform(0.9, 1.1), state))
+    return found
+
+
+def test_commands_are_those_of_the_law(
+    built: Any, loop: CertifiedLoop, scenes: list[Scene]
+) -> None:
     """Torque and pitch reference of ``EffortSharingLaw``, which reads another object."""
-    loop, state, at, drive = scene
-    law, demand = built.law, demanded(loop, state, at, drive)
-    inside = (at.wind + law.wind_filter * drive.rate > 3) & (
-        at.wind + law.wind_filter * drive.rate < 25
-    )
-    # On a node the law takes the cell on its right, and a run may still be in the one on its left.
-    inside &= ~np.isin(at.wind, loop.wind)
-    assert inside.sum() > 100
-    for n in np.flatnonzero(inside):
-        seen = at.wind[n] + law.wind_filter * drive.rate[n]
-        command = law.command(
-            [state[2, n], at.wind[n]], Measurement(state[0, n], state[1, n], seen)
-        )
-        torque = min(max(demand.torque[n], 0), loop.rated_torque)
-        pitch = min(max(demand.pitch[n], loop.pitch_min), loop.pitch_max)
-        assert (command.torque, command.pitch) == pytest.approx((torque, pitch), abs=1e-8)
+    law, p, compared = built.law, loop.equations, 0
+    for s in scenes:
+        seen = s.wind + law.wind_filter * s.u[1]
+        if not 3 < seen < 25:
+            continue
+        compared += 1
+        wanted = law.command([s.state[2], s.wind], Measurement(s.state[0], s.state[1], seen))
+        torque, pitch, _, _ = command(p, s.k, s.wind, s.u[1], s.state)
+        torque = min(max(torque, 0), p.rated_torque)
+        pitch = min(max(pitch, p.pitch_min), p.pitch_max)
+        assert (torque, pitch) == pytest.approx((wanted.torque, wanted.pitch), abs=1e-8)
+    assert compared > 50
 
 
-def test_rotor_is_the_turbine_s(built: Any, scene: Scene) -> None:
+def test_rotor_is_the_turbine_s(built: Any, loop: CertifiedLoop, scenes: list[Scene]) -> None:
     """omega' from the turbine's own torque; the wake's by quadrature of its stated slope."""
-    loop, state, at, drive = scene
-    turbine, (speed, pitch, _) = built.turbine, state
-    found, demand = rates(loop, state, at, drive)
-    torque = np.clip(demand.torque, 0, loop.rated_torque)
+    turbine, p = built.turbine, loop.equations
     nodes, weights = np.polynomial.legendre.leggauss(60)
-    half = (pitch - at.trim_pitch) / 2
-    along = at.trim_pitch + half * (1 + nodes[:, None])
-    own = -rotor_torque_gradient(turbine, at.speed, along, at.wind)[1] / turbine.inertia
-    added = -drive.wake * half * (weights @ np.maximum(at.limit - own, 0))
-    driving = rotor_torque(turbine, speed, pitch, at.wind + drive.error) / turbine.inertia + added
-    wanted = drive.kappa * (driving - turbine.gear_ratio / turbine.inertia * torque)
+    for s in scenes:
+        speed, effort, b, _, limit = schedule(p, s.k, s.wind)
+        bent = np.clip(effort + p.overlap, 0, 2 * p.overlap)
+        trim = p.pitch_min + (bent**2 / (4 * p.overlap) + max(effort - p.overlap, 0)) / b
+        half = (s.state[1] - trim) / 2
+        pitches = trim + half * (1 + nodes)
+        own = -rotor_torque_gradient(turbine, speed, pitches, s.wind)[1] / turbine.inertia
+        added = -s.u[2] * half * float(weights @ np.maximum(limit - own, 0))
+        torque = min(max(command(p, s.k, s.wind, s.u[1], s.state)[0], 0), p.rated_torque)
+        driving = rotor_torque(turbine, s.state[0], s.state[1], s.wind + s.u[0]) / turbine.inertia
+        wanted = s.kappa * (driving + added - turbine.gear_ratio / turbine.inertia * torque)
+        found = rates(p, s.k, s.wind, s.u, s.kappa, s.state)
+        assert found[0] == pytest.approx(wanted, abs=1e-6)
+        assert abs(found[1]) <= p.pitch_rate_limit
+    assert loop.wake.all()
 
-    assert wake_fits(loop).all()
-    assert found[0] == pytest.approx(wanted, abs=1e-6)
 
-
-def test_c_p_multiplies_the_rotor_and_the_wake_keeps_to_its_limit(scene: Scene) -> None:
+def test_c_p_multiplies_the_rotor_and_the_wake_keeps_to_its_limit(
+    loop: CertifiedLoop, scenes: list[Scene]
+) -> None:
     """With the whole wake the slope over pitch is the frozen wake's, for every c_P."""
-    loop, state, at, drive = scene
-    h, slopes = 1e-6, []
-    at_trim = np.stack([at.speed, state[1], 0 * at.wind])
-    for power in (0.97, 1.0, 1.03):
-        full = drive._replace(error=0 * at.wind, wake=0 * at.wind + 1, power=0 * at.wind + power)
-        up, down = (rates(loop, at_trim + [[0], [s * h], [0]], at, full)[0][0] for s in (1, -1))
-        slopes.append((up - down) / (2 * h * drive.kappa))
-    for slope in slopes:
-        assert slope == pytest.approx(-at.limit, abs=1e-5)
+    p, h = loop.equations, 1e-6
+    for s in scenes[:30]:
+        speed, *_, limit = schedule(p, s.k, s.wind)
+        for power in (0.97, 1.03):
+            ends = [
+                rates(p, s.k, s.wind, (0.0, s.u[1], 1.0, power), 1.0, (speed, s.state[1] + d, 0.0))
+                for d in (h, -h)
+            ]
+            assert (ends[0][0] - ends[1][0]) / (2 * h) == pytest.approx(-limit, abs=1e-5)
 
 
-def test_error_rates_are_the_errors_derivative(scene: Scene) -> None:
+def test_error_rates_are_the_errors_derivative(loop: CertifiedLoop, scenes: list[Scene]) -> None:
     """(e', zeta', x') of the adversaries against a difference along a short step."""
-    loop, state, at, drive = scene
-    moved, demand = rates(loop, state, at, drive)
-    none = np.zeros(COUNT)
-    seen = Seen(none, none, state, at, drive)
-    found = error_rate(loop, seen, drive, moved, demand)
-    h = 1e-7
-    later = at_wind(loop, drive.cell, at.wind + h * drive.rate)
-    after = state + h * moved
-    xi = [
-        error_state(loop, s, a, demanded(loop, s, a, drive))
-        for s, a in ((state, at), (after, later))
-    ]
-    inside = (at.wind + 2 * h * drive.rate < loop.wind[drive.cell + 1]) & (
-        at.wind + 2 * h * drive.rate > loop.wind[drive.cell]
-    )
-    difference = (xi[1] - xi[0]) / h
-    assert found[:, inside] == pytest.approx(difference[:, inside], abs=2e-6)
+    p, h = loop.equations, 1e-7
+    for s in scenes:
+        moved = rates(p, s.k, s.wind, s.u, s.kappa, s.state)
+        later = tuple(x + h * rate for x, rate in zip(s.state, moved, strict=True))
+        before = errors(p, s.k, s.wind, s.state)
+        after = errors(p, s.k, s.wind + h * s.u[1], later)
+        difference = [(b - a) / h for a, b in zip(before, after, strict=True)]
+        found = error_rates(p, s.k, s.wind, s.u, s.kappa, s.state)
+        assert found == pytest.approx(difference, abs=2e-6)
 
 
-def test_steps_are_of_fourth_order_where_nothing_bends(built: Any) -> None:
+def test_steps_are_of_fourth_order_where_nothing_bends(loop: CertifiedLoop) -> None:
     """Halved steps err by a sixteenth in full load, away from limits (Kutta 1901)."""
-    loop = certified_loop(built.document)
-    cell = np.full(1, len(loop.wind) - 4)
-    wind = loop.wind[cell] * 0.5 + loop.wind[cell + 1] * 0.5
-    at, one = at_wind(loop, cell, wind), np.ones(1)
-    drive = Drive(cell, 0 * one, 0 * one, one, 0 * one, one)
-    start = np.stack([at.speed + 0.01, at.trim_pitch + 0.002, 0.002 * one])
+    p, k = loop.equations, len(loop.wind) - 4
+    wind = (loop.wind[k] + loop.wind[k + 1]) / 2
+    speed, effort, b, *_ = schedule(p, k, wind)
 
-    def after(count: int) -> np.ndarray:
-        state = start
+    def after(count: int) -> Any:
+        state = (speed + 0.01, p.pitch_min + effort / b + 0.002, 0.002)
         for _ in range(count):
-            state, _ = step(loop, state, at, at, drive, one * 2.0 / count)
-        return state
+            state = step(p, k, wind, (0.0, 0.0, 0.0, 1.0), 1.0, state, 2.0 / count)
+        return np.array(state)
 
     exact = after(640)
     coarse, fine = (np.abs(after(count) - exact).max() for count in (20, 40))
     assert 12 < coarse / fine < 20
 
 
-def test_starts_fill_the_set_and_its_corners(built: Any) -> None:
-    """V reaches 1, every peak is met from inside, and pitch is never below its limit."""
-    loop = certified_loop(built.document)
-    state, cell, at = drawn_starts(loop, 3000, np.random.default_rng(4))
-    none, one = np.zeros(3000), np.ones(3000)
-    xi = error_state(
-        loop, state, at, demanded(loop, state, at, Drive(cell, none, none, one, none, one))
-    )
-    value = quadratic(loop.P, xi)
-
-    assert 0.999999 < value.max() <= 1
-    assert state[1].min() >= loop.pitch_min
-    assert set(cell) == set(range(len(loop.wind) - 1))
-    largest = np.abs(np.stack([xi[0], xi[1], xi[0] - xi[2], xi[2]])).max(axis=1)
-    assert np.all(largest <= loop.peaks)
-    assert np.all(largest > 0.9999 * loop.peaks)
+def test_another_certificate_is_refused(built: Any) -> None:
+    """Without a claim about the loop, or with a part missing or too short: in words."""
+    gains = built.document["gains"]
+    for changed, words in (
+        ({"claims": [{"kind": "decay"}]}, "claims of kind decay.*coherent-loop"),
+        ({"gains": {k: v for k, v in gains.items() if k != "trim_effort"}}, "trim_effort"),
+        ({"gains": {**gains, "overlap": "wide"}}, "cannot be simulated"),
+        ({"gains": {**gains, "wind": gains["wind"][1:]}}, "cannot be simulated"),
+    ):
+        with pytest.raises(ModelError, match=words):
+            certified_loop({**built.document, **changed})

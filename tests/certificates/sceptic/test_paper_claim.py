@@ -76,3 +76,39 @@ def test_each_cell_has_to_hold(cells: list[Data], failures: list[str]) -> None:
     assert [why for _, why in found.given["failures"]] == failures
     assert len(found.given["proved"]) == len(cells) - len(failures)
     assert bool(found.given["missing"]) == (not found.given["proved"])
+
+
+WIND = document("paper")["claims"][0]["cells"][4]["wind"]
+STATES = len(CORNER["low"])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"wind": WIND[::-1]},
+        {"box": [0.01] * (STATES - 1) + [0]},
+        {"box": [0.01] * (STATES + 1)},
+        {"centre": [[1.2, 0.1, -4][:STATES], [1.2, -0.1, -4][:STATES]]},
+        {"centre": [[1.2, 0.1, -4][:STATES]]},
+        {"P": [[2, 0], [0, 2]]},
+        {"P": [[2, 0, 0.5], [0, 2, 0], [0, 0, 2]]},
+        {"corners": []},
+        {"corners": [{**CORNER, "low": CORNER["low"][:-1]}]},
+        {"corners": [CORNER] * 9},
+        {"decay_rate": 0},
+        {"multiplier": -1},
+        {"disturbance": [-1e-4] * STATES},
+    ],
+    ids=str,
+)
+def test_a_cell_that_cannot_be_is_refused(wrong: Data) -> None:
+    claim, model, gains = recorded({}, wrong)
+    with pytest.raises(CertificateError, match="cells"):
+        answer(claim, model, gains)
+
+
+def test_every_pair_of_winds_increases() -> None:
+    claim, model, gains = recorded({})
+    for winds in ([WIND, WIND[::-1]], [[0, 1], WIND], [[*WIND, 20]]):
+        with pytest.raises(CertificateError, match=r"winds: pairs of increasing winds"):
+            answer({**claim, "winds": winds}, model, gains)

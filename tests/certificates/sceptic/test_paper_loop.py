@@ -92,10 +92,11 @@ def field(law: model.PublishedLaw, wind: float, z: Floats) -> Floats:
     return np.array([torque / TURBINE.inertia, drive, *law.state_rate(z[2:], seen)])
 
 
-def drawn(rng: np.random.Generator, law: PublishedLaw) -> Ends:
+def drawn(rng: np.random.Generator, law: PublishedLaw, asked: float) -> Ends:
     """Return a short span of winds, and a box near where the regions meet or anywhere.
 
-    The integrals are such that torque and pitch commands lie about their corners and limits.
+    The integrals are such that torque and pitch commands lie about their corners and limits; the
+    last one is ``asked`` times as large.
     """
     near_rated = rng.random() < 0.5
     v = rng.uniform(10.5, 12.5) if near_rated else rng.uniform(4.0, 24.0)
@@ -105,6 +106,7 @@ def drawn(rng: np.random.Generator, law: PublishedLaw) -> Ends:
     first = [reference + rng.uniform(-0.06, 0.06), pitch, -torque / 9000]
     if law.states == 4:
         first.append(-pitch * rng.uniform(1.2, 2.5) / 0.08)
+    first[-1] *= asked
     last = [a + rng.uniform(-1, 1) * 0.002 * max(abs(a), 0.1) for a in first]
     last[1] = max(last[1], 0.0)
     size = 10 ** rng.uniform(-2, 0)
@@ -137,14 +139,16 @@ def outside(value: float, low: float, high: float) -> float:
     return max(low - value, value - high) - 1e-6 * (1 + abs(value))
 
 
-def violations(name: model.PublishedLawName, shape: Shape, seed: int) -> tuple[list[Any], int]:
+def violations(
+    name: model.PublishedLawName, shape: Shape, seed: int, asked: float = 1.0
+) -> tuple[list[Any], int]:
     """Return what leaves its brackets, and in how many boxes it was looked for."""
     rng = np.random.default_rng(seed)
     law, (plant, read) = law_of(name, shape), read_of(name, shape)
     found: list[Any] = []
     looked = 0
     for _ in range(BOXES):
-        ends = drawn(rng, read)
+        ends = drawn(rng, read, asked)
         overlaps: Overlaps = read.overlaps
         try:
             loop = Loop(plant, read, overlaps, ends, "states")
@@ -176,11 +180,13 @@ def violations(name: model.PublishedLawName, shape: Shape, seed: int) -> tuple[l
     return found, looked
 
 
+@pytest.mark.parametrize("asked", [1.0, 40.0], ids=["about the limits", "beyond the upper one"])
 @pytest.mark.parametrize(("name", "shape"), CASES)
 def test_law_and_its_differences_lie_in_the_brackets(
-    name: model.PublishedLawName, shape: Shape
+    name: model.PublishedLawName, shape: Shape, asked: float
 ) -> None:
-    found, looked = violations(name, shape, seed=11)
+    """The pitch that is asked for may lie beyond its upper limit, of which the integral learns."""
+    found, looked = violations(name, shape, seed=11, asked=asked)
 
     assert found == []
     assert looked >= FEWEST
@@ -192,3 +198,29 @@ def test_brackets_are_not_so_wide_that_anything_passes(monkeypatch: pytest.Monke
     monkeypatch.setattr(Loop, "full_weights", property(lambda self: weights(self)[::-1]))
 
     assert violations(*CASES[0], seed=11)[0]
+
+
+@pytest.mark.parametrize(("name", "shape"), CASES)
+def test_the_ramp_over_speed_has_its_values_and_slopes(
+    name: model.PublishedLawName, shape: Shape
+) -> None:
+    """Speeds below, on and above the ramp and across both corners: its quotients, and no more."""
+    plant, law = read_of(name, shape)
+    start, width = float(law.overlaps.start), float(law.overlaps.width)
+
+    def ramp(speed: Floats) -> Floats:
+        s = np.clip((speed - start) / width, 0, 1)
+        return np.asarray(s if shape == "linear" else s * s * (3 - 2 * s))
+
+    for low, high in [(-9, -1), (-3, 4), (2, 7), (6, 8), (-2, 12), (7, 13), (10, 12), (11, 15)]:
+        middle = Fraction(round((start + (low + high) / 20 * width) * 10**6), 10**6)
+        half = Fraction(round((high - low) / 20 * width * 10**6), 10**6)
+        states = [middle, Fraction(0), *[Fraction(0)] * (law.states - 2)]
+        widths = [half, *[Fraction(1, 1000)] * (law.states - 1)]
+        wind = (Fraction(12), Fraction("12.01"))
+        share = Loop(plant, law, law.overlaps, Ends(wind, (states, states), widths), "states").share
+        omega = np.linspace(float(middle - half), float(middle + half), 60)
+        values, slopes = ramp(omega), np.diff(ramp(omega)) / np.diff(omega)
+        for found, exact in ((share.value, values), (share.slopes[0], slopes * float(half))):
+            least, most = bracket(found)
+            assert least <= exact.min() + 1e-9 and exact.max() - 1e-9 <= most

@@ -8,9 +8,9 @@ from takagi.certificates.sweep import Axis, AxisKind, parse_axes
 from takagi.models import ModelError
 
 KINDS = (
-    AxisKind("speed-overlap", "rad/s", "overlap in speed"),
-    AxisKind("torque-overlap", "N m", "overlap in torque"),
-    AxisKind("share", "-", "a share", highest=0.5),
+    AxisKind("speed-overlap", "rad/s"),
+    AxisKind("torque-overlap", "N m"),
+    AxisKind("share", "-", highest=0.5),
 )
 
 
@@ -40,16 +40,16 @@ def test_values(text: str, values: tuple[float, ...]) -> None:
         (["sped-overlap=1"], ["'sped-overlap'", "did you mean 'speed-overlap'", "share [-]"]),
         (["wind=1:2:3"], ["'wind' cannot be swept", "speed-overlap [rad/s], torque-overlap [N m]"]),
         (["share=0.1", "share=0.2"], ["share was given before"]),
-        (["share"], ["values are missing", "share=LOW:HIGH:COUNT"]),
+        (["share"], ["--over share: write share=LOW:HIGH:COUNT"]),
         (["share=0.1:0.2"], ["write share=LOW:HIGH:COUNT"]),
         (["share=0.1:0.2:1"], ["whole number from 2 to 100000"]),
         (["share=0.1:0.2:2.5"], ["'2.5'", "whole number"]),
-        (["share=0.2:0.1:3"], ["0.2 to 0.1", "does not increase"]),
-        (["share=0.1:0.1:3"], ["does not increase"]),
+        (["share=0.2:0.1:3"], ["0.2 is followed by", "must increase"]),
+        (["share=0.1:0.1:3"], ["must increase"]),
         (["share=0.2,0.1"], ["0.2 is followed by 0.1", "must increase"]),
         (["share=0.1,x"], ["'x' is not a number"]),
         (["share=nan"], ["'nan' is not a number"]),
-        (["share=1e999"], ["too large"]),
+        (["share=1e999"], ["is not a number"]),
         (["share=0.1:0.6:3"], ["0.6", "above 0 and at most 0.5"]),
         (["share=0"], ["above 0"]),
         (["torque-overlap=0.1rad/s"], ["'rad/s' does not fit", "'kN m'"]),
@@ -64,11 +64,3 @@ def test_mistakes(texts: list[str], parts: list[str]) -> None:
         parse_axes(texts, KINDS)
     for part in parts:
         assert part in str(raised.value)
-
-
-def test_an_axis_needs_increasing_values() -> None:
-    """From Python, too."""
-    with pytest.raises(ModelError, match="at least one"):
-        Axis("x", "m", ())
-    with pytest.raises(ModelError, match="must increase"):
-        Axis("x", "m", (1.0, 1.0))

@@ -1,58 +1,47 @@
-"""Maps that cost nothing: what a sweep does with points, without a turbine."""
+"""Tasks that cost nothing, for fresh processes too."""
 
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.sweep import Axis, SweepMap, Task
-from takagi.models import ModelError
+from takagi.certificates.sweep import Task
 
 
-def toy(
-    point: Any = None,
-    *,
-    x: tuple[float, ...] = (1.0, 2.0),
-    settings: Mapping[str, Any] | None = None,
-) -> SweepMap:
-    """Return a map over x and y of two or more by three points."""
-    axes = (Axis("x", "m", x), Axis("y", "s", (0.1, 0.2, 0.3)))
-    return SweepMap(
-        "toy", axes, {"factor": 2.0} if settings is None else settings, point or product
-    )
+def tasks(
+    function: str = "product", source: str = "", count: int = 6, factor: int = 2
+) -> list[Task]:
+    """Return tasks x = 0, 1, ... of a function of this module."""
+    inputs = [{"x": x, "factor": factor} for x in range(count)]
+    return [Task(f"{__name__}:{function}", source, each) for each in inputs]
 
 
-def product(task: Task) -> dict[str, Any]:
-    """Return factor x y."""
-    return {"verdict": "PROVED", "reason": None, "z": task.settings["factor"] * _xy(task)}
+def product(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a result in another order than that of the alphabet."""
+    return {"z": inputs["factor"] * inputs["x"], "a": [0.1 * inputs["x"], None]}
 
 
-def slow_product(task: Task) -> dict[str, Any]:
-    """Return factor x y, after a while, and leave the process's number in the folder named."""
-    time.sleep(0.2)
-    (Path(task.settings["folder"]) / f"process-{os.getpid()}").touch()
-    return product(task)
+def troubled(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Fail for odd x; a result that JSON cannot represent fails too."""
+    if inputs["x"] == 1:
+        raise ZeroDivisionError("a\nfault")
+    return {"z": float("nan")} if inputs["x"] % 2 else product(source, inputs)
 
 
-def troubled(task: Task) -> dict[str, Any]:
-    """Return a result, raise misuse, raise a fault, or return what JSON does not know."""
-    x, y = task.at["x"], task.at["y"]
-    if (x, y) == (1.0, 0.2):
-        raise ModelError("no such loop at y = 0.2 s")
-    if (x, y) == (2.0, 0.1):
-        raise ZeroDivisionError("a fault")
-    if (x, y) == (2.0, 0.3):
-        return {"verdict": "PROVED", "reason": None, "z": float("nan")}
-    return product(task)
+def deadly(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Kill the process at x = 3, as a system without memory does, unless ``source`` exists."""
+    if inputs["x"] == 3 and not Path(source).exists():
+        Path(source).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return product(source, inputs)
 
 
-def deadly(task: Task) -> dict[str, Any]:
-    """End the process, as a system without memory does."""
-    os._exit(9)
-
-
-def _xy(task: Task) -> float:
-    return task.at["x"] * task.at["y"]
+def slow(source: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
+    """Take a moment, and leave the number of the process in the folder ``source``."""
+    (Path(source) / f"process-{os.getpid()}").touch()
+    time.sleep(0.1)
+    return product(source, inputs)

@@ -1,0 +1,25 @@
+"""Functions compiled by numba, for loops that would be slow in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def compiled(function: _Function) -> _Function:
+    """Return a function compiled at its first call, kept on disk where there is a place for it.
+
+    Numba keeps it beside the function's file, in the user's cache folder if that cannot be
+    written, or where NUMBA_CACHE_DIR says; with no place at all every process compiles anew.  It
+    knows a stored function by the date of its file, so compiled functions must not call those of
+    another file.
+    """
+    try:
+        made = numba.njit(cache=True, error_model="numpy")(function)
+    except RuntimeError:
+        made = numba.njit(error_model="numpy")(function)
+    return cast(_Function, made)

@@ -1,0 +1,149 @@
+"""Points of a sweep against the same design, certificate and check made one by one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from takagi.certificates import Checked, Verdict
+from takagi.certificates.checker import check_document
+from takagi.certificates.claims.turbine import (
+    effort_sharing_claim,
+    published_candidate,
+    published_claim,
+    published_law_data,
+    with_overlaps,
+)
+from takagi.certificates.document import certificate_document, turbine_data
+from takagi.certificates.sweep import effort_sharing, parse_axes, published
+from takagi.models import ModelError, nrel5mw
+from takagi.models.laws.published import PublishedLawName
+from takagi.models.laws.published.equilibrium import equilibrium
+from tests.certificates.test_paper_certificate import LAWS, make_law
+
+TURBINE = nrel5mw()
+WINDS = (6.0, 12.0, 20.0)
+SPANS = [(v, round(v + 0.004, 9)) for v in WINDS]
+
+
+@pytest.mark.slow
+def test_an_effort_sharing_point_is_what_the_direct_design_gives(built: Any) -> None:
+    """The default point against gains, candidate, document and checker called one by one."""
+    row = effort_sharing.point(built.turbine, {})
+    claim, direct = effort_sharing_claim(built.candidate), check_document(built.document).claims[0]
+
+    assert row["verdict"] == direct.verdict.name == "PROVED"
+    assert row["reason"] is None
+    assert row["common_decay [1/s]"] == claim["settling"]["decay_rate"]
+    # The checker prints three digits, rounded up, and computes the bound by itself.
+    printed = float(direct.text.split("overspeed at most ")[1].split(" %")[0])
+    assert row["overspeed [%]"] <= printed <= row["overspeed [%]"] + 0.01
+    nodes = built.law.schedule.wind
+    full = [cell for k, cell in enumerate(claim["cells"]) if nodes[k + 1] > 13]
+    for name, key in (
+        ("wind_error [m/s]", "wind_error"),
+        ("wind_rate [m/s^2]", "wind_rate"),
+    ):
+        assert row[f"13 to 25 m/s: least_{name}"] == min(cell[key] for cell in full)
+        assert row[f"3 to 25 m/s: least_{name}"] == min(cell[key] for cell in claim["cells"])
+
+
+def test_axes_change_what_they_say() -> None:
+    """Plant, law, box, uncertainty and wind class; nothing uncertain is a value."""
+    at = {"pitch-lag": 0.4, "frozen-wake": 0.0, "wind-rate": 1.0, "speed-error": 0.02}
+    plant, law, covered = effort_sharing.loop_at(TURBINE, {**at, "inertia": 0.2})
+
+    assert plant.pitch_time_constant == law.feedforward.pitch_lead == 0.4
+    assert not law.schedule.effectiveness_limit.any()
+    assert not covered["uncertainty"].frozen_wake
+    assert [float(end) for end in (covered["uncertainty"].inertia.lower,)] == [0.8]
+    assert max(covered["wind_class"].rate) == 1.0
+    assert [float(v) for v in (covered["box"].speed_error, covered["box"].speed_signal)] == [
+        *(0.02, 0.015)
+    ]
+    assert parse_axes(["inertia=0,0.1"], effort_sharing.AXES)[0].values == (0.0, 0.1)
+    with pytest.raises(ModelError, match="above 0 rad/s"):
+        parse_axes(["overlap=0,0.1"], effort_sharing.AXES)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LAWS)
+def test_a_published_window_is_the_direct_certification(name: PublishedLawName) -> None:
+    """Each window's decay rate and set are those of a certificate made and checked by hand."""
+    law = with_overlaps(make_law(name), speed_overlap=0.08, torque_overlap=1500.0)
+    for window, span in zip(published.certified_windows(law, SPANS), SPANS, strict=True):
+        candidate = published_candidate(law, winds=[span], narrowest=0.004, ladder=published.LADDER)
+        document = certificate_document(
+            model=turbine_data(TURBINE, ()),
+            gains=published_law_data(law),
+            claims=[published_claim(candidate)],
+            provenance={"solver": {}},
+        )
+        assert check_document(document).claims[0].verdict is Verdict.PROVED
+        assert (window["from [m/s]"], window["to [m/s]"], window["verdict"]) == (*span, "PROVED")
+        assert window["decay_rate [1/s]"] == min(cell.decay_rate for cell in candidate.cells)
+        assert window["half_width [rad/s]"] in published.LADDER
+        rest = equilibrium(law, span[0])
+        assert window["rest"] == rest.kind
+        assert window["power_ratio [-]"] == pytest.approx(rest.power_ratio, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_published_point_counts_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With f_1 = 0 at rated speed nothing rests above rated wind; below it the point holds.
+
+    Source: docs/ledger.md, "One integrator, no placement", placement 1.
+    """
+    monkeypatch.setattr(published, "_law", lambda *_: make_law("paper", placement=1.0))
+    row = published.point("paper", TURBINE, {"speed-overlap": 0.08}, WINDS)
+
+    assert (row["verdict"], row["proved_windows"], row["proved_at_trim"]) == ("PARTLY", 1, 1)
+    assert row["first_failing_wind [m/s]"] == 12.0
+    assert "no equilibrium at 12 m/s" in row["reason"]
+    assert [window["rest"] for window in row["windows"]] == ["intended", "none", "none"]
+    assert row["least_decay_rate [1/s]"] == row["windows"][0]["decay_rate [1/s]"]
+    with pytest.raises(ModelError, match="narrow the overlap"):
+        published.point("paper", TURBINE, {"torque-overlap": 9e4}, WINDS)
+
+
+def test_a_steeper_ramp_is_proved_on_smaller_sets() -> None:
+    """Until none of those tried contracts: what ends is the size of the set, not stability."""
+    sizes = []
+    for overlap in (0.2, 0.06, 0.01):
+        law = with_overlaps(make_law("paper"), speed_overlap=overlap, torque_overlap=2000.0)
+        (window,) = published.certified_windows(law, SPANS[1:2])
+        sizes.append(window["half_width [rad/s]"])
+    assert sizes[0] > sizes[1] > 0
+    assert sizes[2] is None
+    assert window["reason"].startswith("stable where it rests (slowest at ")
+
+
+def test_only_the_checker_proves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the checker does not confirm is not proved, and takes no other window with it."""
+
+    def doubting(document: Any) -> Checked:
+        checked = check_document(document)
+        spans = [claim["winds"] for claim in document["claims"]]
+        claims = [
+            replace(claim, verdict=Verdict.UNDECIDED) if [12.0, 12.004] in winds else claim
+            for claim, winds in zip(checked.claims, spans, strict=True)
+        ]
+        return replace(checked, claims=claims)
+
+    monkeypatch.setattr(published, "check_document", doubting)
+    law = with_overlaps(make_law("paper"), speed_overlap=0.08, torque_overlap=1500.0)
+    windows = published.certified_windows(law, SPANS)
+    assert [window["verdict"] for window in windows] == ["PROVED", "UNDECIDED", "PROVED"]
+    assert windows[1]["reason"] == "the checker did not confirm what was found"
+
+
+def test_winds_of_a_published_law() -> None:
+    """One a metre per second from 3.5 on, and the full ones within 1.5 m/s of rated, 11.3 m/s."""
+    winds = published.default_winds(TURBINE)
+    assert winds[:3] == (3.5, 4.5, 5.5)
+    assert (winds[-1], len(winds)) == (24.5, 25)
+    assert {v for v in winds if v == int(v)} == {10.0, 11.0, 12.0}
+    with pytest.raises(ModelError, match="2 m/s was given.*from 3 to 24.996 m/s"):
+        published.require_winds(TURBINE, (2.0, 8.0))
