@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.equations.ball import Ball
-    from takagi.models.equations.problem import Problem
-    from takagi.models.equations.symbolic_form import SymbolicForm
+    from takagi.models.equations.problem import Problem, SymbolicForm
     from takagi.models.plant.variables import Variable
     from takagi.models.ts.model import TSModel
 

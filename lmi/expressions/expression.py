@@ -22,18 +22,16 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from takagi.lmi.expressions.constant_data import (
-    Letter,
-    data_stack,
-    identity_multiple,
-    symbol_of,
-)
 from takagi.lmi.expressions.piece import (
+    Letter,
     Piece,
+    data_stack,
     entrywise,
     exact_array,
     exact_product,
+    identity_multiple,
     product,
+    symbol_of,
 )
 from takagi.models.errors import ModelError
 

@@ -10,8 +10,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, SEQUENTIAL, STYLES, house_style, new_figure
-from takagi.reports.page.labels import name_of
-from takagi.reports.page.text import powers
+from takagi.reports.page.text import name_of, powers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
