@@ -36,7 +36,7 @@ from takagi.models.compiled import compiled
 # pitch; and, at constant wind alone, the certified over the observed mean decay rate, in P and R.
 BOUNDS = (
     *("set", "speed error", "effort lag", "speed signal", "integral", "rotor speed"),
-    *("torque demanded", "pitch demanded", "least pitch", "decay", "common decay"),
+    *("torque asked", "pitch asked", "least pitch", "decay", "common decay"),
 )
 DECAY, COMMON, COUNT = 9, 10, 11
 # Start wind; V at the start; true over nominal inertia; the first bound but the set to be exceeded,
@@ -258,7 +258,8 @@ def _equilibrium(loop: CertifiedLoop, k: int, wind: float, u: Inputs, kappa: flo
             low = x
         else:
             high = x
-    return (low + high) / 2.0
+    middle: float = (low + high) / 2.0
+    return middle
 
 
 @compiled
@@ -266,7 +267,8 @@ def _decay(rate: float, time: float, first: float, last: float) -> float:
     """Return the certified rate over the mean one since the start; 0 where nothing is left."""
     if not (rate > 0.0 and time > 0.0 and first > NEAREST and last > NEARLY_THERE * first):
         return 0.0
-    return 2.0 * rate * time / log(first / last) if last < first else inf
+    ratio: float = 2.0 * rate * time / log(first / last) if last < first else inf
+    return ratio
 
 
 @compiled
@@ -279,7 +281,7 @@ def _start(
     there zeta <= 0 <= psi(U).
     """
     p = loop.equations
-    k, share = draw.integers(0, len(p.cells)), draw.random()
+    k, share = int(draw.integers(0, len(p.cells))), draw.random()
     if draw.random() < AT_NODES:
         share = round(share)
     wind = loop.wind[k] * (1.0 - share) + loop.wind[k + 1] * share

@@ -127,7 +127,7 @@ class Campaign:
     @property
     def runs(self) -> int:
         """The number of runs."""
-        return self.share.shape[1]
+        return len(self.share[0])
 
     @property
     def broken(self) -> NDArray[np.bool_]:

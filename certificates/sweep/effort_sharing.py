@@ -151,13 +151,14 @@ def _box(box: LoopBox, at: Mapping[str, float]) -> LoopBox:
 
 
 def _uncertainty(uncertainty: LoopUncertainty, at: Mapping[str, float]) -> LoopUncertainty:
+    changed: dict[str, Any] = {}
     for axis, name in (("inertia", "inertia"), ("power-coefficient", "power_coefficient")):
         if axis in at:
             share = _decimal(at[axis])
-            uncertainty = replace(uncertainty, **{name: Interval(1 - share, 1 + share)})
+            changed[name] = Interval(1 - share, 1 + share)
     if "frozen-wake" in at:
-        uncertainty = replace(uncertainty, frozen_wake=at["frozen-wake"] > 0)
-    return uncertainty
+        changed["frozen_wake"] = at["frozen-wake"] > 0
+    return replace(uncertainty, **changed)
 
 
 def _decimal(value: float) -> Fraction:
