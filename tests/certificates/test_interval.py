@@ -6,14 +6,17 @@ import ast
 from fractions import Fraction
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import takagi.certificates.checker
+from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.arithmetic.interval import (
     ONE,
     Interval,
     enclose,
+    hull,
     point,
     product,
 )
@@ -29,6 +32,32 @@ def points(draw: st.DrawFn) -> tuple[Interval, Fraction]:
     """Return a bracket and a number inside it."""
     a, b = sorted((draw(RATIONALS), draw(RATIONALS)))
     return enclose(a, b), a + (b - a) * draw(SHARES)
+
+
+def holds(bracket: Interval, value: Fraction) -> bool:
+    return bracket[0] <= value * ONE <= bracket[1]
+
+
+@given(points(), points())
+def test_operations_bracket_the_exact_result(
+    p: tuple[Interval, Fraction], q: tuple[Interval, Fraction]
+) -> None:
+    """Moore (1966): x in A and y in B imply x op y in A op B, here after outward rounding."""
+    (a, x), (b, y) = p, q
+
+    assert holds(a, x) and holds(point(x), x)
+    assert holds(a + b, x + y)
+    assert holds(a - b, x - y)
+    assert holds(a * b, x * y)
+    assert holds(-a, -x)
+    assert holds(a.square(), x * x)
+    assert holds(hull(a, b), x) and holds(hull(a, b), y)
+    assert a.magnitude() >= abs(x) * ONE
+    if b[0] > 0 or b[1] < 0:
+        assert holds(a / b, x / y)
+    else:
+        with pytest.raises(CertificateError, match="zero"):
+            a / b
 
 
 @given(points(), SHARES)
@@ -67,6 +96,15 @@ def test_a_bound_that_is_attained_is_exact_on_the_grid() -> None:
     assert power(tenth, 3) == (-ONE // 1000, ONE // 1000)
     third = point(Fraction(1, 3))
     assert third[1] - third[0] == 1
+
+
+@given(points(), st.integers(1, 6))
+def test_powers_bracket_the_exact_result(p: tuple[Interval, Fraction], n: int) -> None:
+    a, x = p
+
+    assert holds(power(a, n), x**n)
+    if n == 2:
+        assert power(a, n) == a.square()
 
 
 def test_the_checker_has_one_interval_and_one_exponential() -> None:

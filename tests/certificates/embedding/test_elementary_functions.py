@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from takagi.certificates.checker.arithmetic import interval as d
 from takagi.certificates.checker.arithmetic.elementary import function_of
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval
+from takagi.certificates.checker.arithmetic.monotone import PI_FINE
 from takagi.certificates.checker.arithmetic.powers import power, root
 from takagi.certificates.checker.kernel.refusal import Refused
 
@@ -96,6 +97,18 @@ def test_sine_and_cosine_reach_one_exactly_between_their_ends() -> None:
     assert function_of("cos")(d.enclose(Fraction(-1), Fraction(1)))[1] == ONE
     assert function_of("cos")(d.enclose(Fraction(3), Fraction(4)))[0] == -ONE
     assert function_of("sin")(d.enclose(Fraction(0), Fraction(157, 100)))[1] < ONE
+
+
+def test_pi_is_that_of_machin() -> None:
+    """Machin (1706): pi/4 = 4 atan(1/5) - atan(1/239), here with rational partial sums."""
+
+    def atan_of(n: int) -> Fraction:
+        terms = (Fraction((-1) ** k, (2 * k + 1) * n ** (2 * k + 1)) for k in range(40))
+        return sum(terms, Fraction(0))
+
+    pi = 16 * atan_of(5) - 4 * atan_of(239)
+
+    assert PI_FINE <= pi * 10**48 < PI_FINE + 1
 
 
 @pytest.mark.parametrize(

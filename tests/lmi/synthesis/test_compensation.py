@@ -43,6 +43,39 @@ def blended_rates(model: TSModel, design: Design, seed: int = 0) -> Floats:
     return np.asarray(-np.linalg.eigvalsh(inside + inside.transpose(0, 2, 1))[:, -1] / 2)
 
 
+@pytest.mark.parametrize(
+    ("relaxation", "limit"),
+    [
+        ("kim-lee", 1.25935),
+        ("liu-zhang", 2.72520),
+        ("polya-2", 1.29991),
+        ("polya-4", 2.72786),
+        ("polya-8", 3.93342),
+    ],
+)
+def test_three_rules_from_both_sides_of_each_limit(relaxation: str, limit: float) -> None:
+    """Kim and Lee (2000), Sala and Arino (2007): feasible b, limits recomputed to 1e-4."""
+    below = pdc(three_rules(limit - 1e-2), relaxation=relaxation)
+    above = pdc(three_rules(limit + 1e-2), relaxation=relaxation)
+
+    assert below.found
+    assert blended_rates(three_rules(limit - 1e-2), below).min() > 0
+    assert above.status == "infeasible"
+    assert above.gains is None
+
+
+@pytest.mark.parametrize(
+    "relaxation", ["common-gain", "wang-tanaka-griffin", "tanaka-wang", "tuan", "polya-1"]
+)
+def test_three_rules_are_beyond_the_simple_relaxations(relaxation: str) -> None:
+    """Kim and Lee (2000): none of these finds gains even at b = 0; the answer names the rules."""
+    design = pdc(three_rules(0.0), relaxation=relaxation)
+
+    assert design.status == "infeasible"
+    assert "1" in design.answer.diagnosis and "liu-zhang" in design.answer.diagnosis
+    assert np.linalg.eigvalsh(next(iter(design.answer.multipliers.values())))[0, 0] > -1e-9
+
+
 @pytest.mark.parametrize("relaxation", [*ALL, "polya-0", "polya-3"])
 def test_two_rules_have_gains_by_every_relaxation(relaxation: str) -> None:
     """Tanaka and Wang (2001), page 58: feasible, even with one gain; decay holds for all blends."""
