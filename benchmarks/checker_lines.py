@@ -55,8 +55,10 @@ settings.register_profile(
     max_examples=50,
     phases=(Phase.explicit, Phase.generate),
 )
-OPTIONS = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain")
-OPTIONS += ("--hypothesis-profile=broken lines",)
+OPTIONS = (
+    *("-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--assert=plain"),
+    "--hypothesis-profile=broken lines",
+)
 # Bounds of one change: tests, seconds of the processor, and bytes.
 MOST_TESTS, SECONDS, MEMORY = 60, 15, 6_000_000_000
 

@@ -78,10 +78,10 @@ def certified_loop(document: Mapping[str, Any]) -> CertifiedLoop:
     ------
     ModelError : no claim of kind ``coherent-loop``, or a part that is missing or does not fit.
     """
-    found = [claim for claim in document.get("claims", ()) if isinstance(claim, dict)]
-    claim = next((claim for claim in found if claim.get("kind") == KIND), None)
+    listed = [claim for claim in document.get("claims", ()) if isinstance(claim, dict)]
+    claim = next((claim for claim in listed if claim.get("kind") == KIND), None)
     if claim is None:
-        kinds = ", ".join(sorted({str(claim.get("kind")) for claim in found})) or "none"
+        kinds = ", ".join(sorted({str(claim.get("kind")) for claim in listed})) or "none"
         raise ModelError(
             f"the certificate has claims of kind {kinds}; a campaign needs one of kind {KIND}, "
             "which `takagi design TURBINE` makes with the effort-sharing law"
@@ -162,13 +162,13 @@ def _wake(loop: CertifiedLoop, surface: Surface) -> Floats:
     p = loop.equations
     low, high, tables, slopes = p.cells[:, 0], p.cells[:, 1], p.cells[:, 2:7].T, p.cells[:, 7:12].T
     fits = np.ones(len(low), dtype=bool)
-    for part in (0.0, 0.5, 1.0):
-        wind = low + part * (high - low)
+    for middle in (0.0, 0.5, 1.0):
+        wind = low + middle * (high - low)
         speed, effort, b, gain, limit = tables + (wind - low) * slopes
         reach = gain * loop.peaks[2]
-        most = _ramp(effort + reach, p.overlap) + loop.peaks[1]
-        least = np.maximum(_ramp(effort - reach, p.overlap) - loop.peaks[1], 0.0)
-        pitch = p.pitch_min + np.linspace(least, most, PITCHES) / b
+        high_effort = _ramp(effort + reach, p.overlap) + loop.peaks[1]
+        low_effort = np.maximum(_ramp(effort - reach, p.overlap) - loop.peaks[1], 0.0)
+        pitch = p.pitch_min + np.linspace(low_effort, high_effort, PITCHES) / b
         slope = surface(p.rotor_radius * speed / wind, pitch, dy=1, clip=True)
         fits &= np.all(limit + loop.power[1] * p.torque_scale * wind**2 * slope >= 0, axis=0)
     return fits.astype(np.float64)

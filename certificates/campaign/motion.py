@@ -32,7 +32,7 @@ from takagi.models.compiled import compiled
 
 # Ratios of simulated quantities to their certified bounds; a correct certificate gives at most 1:
 # V; |h xi| over its peak; (omega - max omega*) over p_e; (T_rated - T) / T_rated before the limiter
-# at 0; the asked pitch's share of its range, before the limiter; 0, and above 1 below the least
+# at 0; the demanded pitch's share of its range, before the limiter; 0, and above 1 below the least
 # pitch; and, at constant wind alone, the certified over the observed mean decay rate, in P and R.
 BOUNDS = (
     *("set", "speed error", "effort lag", "speed signal", "integral", "rotor speed"),
@@ -81,13 +81,13 @@ def _coefficient(p: Equations, ratio: float, pitch: float) -> float:
     y = min(max(pitch, p.pitch[0]), p.pitch[-1])
     i = min(np.searchsorted(p.ratio, x, "right"), len(p.ratio) - 1) - 1
     j = min(np.searchsorted(p.pitch, y, "right"), len(p.pitch) - 1) - 1
-    x, y, found = x - p.ratio[i], y - p.pitch[j], 0.0
+    x, y, value = x - p.ratio[i], y - p.pitch[j], 0.0
     for n in range(3, -1, -1):
         row = p.patches[i, j, n, 3]
         for m in range(2, -1, -1):
             row = row * y + p.patches[i, j, n, m]
-        found = found * x + row
-    return found
+        value = value * x + row
+    return value
 
 
 @compiled
@@ -101,9 +101,9 @@ def _ramp(effort: float, overlap: float) -> float:
 @compiled
 def _quadratic(M: Floats, xi: State) -> float:
     a, b, c = xi
-    found: float = M[0, 0] * a * a + M[1, 1] * b * b + M[2, 2] * c * c
-    found += 2.0 * (M[0, 1] * a * b + M[0, 2] * a * c + M[1, 2] * b * c)
-    return found
+    value: float = M[0, 0] * a * a + M[1, 1] * b * b + M[2, 2] * c * c
+    value += 2.0 * (M[0, 1] * a * b + M[0, 2] * a * c + M[1, 2] * b * c)
+    return value
 
 
 @compiled
@@ -127,22 +127,22 @@ def command(
     reference, trim, b, gain, _ = schedule(p, k, wind)
     signal = state[0] - reference - state[2]
     effort = trim + gain * signal
-    shed, kept = _ramp(effort, p.overlap), _ramp(-effort, p.overlap)
+    shed, reserve = _ramp(effort, p.overlap), _ramp(-effort, p.overlap)
     slope = min(max((effort + p.overlap) / (2.0 * p.overlap), 0.0), 1.0)
     limit = p.cells[k, 14]
-    taken = min(max(p.cells[k, 13] * rate, -limit), limit)
-    moved = slope * (p.cells[k, 8] + p.cells[k, 10] * signal) - shed * p.cells[k, 9] / b
-    pitch = p.pitch_min + (shed + p.pitch_lead * rate * moved) / b
-    return p.rated_torque - p.effort_torque * (kept + taken), pitch, shed, slope
+    ahead = min(max(p.cells[k, 13] * rate, -limit), limit)
+    lead = slope * (p.cells[k, 8] + p.cells[k, 10] * signal) - shed * p.cells[k, 9] / b
+    pitch = p.pitch_min + (shed + p.pitch_lead * rate * lead) / b
+    return p.rated_torque - p.effort_torque * (reserve + ahead), pitch, shed, slope
 
 
 @compiled
 def rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
     """Return omega', beta', x' at a schedule wind of cell k, under the inputs u."""
     reference, effort, b, _, limit = schedule(p, k, wind)
-    torque, asked, _, _ = command(p, k, wind, u[1], state)
+    torque, demanded, _, _ = command(p, k, wind, u[1], state)
     torque = min(max(torque, 0.0), p.rated_torque)
-    asked = min(max(asked, p.pitch_min), p.pitch_max)
+    demanded = min(max(demanded, p.pitch_min), p.pitch_max)
     v = max(wind + u[0], LEAST_WIND)
     ratio = state[0] * p.rotor_radius / v
     driving = u[3] * p.torque_scale * v * v * _coefficient(p, ratio, state[1])
@@ -153,11 +153,11 @@ def rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: Sta
         scale = u[3] * p.torque_scale * wind * wind
         driving -= u[2] * (limit * (state[1] - trim) + scale * change)
     fastest, turn = p.pitch_rate_limit, -p.cells[k, 12] * (state[0] - reference)
-    held = abs(state[2]) >= p.integral_limit and turn * state[2] > 0.0
+    saturated = abs(state[2]) >= p.integral_limit and turn * state[2] > 0.0
     return (
         kappa * (driving - p.gear_scale * torque),
-        min(max((asked - state[1]) / p.pitch_lag, -fastest), fastest),
-        0.0 if held else turn,
+        min(max((demanded - state[1]) / p.pitch_lag, -fastest), fastest),
+        0.0 if saturated else turn,
     )
 
 
@@ -217,10 +217,10 @@ def _push(
     for i in range(4):
         growth = -inf
         for end in (-1.0 if i < 2 else 0.0, 1.0):
-            before, shares[i] = shares[i], end
+            former, shares[i] = shares[i], end
             a, b, c = error_rates(p.equations, k, wind, _inputs(p, k, shares), kappa, state)
             if growth > g[0] * a + g[1] * b + g[2] * c:
-                shares[i] = before
+                shares[i] = former
             else:
                 growth = g[0] * a + g[1] * b + g[2] * c
 
@@ -258,15 +258,17 @@ def _equilibrium(loop: CertifiedLoop, k: int, wind: float, u: Inputs, kappa: flo
             low = x
         else:
             high = x
-    return (low + high) / 2.0
+    middle: float = (low + high) / 2.0
+    return middle
 
 
 @compiled
-def _decay(rate: float, time: float, first: float, left: float) -> float:
+def _decay(rate: float, time: float, first: float, last: float) -> float:
     """Return the certified rate over the mean one since the start; 0 where nothing is left."""
-    if not (rate > 0.0 and time > 0.0 and first > NEAREST and left > NEARLY_THERE * first):
+    if not (rate > 0.0 and time > 0.0 and first > NEAREST and last > NEARLY_THERE * first):
         return 0.0
-    return 2.0 * rate * time / log(first / left) if left < first else inf
+    ratio: float = 2.0 * rate * time / log(first / last) if last < first else inf
+    return ratio
 
 
 @compiled
@@ -279,7 +281,7 @@ def _start(
     there zeta <= 0 <= psi(U).
     """
     p = loop.equations
-    k, share = draw.integers(0, len(p.cells)), draw.random()
+    k, share = int(draw.integers(0, len(p.cells))), draw.random()
     if draw.random() < AT_NODES:
         share = round(share)
     wind = loop.wind[k] * (1.0 - share) + loop.wind[k + 1] * share
@@ -288,8 +290,8 @@ def _start(
         sign = 1.0 if draw.random() < 0.5 else -1.0
         xi = sign * loop.corners[draw.integers(0, len(loop.corners))]
     else:
-        way = draw.standard_normal(3)
-        xi = loop.root @ (way / sqrt((way * way).sum()))
+        direction = draw.standard_normal(3)
+        xi = loop.root @ (direction / sqrt((direction * direction).sum()))
         if kind >= ON_BOUNDARY:
             xi = xi * draw.random() ** (1.0 / 3.0)
     xi = xi * sqrt(level * (1.0 - WITHIN))
@@ -329,7 +331,7 @@ def run(
     inertia = loop.inertia[0] + draw.random() * (loop.inertia[1] - loop.inertia[0])
     if draw.random() < 0.5:
         inertia = loop.inertia[draw.integers(0, 2)]
-    kappa, rest = 1.0 / inertia, 0.0
+    kappa, equilibrium = 1.0 / inertia, 0.0
     now, shares = np.zeros(COUNT), np.zeros(4)
     mean, frequency, phase = np.empty(4), np.empty(4), np.empty(4)
     for i in range(4):
@@ -375,10 +377,10 @@ def run(
             events[0], events[1], events[2] = wind, now[0], inertia
         if kind == CALM:
             if time == 0.0:
-                rest = _equilibrium(loop, k, wind, u, kappa)
-                first = _quadratic(loop.P, (e, lag, x - rest))
-                first_common = _quadratic(loop.R, (e, lag, x - rest))
-            off = (e, lag, x - rest)
+                equilibrium = _equilibrium(loop, k, wind, u, kappa)
+                first = _quadratic(loop.P, (e, lag, x - equilibrium))
+                first_common = _quadratic(loop.R, (e, lag, x - equilibrium))
+            off = (e, lag, x - equilibrium)
             now[DECAY] = _decay(loop.decay_rate[k], time, first, _quadratic(loop.P, off))
             now[COMMON] = _decay(loop.common_rate, time, first_common, _quadratic(loop.R, off))
         for i in range(COUNT if kind == CALM else DECAY):

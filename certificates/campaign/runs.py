@@ -41,8 +41,8 @@ class Beyond:
     """How far a campaign goes beyond the certified class, as ``--beyond`` asks for it.
 
     Kinds: ``wind``, ``wind-error``, ``wind-rate`` : the class of every cell, times a number.
-    ``start`` : starts with V up to it.  ``inertia`` : from LOW to HIGH of nominal.  ``wake`` :
-    pitch effectiveness up to this share of the way to the frozen wake's.  Empty: inside the class.
+    ``start`` : starts with V up to it.  ``inertia`` : from LOW to HIGH of nominal.  ``wake`` : up
+    to this share of the frozen wake's additional effectiveness.  Empty: inside the class.
     """
 
     kind: str = ""
@@ -85,9 +85,9 @@ def beyond_of(text: str) -> Beyond:
     except ValueError:
         numbers = ()
     if len(numbers) != 1 + (kind == "inertia") or not 0 < numbers[0] <= numbers[-1] <= LARGEST:
-        what = "two numbers, LOW:HIGH," if kind == "inertia" else "one number"
+        needed = "two numbers, LOW:HIGH," if kind == "inertia" else "one number"
         raise ModelError(
-            f"--beyond {text}: {what} above 0 and up to {LARGEST:g} is needed after {kind}="
+            f"--beyond {text}: {needed} above 0 and up to {LARGEST:g} is needed after {kind}="
         )
     if kind == "start" and numbers[0] <= 1:
         raise ModelError(
@@ -127,7 +127,7 @@ class Campaign:
     @property
     def runs(self) -> int:
         """The number of runs."""
-        return self.share.shape[1]
+        return len(self.share[0])
 
     @property
     def broken(self) -> NDArray[np.bool_]:
@@ -178,19 +178,19 @@ def run_campaigns(
     fixed = {"certificate": sha256, "duration": duration, "seed": seed}
     tasks = []
     for beyond in classes:
-        asked = {**fixed, "beyond": [beyond.kind, list(beyond.numbers)]}
+        shared = {**fixed, "beyond": [beyond.kind, list(beyond.numbers)]}
         for n in range(0, runs, TOGETHER):
-            inputs = {**asked, "from": n, "to": min(n + TOGETHER, runs)}
+            inputs = {**shared, "from": n, "to": min(n + TOGETHER, runs)}
             tasks.append(Task(f"{__name__}:some_runs", str(certificate), inputs))
     results, _ = run_tasks(tasks, folder, workers=workers, tell=tell)
     error = next((result["error"] for result in results if "error" in result), None)
     if error is not None:
         raise ModelError(f"random runs could not be made: {error}")
-    campaigns, each = [], len(tasks) // len(classes)
+    campaigns, count = [], len(tasks) // len(classes)
     for i, beyond in enumerate(classes):
+        made = results[i * count : (i + 1) * count]
         share, late, events = (
-            np.concatenate([np.array(result[name], dtype=np.float64) for result in own], axis=1)
-            for own in [results[i * each : (i + 1) * each]]
+            np.concatenate([np.array(result[name], dtype=np.float64) for result in made], axis=1)
             for name in ("share", "late", "events")
         )
         by_name = dict(zip(EVENTS, events, strict=True))

@@ -1,4 +1,4 @@
-"""An independent checker: standard library alone, shares no code with the synthesis.
+"""An independent checker: standard library alone, imports nothing else of takagi.
 
 kernel/       code that every check uses: reader, exact matrices, verdicts
 arithmetic/   intervals, functions and splines with outward rounding
@@ -6,7 +6,7 @@ loop/         the closed loop as exact matrices, and pieces of its weights
 replay/       the check of one file: hashes, the table of kinds, the verdict
 kinds/        claims about the loop that model and gains make, one kind a file
 plant/        a plant's own equations: proofs that the model contains the plant
-turbine/      the turbine's loops, and their equilibria
+turbine/      the turbine's loops
 files/        the certificate against the gain, turbine and plant files given beside it
 controller/   the gain file of the proved law: programs, units, texts
 words/        numbers in words, rounded to the safe side

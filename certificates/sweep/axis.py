@@ -12,7 +12,7 @@ from takagi.models.files.units import UNITS, to_si
 
 # Values between the ends are short decimals, because they identify the point.
 _DIGITS = 9
-_MOST = 100_000
+_COUNT = 100_000
 _NUMBER = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 
 
@@ -55,24 +55,24 @@ def parse_axes(written: Sequence[str], kinds: Sequence[AxisKind]) -> tuple[Axis,
         another form, a unit of another quantity, values that do not increase, a value beyond what
         the quantity allows, more than 100 000 points.
     """
-    known, axes = {kind.name: kind for kind in kinds}, dict[str, Axis]()
+    named, axes = {kind.name: kind for kind in kinds}, dict[str, Axis]()
     for text in written:
         name, _, values = text.partition("=")
         name = name.strip()
-        if name not in known:
+        if name not in named:
             raise ModelError(
-                f"--over {text}: {name!r} cannot be swept{did_you_mean(name, known)}; known here: "
+                f"--over {text}: {name!r} cannot be swept{did_you_mean(name, named)}; known here: "
                 + ", ".join(f"{kind.name} [{kind.unit}]" for kind in kinds)
             )
         if name in axes:
             raise ModelError(f"--over {text}: {name} was given before; give each axis once")
         try:
-            axes[name] = _axis(known[name], values)
+            axes[name] = _axis(named[name], values)
         except ModelError as error:
             raise ModelError(f"--over {text}: {error}") from error
     points = math.prod(len(axis.values) for axis in axes.values())
-    if points > _MOST:
-        raise ModelError(f"{points} points were asked for; at most {_MOST} are made in one sweep")
+    if points > _COUNT:
+        raise ModelError(f"{points} points were asked for; at most {_COUNT} are made in one sweep")
     return tuple(axes.values())
 
 
@@ -98,9 +98,9 @@ def _axis(kind: AxisKind, text: str) -> Axis:
 
 
 def _spaced(low: float, high: float, count: str) -> list[float]:
-    if not re.fullmatch(r"\s*[0-9]{1,6}\s*", count) or not 2 <= int(count) <= _MOST:
+    if not re.fullmatch(r"\s*[0-9]{1,6}\s*", count) or not 2 <= int(count) <= _COUNT:
         raise ModelError(
-            f"{count!r} was given as the number of values; a whole number from 2 to {_MOST} is "
+            f"{count!r} was given as the number of values; a whole number from 2 to {_COUNT} is "
             "needed"
         )
     n = int(count) - 1
@@ -116,7 +116,7 @@ def _number(kind: AxisKind, text: str) -> float:
     if not unit:
         return value
     # "kNm" is read as "kN m".
-    spellings = {known.replace(" ", ""): known for known in UNITS}
+    spellings = {spelled.replace(" ", ""): spelled for spelled in UNITS}
     unit = spellings.get(unit.replace(" ", ""), unit)
     # The unit's factor must not add further digits to a decimal that was typed.
     return float(f"{to_si(value, unit, kind.unit):.12g}")

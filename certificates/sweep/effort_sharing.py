@@ -98,9 +98,9 @@ def loop_at(
 
     Box, uncertainty and wind class are those of a design, except for what the axes change.
     """
-    asked = default_settings(turbine)
+    design = default_settings(turbine)
     plant = replace(turbine, pitch_time_constant=at.get("pitch-lag", turbine.pitch_time_constant))
-    box, uncertainty = _box(asked.box, at), _uncertainty(asked.uncertainty, at)
+    box, uncertainty = _box(design.box, at), _uncertainty(design.uncertainty, at)
     changed: dict[str, Any] = {}
     if "speed-error" in at:
         changed["speed_error"] = float(box.speed_signal)
@@ -112,9 +112,9 @@ def loop_at(
         changed["inertia"] = (float(span.lower), float(span.upper))
     schedule = effort_schedule(
         plant,
-        overlap=at.get("overlap", asked.overlap),
-        effectiveness_share=at.get("effectiveness", asked.effectiveness_share),
-        speed_setpoint=asked.speed_setpoint,
+        overlap=at.get("overlap", design.overlap),
+        effectiveness_share=at.get("effectiveness", design.effectiveness_share),
+        speed_setpoint=design.speed_setpoint,
     )
     if "frozen-wake" in at:
         limit = np.round(at["frozen-wake"] * schedule.effectiveness_limit, 6)
@@ -123,7 +123,7 @@ def loop_at(
     if "wind-rate" in at:
         factor = at["wind-rate"] / max(wind_class.rate)
         wind_class = replace(wind_class, rate=tuple(factor * rate for rate in wind_class.rate))
-    effort = replace(asked.effort or EffortSettings(), **changed)
+    effort = replace(design.effort or EffortSettings(), **changed)
     law = EffortSharingLaw.of(plant, schedule, effort_gains(plant, schedule, effort).gains)
     return plant, law, {"box": box, "uncertainty": uncertainty, "wind_class": wind_class}
 
@@ -131,17 +131,17 @@ def loop_at(
 def wind_ranges(turbine: Turbine) -> tuple[tuple[float, float], ...]:
     """Return all winds, then partial load, transition and full load [m/s]."""
     low, high = (float(round(share * rated_wind(turbine))) for share in TRANSITION)
-    parts = ((turbine.cut_in, low), (low, high), (high, turbine.cut_out))
-    return ((turbine.cut_in, turbine.cut_out), *parts)
+    ranges = ((turbine.cut_in, low), (low, high), (high, turbine.cut_out))
+    return ((turbine.cut_in, turbine.cut_out), *ranges)
 
 
 def _box(box: LoopBox, at: Mapping[str, float]) -> LoopBox:
     if "speed-error" in at:
-        wanted = _decimal(at["speed-error"])
-        share = wanted / box.speed_error
+        speed_error = _decimal(at["speed-error"])
+        share = speed_error / box.speed_error
         box = replace(
             box,
-            speed_error=wanted,
+            speed_error=speed_error,
             effort_lag=_rounded_down(box.effort_lag * share),
             speed_signal=_rounded_down(box.speed_signal * share),
         )
@@ -151,13 +151,14 @@ def _box(box: LoopBox, at: Mapping[str, float]) -> LoopBox:
 
 
 def _uncertainty(uncertainty: LoopUncertainty, at: Mapping[str, float]) -> LoopUncertainty:
+    changed: dict[str, Any] = {}
     for axis, name in (("inertia", "inertia"), ("power-coefficient", "power_coefficient")):
         if axis in at:
             share = _decimal(at[axis])
-            uncertainty = replace(uncertainty, **{name: Interval(1 - share, 1 + share)})
+            changed[name] = Interval(1 - share, 1 + share)
     if "frozen-wake" in at:
-        uncertainty = replace(uncertainty, frozen_wake=at["frozen-wake"] > 0)
-    return uncertainty
+        changed["frozen_wake"] = at["frozen-wake"] > 0
+    return replace(uncertainty, **changed)
 
 
 def _decimal(value: float) -> Fraction:
@@ -175,8 +176,8 @@ def _guaranteed(
 ) -> dict[str, Any]:
     """Return overspeed bound, rounded up, and common decay rate, as the claim states them."""
     peak = float(effort_sharing_claim(candidate)["peaks"]["speed_error"])
-    most = float(law.schedule.rotor_speed.max()) + peak
-    excess = 100 * (most / turbine.rated_rotor_speed - 1)
+    fastest = float(law.schedule.rotor_speed.max()) + peak
+    excess = 100 * (fastest / turbine.rated_rotor_speed - 1)
     return {
         "overspeed [%]": float(np.ceil(1e4 * excess) / 1e4),
         "common_decay [1/s]": float(candidate.common_rate),
@@ -190,14 +191,14 @@ def _over_range(candidate: EffortSharingCandidate, low: float, high: float) -> d
     inside = (upper > low) & (lower < high)
     width = (upper - lower)[inside]
     error, rate = candidate.wind_error[inside], candidate.wind_rate[inside]
-    found = {
+    columns = {
         "mean_wind_error [m/s]": _short(float(width @ error / width.sum())),
         "least_wind_error [m/s]": float(error.min()),
         "mean_wind_rate [m/s^2]": _short(float(width @ rate / width.sum())),
         "least_wind_rate [m/s^2]": float(rate.min()),
         "least_decay [1/s]": float(candidate.decay_rate[inside].min()),
     }
-    return {f"{low:g} to {high:g} m/s: {key}": value for key, value in found.items()}
+    return {f"{low:g} to {high:g} m/s: {key}": value for key, value in columns.items()}
 
 
 def _short(value: float) -> float:

@@ -84,14 +84,11 @@ def point(
     ModelError : overlaps without a valid coupling filter.
     """
     law = _law(name, turbine)
-    overlaps = {
-        "speed_overlap": at.get(SPEED, law.coupling.speed_ramp.width),
-        "torque_overlap": at.get(TORQUE, law.coupling.torque_overlap),
-    }
-    coupling_filter(turbine, **overlaps)
-    windows = certified_windows(
-        with_overlaps(law, **overlaps), [(v, round(v + WINDOW, DIGITS)) for v in winds]
-    )
+    speed = at.get(SPEED, law.coupling.speed_ramp.width)
+    torque = at.get(TORQUE, law.coupling.torque_overlap)
+    coupling_filter(turbine, speed_overlap=speed, torque_overlap=torque)
+    moved = with_overlaps(law, speed_overlap=speed, torque_overlap=torque)
+    windows = certified_windows(moved, [(v, round(v + WINDOW, DIGITS)) for v in winds])
     proved = [window for window in windows if window["verdict"] == "PROVED"]
     failing = next((window for window in windows if window not in proved), None)
     first = None if failing is None else failing["from [m/s]"]

@@ -81,20 +81,20 @@ def run_sweep(
     inputs: dict[str, Any] = {"law": law, "files": files_sha256(source.files)}
     grid = [axis for axis in axes if axis.name != published.WIND]
     if LAWS[law] is published.AXES:
-        given = next((axis.values for axis in axes if axis.name == published.WIND), None)
-        inputs["winds"] = list(given or published.default_winds(turbine))
+        winds = next((axis.values for axis in axes if axis.name == published.WIND), None)
+        inputs["winds"] = list(winds or published.default_winds(turbine))
         published.require_winds(turbine, inputs["winds"])
-    places = list(product(*(axis.values for axis in grid)))
+    grid_points = list(product(*(axis.values for axis in grid)))
     tasks = []
-    for place in places:
-        at = dict(zip((axis.name for axis in grid), place, strict=True))
+    for values in grid_points:
+        at = dict(zip((axis.name for axis in grid), values, strict=True))
         tasks.append(Task(f"{__name__}:point", str(source.name), {**inputs, "at": at}))
     results, resumed = run_tasks(tasks, folder / RESULTS, workers=workers, tell=tell)
     rows = []
-    for place, result in zip(places, results, strict=True):
+    for values, result in zip(grid_points, results, strict=True):
         if "error" in result:
             result = {"verdict": "FAILED", "reason": result["error"]}
-        rows.append(dict(zip((axis.label for axis in grid), place, strict=True)) | result)
+        rows.append(dict(zip((axis.label for axis in grid), values, strict=True)) | result)
     return Sweep(law, turbine.name, tuple(grid), tuple(rows), resumed)
 
 

@@ -95,12 +95,9 @@ def simulate_campaign(
     requests = [name for text in texts for name in (campaign.STANDARD if text == "all" else [text])]
     asked = [campaign.beyond_of(request) for request in requests]
     runs = (RUNS_BEYOND if asked else RUNS) if options["runs"] is None else options["runs"]
-    numbers = {
-        "duration": campaign.DURATION if duration is None else duration,
-        "seed": options["seed"] or 0,
-    }
+    lasting, seed = campaign.DURATION if duration is None else duration, options["seed"] or 0
     # Before the certificate is checked, which takes seconds.
-    campaign.require_numbers(runs, **numbers)
+    campaign.require_numbers(runs, lasting, seed)
     if out is not None:
         require_folder_place(out, files=campaigns.FILES, folders=("figures", RESULTS))
     path: Path = options["certificate"]
@@ -117,7 +114,8 @@ def simulate_campaign(
                 Path(folder),
                 asked or [campaign.INSIDE],
                 runs=runs,
-                **numbers,
+                duration=lasting,
+                seed=seed,
                 workers=options["workers"],
                 tell=tell,
             )

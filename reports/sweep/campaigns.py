@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 
 FILES = ("summary.md", "campaign.json")
 BREAKS = (*BOUNDS, "coefficient table")
-LATE = "late: the second half of the runs, when the start is forgotten."
+LATE = "Late: the second half of the runs, when the start is forgotten."
 OUTSIDE = (
     "Outside of the certificate no bound is promised. The set is left before, or when, one of its\n"
-    "peaks is exceeded; named is the other bound that most runs exceed first, and at which winds."
+    "peaks is exceeded; named is the other bound that most runs exceed first, and at which winds.\n"
+    "Numbers of runs are percentages; overspeed is in percent of rated."
 )
 # The ratios in the first panel: those that depend on more than the start itself.
-SHOWN = ("set", "speed error", "effort lag", "torque asked")
+OVER_WIND = ("set", "speed error", "effort lag", "torque asked")
 BINS = 44
 Row = dict[str, Any]
 
@@ -73,7 +74,7 @@ def campaign_files(report: CampaignReport) -> dict[str, bytes | str]:
 
 def as_text(report: CampaignReport) -> str:
     """Return the table with the explanations needed to read it, as Markdown."""
-    words = OUTSIDE if report.inside is None else f"{sentence(report.inside)}; {LATE}"
+    words = OUTSIDE if report.inside is None else f"{sentence(report.inside)}.\n{LATE}"
     return (
         f"# {report.model}: random runs of the certified loop\n\nCertificate: {report.verdict}.\n\n"
         f"{markdown_table(report.rows)}\n{words}\nA simulation proves nothing.\n"
@@ -99,10 +100,10 @@ def as_json(report: CampaignReport, files: Sequence[str]) -> str:
 def sentence(campaign: Campaign) -> str:
     """Return a one-line summary of a campaign inside the certified class."""
     hours = campaign.runs * campaign.duration / 3600
-    what = f"{campaign.runs} runs of {campaign.duration:g} s ({hours:.0f} h of operation)"
+    summary = f"{campaign.runs} runs of {campaign.duration:g} s ({hours:.0f} h of operation)"
     if campaign.violations:
-        return f"{what}: {campaign.violations} violate a certified bound"
-    return f"{what}: no violation of any certified bound"
+        return f"{summary}: {campaign.violations} violate a certified bound"
+    return f"{summary}: no violation of any certified bound"
 
 
 def bound_rows(campaign: Campaign) -> list[Row]:
@@ -144,7 +145,7 @@ def first_breaks(campaign: Campaign) -> Floats:
 
 def inside_figure(campaign: Campaign) -> Figure:
     """Return the largest shares late in the runs over their start wind, and those of the decays."""
-    lines = [(0, name, campaign.late) for name in SHOWN]
+    lines = [(0, name, campaign.late) for name in OVER_WIND]
     lines += [(1, name, campaign.share) for name in BOUNDS[-2:]]
     with house_style():
         figure, panels = new_figure(2, 1, height=5.6, share_x=True)
@@ -171,8 +172,8 @@ def first_breaks_figure(campaigns: Sequence[Campaign]) -> Figure:
     with house_style():
         figure, (axes,) = new_figure(1, 1, height=1.4 + 0.32 * len(campaigns))
         heights, offset = np.arange(len(campaigns)), np.zeros(len(campaigns))
-        shown = [i for i in range(len(BREAKS)) if shares[:, i].any()]
-        for i, colour in zip(shown, (*COLOURS, "#999999", "#F0E442"), strict=False):
+        exceeded = [i for i in range(len(BREAKS)) if shares[:, i].any()]
+        for i, colour in zip(exceeded, (*COLOURS, "#999999", "#F0E442"), strict=False):
             axes.barh(heights, shares[:, i], left=offset, color=colour, label=BREAKS[i])
             offset = offset + shares[:, i]
         axes.set_yticks(heights, [campaign.beyond.name for campaign in campaigns])
@@ -180,8 +181,8 @@ def first_breaks_figure(campaigns: Sequence[Campaign]) -> Figure:
         axes.set_xlabel("runs by the first bound that is exceeded, the set aside [%]")
         axes.set_xlim(0, 100 if offset.max() > 60 else max(1.1 * offset.max(), 1.0))
         axes.grid(visible=False, axis="y")
-        if shown:
-            figure.legend(loc="outside upper center", ncols=min(len(shown), 4))
+        if exceeded:
+            figure.legend(loc="outside upper center", ncols=min(len(exceeded), 4))
     return figure
 
 

@@ -18,14 +18,14 @@ from takagi.reports.page.markdown_table import markdown_table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# The columns that page and figure show, and those that the figure draws in decades.
+# The columns that page and figure show, and the one that the figure draws in decades.
 PUBLISHED = (
     *("proved_windows", "proved_at_trim", "first_failing_wind [m/s]"),
     "least_decay_rate [1/s]",
 )
 EFFORT_SHARING = ("overspeed [%]", "common_decay [1/s]")
 BY_WIND = ("mean_wind_error [m/s]", "mean_wind_rate [m/s^2]")
-DECADES = ("least_decay_rate [1/s]", "common_decay [1/s]")
+DECADES = "least_decay_rate [1/s]"
 MOST_LABELS = 8
 PROVED_HERE = {
     "coherent": "PROVED means that the independent checker has verified the emitted decimals. The "
@@ -83,10 +83,12 @@ def sweep_figure(sweep: Sweep) -> Figure | None:
                 values = _numbers(sweep, column)[k]
                 panel.plot(axis.values, values, color=colour, marker="o", markersize=4)
             panel.set(title=column.replace("_", " ").replace(": ", ",\n"), xlabel=axis.label)
-            if column in DECADES:
+            margin = 0.03 * (axis.values[-1] - axis.values[0])
+            panel.set_xlim(axis.values[0] - margin, axis.values[-1] + margin)
+            if column == DECADES:
                 panel.set_yscale("log")
             else:
-                panel.set_ylim(bottom=min(0.0, panel.get_ylim()[0]))
+                panel.set_ylim(0.0, 1.08 * float(np.nanmax(_numbers(sweep, column))) or 1.0)
         for panel in panels[len(drawn) :]:
             panel.set_axis_off()
         for k in range(0, lines, -(-lines // MOST_LABELS)) if lines > 1 else ():

@@ -178,7 +178,7 @@ def test_the_larger_of_two_has_the_slopes_of_both_where_either_may_be(
                               for low, high in (x, y))):  # fmt: skip
             if s != t:
                 slopes = (1, 0) if (s > t) is larger else (0, 1)
-                exact = ((max if larger else min)(s, t), *slopes)
+                exact = [s if (s > t) is larger else t, *map(Fraction, slopes)]
                 brackets = zip((found.value, *found.slopes), exact, strict=True)
                 assert all(low <= value * 10**36 <= high for (low, high), value in brackets)
 

@@ -35,9 +35,15 @@ class System(NamedTuple):
 
 def system(name: str) -> System:
     """Return a plant with its least norms."""
-    matrices = plant(name)
-    arrays = (matrices.A, matrices.B1, matrices.B2, matrices.C1, matrices.D12, matrices.C2)
-    return System(*(np.asarray(array, dtype=np.float64) for array in arrays), *LEAST_NORMS[name])
+    matrices, (hinf, h2) = plant(name), LEAST_NORMS[name]
+    A, B1, B, C1, D12, C = (
+        np.asarray(array, dtype=np.float64)
+        for array in (
+            *(matrices.A, matrices.B1, matrices.B2),
+            *(matrices.C1, matrices.D12, matrices.C2),
+        )
+    )
+    return System(A=A, B1=B1, B=B, C1=C1, D12=D12, C=C, hinf=hinf, h2=h2)
 
 
 LEAST_NORMS = {

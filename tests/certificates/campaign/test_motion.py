@@ -117,9 +117,9 @@ def test_error_rates_are_the_errors_derivative(loop: CertifiedLoop, scenes: list
     p, h = loop.equations, 1e-7
     for s in scenes:
         moved = rates(p, s.k, s.wind, s.u, s.kappa, s.state)
-        later = tuple(x + h * rate for x, rate in zip(s.state, moved, strict=True))
+        omega, beta, x = (a + h * rate for a, rate in zip(s.state, moved, strict=True))
         before = errors(p, s.k, s.wind, s.state)
-        after = errors(p, s.k, s.wind + h * s.u[1], later)
+        after = errors(p, s.k, s.wind + h * s.u[1], (omega, beta, x))
         difference = [(b - a) / h for a, b in zip(before, after, strict=True)]
         found = error_rates(p, s.k, s.wind, s.u, s.kappa, s.state)
         assert found == pytest.approx(difference, abs=2e-6)
