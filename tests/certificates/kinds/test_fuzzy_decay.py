@@ -83,6 +83,7 @@ def test_what_is_false_is_not_proved(change: Data) -> None:
         {"rates": []},
         {"degrees": [2]},
         {"degrees": [0.5]},
+        {"degrees": [0.5], "P": [{"powers": [[0, 0]], "matrix": [[1]]}]},
         {"degrees": [9]},
         {"degrees": [1, 1]},
         {"polya": 9},
