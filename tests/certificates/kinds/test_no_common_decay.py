@@ -133,3 +133,11 @@ def test_a_law_with_weights_of_its_own_excludes_nothing() -> None:
     assert both(data, own, claim) == "UNDECIDED"
     # One gain for all rules meets every rule.
     assert both(data | {"A": [[[1]], [[2]]]}, own | {"K": [[[0]]]}, claim) == "DISPROVED"
+
+
+def test_a_model_with_inputs_and_no_law_is_its_own_loop() -> None:
+    """x' = x + u is x' = x where nothing is fed back."""
+    claim = ALONE | {"blend": [[1]]}
+
+    assert both(model_data([[[1]]], B=[[[1]]]), None, claim) == "DISPROVED"
+    assert both(model_data([[[-1]]], B=[[[1]]]), None, claim) == "UNDECIDED"
