@@ -7,7 +7,6 @@ linear_quadratic     a regulator at rest to compare with
 plant_motion         the nonlinear plant under its law, in time
 overlap_claims       what is proved of a published law, overlap by overlap
 proved_kinds         which claims of a certificate are proved, and of which kinds
-proved_figures       settling, overshoot, largest disturbance, from proved functions
 synthesis_summary    how the effort-sharing law's gains were found
 """
 
