@@ -40,10 +40,8 @@ from scipy.interpolate import BSpline, PPoly  # noqa: E402
 from takagi.models import interpolate_curve, table_function  # noqa: E402
 from takagi.models.ranges import Interval, sampled_bounds  # noqa: E402
 from takagi.models.ranges.ball_form import PRECISION  # noqa: E402
-from takagi.models.ranges.box_side import (
-    halved,  # noqa: E402
-    side_of,  # noqa: E402
-)
+from takagi.models.ranges.ball_operations import halved  # noqa: E402
+from takagi.models.ranges.box_side import side_of  # noqa: E402
 from takagi.models.ranges.tape import tape_of  # noqa: E402
 from takagi.models.sector import expression_range  # noqa: E402
 from takagi.models.splines.table_function import TableFunction  # noqa: E402

@@ -16,7 +16,7 @@
     gains/             search for gains, one kind of question a folder
     explaining/        why a design fails, and what would help
     turbine/           gains of the multi-region wind-turbine controller
-    answer                       what is returned
+    answer, relaxation_result    what is returned
     argument_checks, stabilisability    what is checked on entry
 
 Importing this package imports nothing heavy: names are looked up when they are used.  No module
@@ -72,7 +72,6 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.tracking import tracking_function as tracking_function
     from takagi.lmi.answer import Answer as Answer
     from takagi.lmi.answer import Design as Design
-    from takagi.lmi.answer import RelaxationResult as RelaxationResult
     from takagi.lmi.answer import Try as Try
     from takagi.lmi.condition.exact import exact_matrices as exact_matrices
     from takagi.lmi.condition.express import expressed as expressed
@@ -123,9 +122,9 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc as peak_pdc
     from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition as peak_pdc_condition
+    from takagi.lmi.gains.fuzzy.design import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc as fuzzy_pdc
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
-    from takagi.lmi.gains.fuzzy.search import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.given.condition import closed_loop_condition as closed_loop_condition
     from takagi.lmi.gains.given.ladder import closed_loop_ladder as closed_loop_ladder
     from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
@@ -160,7 +159,7 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.gains.requirements.rate_limits import with_input_states as with_input_states
     from takagi.lmi.gains.secant_vertices import secant_vertices as secant_vertices
-    from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
+    from takagi.lmi.gains.structured.answer import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
     from takagi.lmi.gains.structured.slack_matrix import (
         structured_pdc_condition as structured_pdc_condition,
@@ -168,16 +167,15 @@ if TYPE_CHECKING:
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
-    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov as PolynomialLyapunov
+    from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov as PolynomialLyapunov
     from takagi.lmi.refutation.alternative import Alternative as Alternative
+    from takagi.lmi.refutation.objective_limit import objective_below as objective_below
     from takagi.lmi.refutation.refutation import exact_no as exact_no
-    from takagi.lmi.refutation.refutation import objective_below as objective_below
     from takagi.lmi.refutation.refutation import rigorous_no as rigorous_no
+    from takagi.lmi.relaxation_result import RelaxationResult as RelaxationResult
     from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
-    from takagi.lmi.sums.double_sum import KnownBlock as KnownBlock
-    from takagi.lmi.sums.double_sum import SumPart as SumPart
     from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
     from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
     from takagi.lmi.sums.membership_shape import with_overlap as with_overlap
@@ -185,6 +183,8 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.relaxation_sizes import RelaxationSize as RelaxationSize
     from takagi.lmi.sums.relaxation_sizes import relaxation_size as relaxation_size
     from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
+    from takagi.lmi.sums.summands import KnownBlock as KnownBlock
+    from takagi.lmi.sums.summands import SumPart as SumPart
     from takagi.lmi.sums_of_squares.attraction_level import AttractionLevel as AttractionLevel
     from takagi.lmi.sums_of_squares.attraction_level import attraction_level as attraction_level
     from takagi.lmi.sums_of_squares.attraction_level import (

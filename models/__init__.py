@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Output as Output
     from takagi.models.plant.variables import Parameter as Parameter
     from takagi.models.plant.variables import Variable as Variable
-    from takagi.models.ranges.cell_enclosures import Cell as Cell
+    from takagi.models.ranges.cell import Cell as Cell
     from takagi.models.ranges.domain import Domain as Domain
     from takagi.models.ranges.sampled import sampled_bounds as sampled_bounds
     from takagi.models.sector.model import rule_count as rule_count
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from takagi.models.splines.curve import interpolate_curve as interpolate_curve
     from takagi.models.splines.surface import Surface as Surface
     from takagi.models.splines.table_function import table_function as table_function
+    from takagi.models.ts.derivation import Derivation as Derivation
     from takagi.models.ts.mat_file import load_ts_model as load_ts_model
-    from takagi.models.ts.model import Derivation as Derivation
     from takagi.models.ts.model import Matrices as Matrices
     from takagi.models.ts.model import TSModel as TSModel
     from takagi.models.ts.premise import Premise as Premise

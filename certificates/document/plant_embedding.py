@@ -18,19 +18,16 @@ from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.document.plant_blend import blend_claim, blend_data, blend_of
-from takagi.certificates.document.plant_text import (
-    number_data,
-    rational_symbol,
-    tables_data,
-    text_data,
-)
+from takagi.certificates.document.plant_tables import tables_data
+from takagi.certificates.document.plant_text import number_data, rational_symbol, text_data
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.equations.ball import Ball
-    from takagi.models.equations.problem import Problem, SymbolicForm
+    from takagi.models.equations.problem import Problem
+    from takagi.models.equations.symbolic_form import SymbolicForm
     from takagi.models.plant.variables import Variable
     from takagi.models.ts.model import TSModel
 

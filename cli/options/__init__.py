@@ -8,6 +8,7 @@ filter_options         options of its filters on the measured rotor speed
 synthesis_options      options of the search for its gains
 uncertainty_options    options of its certificate: inertia, power coefficient, wake
 plant_options          options of a plant's design, which replace its file's ``[design]``
+time_budget            the time that a search for a plant's gains may take
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 common_quadratic, norm_bounded    one P for all vertices; also for uncertain models
 decay_rate, slow_modes the largest decay rate; single vertices that decay too slowly
-impossibility                 why there is no common P
+impossibility, mean_states    why there is no common P; where a loop of high gain has a margin
 pole_region                eigenvalues of every blend in a region of the complex plane
 interval_matrices          interval families, without a list of their corners
 invariant_ellipsoid        an ellipsoid that bounded disturbances do not leave

@@ -6,6 +6,7 @@ evaluate, exact       values put into it: in floats, in exact numbers
 rate_of_values        which decay rate given values show
 express, typeset      the same terms in cvxpy, in LaTeX or Markdown
 region, uncertainty   regions for eigenvalues; norm-bounded uncertainty, as values
+selected_items        names of items; some of the items
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 explanation            the explanation as a value, in words
 weaker_requests        repeated design with weaker requests
 smaller_box            the model on a smaller box
+uncontrollable_blend   a blend that no gains stabilise
 """
 
 from __future__ import annotations

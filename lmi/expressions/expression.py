@@ -22,16 +22,18 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from takagi.lmi.expressions.piece import (
+from takagi.lmi.expressions.constant_data import (
     Letter,
-    Piece,
     data_stack,
+    identity_multiple,
+    symbol_of,
+)
+from takagi.lmi.expressions.piece import (
+    Piece,
     entrywise,
     exact_array,
     exact_product,
-    identity_multiple,
     product,
-    symbol_of,
 )
 from takagi.models.errors import ModelError
 

@@ -8,8 +8,9 @@ from typing import cast
 
 import numpy as np
 
+from takagi.lmi.expressions.constant_data import Letter, data_stack
 from takagi.lmi.expressions.expression import Expression, Operators, expression_of
-from takagi.lmi.expressions.piece import Letter, Piece, data_stack
+from takagi.lmi.expressions.piece import Piece
 from takagi.models.errors import ModelError
 
 

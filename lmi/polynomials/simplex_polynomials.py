@@ -1,4 +1,4 @@
-"""Matrix polynomials on a product of simplexes, by their Bernstein coefficients.
+r"""Matrix polynomials on a product of simplexes, by their Bernstein coefficients.
 
 The parameter is h = (h^1, ..., h^K), each h^k a point of a simplex: h^k_c >= 0, sum_c h^k_c = 1.  A
 polynomial of degree g_k in each h^k is
@@ -16,8 +16,6 @@ simplex with a corner a rule.
 Source: Farouki (2012), The Bernstein polynomial basis: a centennial retrospective, Computer Aided
 Geometric Design 29, for the basis; Oliveira, Bliman and Peres (2008), Robust LMIs with parameters
 in multi-simplex, IEEE Conf. Decision and Control, for their use in LMIs.
-
-A Lyapunov matrix that changes with the memberships: a polynomial by its coefficients.
 """
 
 from __future__ import annotations
@@ -35,7 +33,6 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import Array
 from takagi.models.arrays import Floats, Indices
-from takagi.models.errors import ModelError
 
 Degrees: TypeAlias = tuple[int, ...]
 
@@ -223,41 +220,3 @@ def _rank(exponents: Indices, degree: int) -> Indices:
         before = np.array([comb(tail - 1 + left, left) for tail in range(degree + 1)])
         place += before[tails[:, c]]
     return place
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PolynomialLyapunov:
-    """P(h) = sum_a B_a(w(h)) P_a for V = x' P(h) x.
-
-    Attributes
-    ----------
-    basis : the Bernstein polynomials B_a, on one simplex for each premise, or on that of the
-        memberships; see ``takagi.lmi.polynomials.simplex_polynomials``.
-    members : (count, n, n), the coefficients P_a; where the degree is 1, P at the rules.
-    corners : (r, K), the corner of each simplex that rule i takes.
-    """
-
-    basis: Basis
-    members: Floats
-    corners: Indices
-
-    @property
-    def vertices(self) -> Floats:
-        """Return P at the rules, (r, n, n)."""
-        return np.asarray(self.members[self.basis.corners(self.corners)])
-
-    def at(self, h: ArrayLike) -> Floats:
-        """Return P(h), (..., n, n), for memberships h of the rules, (..., r).
-
-        Raises
-        ------
-        ModelError : another number of memberships.
-        """
-        weights = np.asarray(h, dtype=np.float64)
-        if weights.shape[-1:] != (len(self.corners),):
-            raise ModelError(
-                f"h has shape {weights.shape}; (..., {len(self.corners)}) is needed, one "
-                "membership for each rule"
-            )
-        w = marginals(weights, self.basis.sizes, self.corners)
-        return np.asarray(np.tensordot(self.basis.values(w), self.members, axes=1))

@@ -4,6 +4,7 @@ refutation           multipliers of a condition as it was posed, made exact
 contradiction, multiplier_equalities    whether multipliers in floats leave no solution
 exact_multipliers, multiplier_face      exact ones next to them; faces where they are singular
 adjoint, alternative    a condition as one integer matrix; multipliers that rule it out
+objective_limit      ... that bound an objective
 indefinite, definiteness    a function that decays but is not positive; the test of a matrix
 """
 

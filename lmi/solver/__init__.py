@@ -1,8 +1,9 @@
 """The only calls of a solver: cone data in, numbers out.
 
 solve             the solvers that are tried, one after another
-sdpa_solver, cvxpy_solvers    others, where they are installed; when sdpa is first
-elimination_order explicit zeros that make clarabel quicker
+sdpa_solver, cvxpy_solvers    others, where they are installed
+solver_choice, incidence, elimination_order    which is first, and explicit zeros that make clarabel
+                  quicker
 rescaled          the same program in units of its own solution
 time_limit        a limit on all calls of one question
 """

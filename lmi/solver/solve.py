@@ -18,9 +18,11 @@ import scipy.sparse as sp
 
 from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.solver.cvxpy_solvers import with_others
-from takagi.lmi.solver.elimination_order import Guide, guide, incidence
+from takagi.lmi.solver.elimination_order import Guide, guide
+from takagi.lmi.solver.incidence import incidence
 from takagi.lmi.solver.rescaled import scaling_of
-from takagi.lmi.solver.sdpa_solver import prefers_sdpa, sdpa_is_installed, with_sdpa
+from takagi.lmi.solver.sdpa_solver import sdpa_is_installed, with_sdpa
+from takagi.lmi.solver.solver_choice import prefers_sdpa
 from takagi.lmi.solver.time_limit import out_of_time, remaining, stopped
 
 # Chordal decomposition is wrong on some published problems and right on others where the direct

@@ -27,8 +27,9 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.lmi.condition.term import LMI, Array, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 

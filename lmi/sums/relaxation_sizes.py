@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.multisets import count_of
 from takagi.lmi.sums.product_premises import both_rules
-from takagi.lmi.sums.simplex_products import count_of, simplexes_of
+from takagi.lmi.sums.simplex_products import simplexes_of
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.errors import ModelError
 
 # The most entries that are posed. Assembly and clarabel took about 65 bytes for each entry

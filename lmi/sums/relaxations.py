@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum
 from takagi.lmi.sums.product_premises import polya, product, product_liu_zhang
 from takagi.lmi.sums.relaxation_sizes import check_size
 from takagi.lmi.sums.rule_pairs import (
@@ -23,6 +23,7 @@ from takagi.lmi.sums.rule_pairs import (
     together,
 )
 from takagi.lmi.sums.slack_matrices import kim_lee, liu_zhang
+from takagi.lmi.sums.summands import Summand
 from takagi.models.errors import ModelError, did_you_mean
 
 Relaxation: TypeAlias = Callable[[DoubleSum], RelaxedSum]

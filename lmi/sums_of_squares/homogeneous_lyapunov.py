@@ -38,7 +38,8 @@ from takagi.lmi.decision.decide import decide
 from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums_of_squares.gram import Exponent, extended, monomials, sizes_of, vanishing
+from takagi.lmi.sums_of_squares.gram import vanishing
+from takagi.lmi.sums_of_squares.monomials import Exponent, extended, monomials, sizes_of
 from takagi.lmi.sums_of_squares.polynomial import StatePolynomial
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.sums_of_squares.gram import Exponent
+from takagi.lmi.sums_of_squares.monomials import Exponent
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

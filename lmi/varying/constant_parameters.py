@@ -14,14 +14,10 @@ from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, no_lyapunov
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
 from takagi.lmi.varying.parameter_condition import SoughtPolynomial, unknown_lyapunov
-from takagi.lmi.varying.parameter_loop import (
-    VaryingLoop,
-    decided_lyapunov,
-    no_lyapunov,
-    varying_loop,
-)
+from takagi.lmi.varying.parameter_loop import VaryingLoop, varying_loop
 from takagi.lmi.varying.parameter_motion import motion_of
 from takagi.lmi.varying.parameter_space import degrees_of, polya_of
 

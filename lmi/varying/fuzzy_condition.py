@@ -26,9 +26,10 @@ from takagi.lmi.condition.term import LMI, Condition, Term, bounded
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import SumPart
 from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,

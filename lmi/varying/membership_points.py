@@ -20,12 +20,13 @@ from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
+from takagi.lmi.varying.answer_in_states import decided_lyapunov
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     polynomial_lmis,
     unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import decided_lyapunov, varying_loop
+from takagi.lmi.varying.parameter_loop import varying_loop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
 from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
 from takagi.models.arrays import Floats

@@ -49,6 +49,7 @@ from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
 from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     direct_lmi,
@@ -56,12 +57,7 @@ from takagi.lmi.varying.parameter_condition import (
     polynomial_lmis,
     unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import (
-    VaryingLoop,
-    decided_lyapunov,
-    lyapunov_in_states,
-    no_lyapunov,
-)
+from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
 from takagi.lmi.varying.parameter_space import (
     RateBounds,

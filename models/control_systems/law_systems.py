@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.control_systems.plant_systems import signal_names
+from takagi.models.control_systems.turbine_systems import signal_names
 from takagi.models.errors import ModelError
 from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Command, Law, Measurement

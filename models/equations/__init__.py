@@ -7,4 +7,5 @@ equilibrium      where a plant rests: checked exactly, or solved for its inputs
 residuals        the residuals of the equations at rest, row by row
 solved_rest, ball    a rest that was given in part, found; numbers that are not decimals
 premise_units    units of premises, as far as the expressions determine them
+symbolic_form    what a model was derived from, in symbols
 """

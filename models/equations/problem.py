@@ -1,14 +1,11 @@
-"""What a model is derived from: equations that vanish at the origin, box, names, premises.
-
-What a model was derived from, in symbols: plant, equations about rest, entries, premises.
-"""
+"""What a model is derived from: equations that vanish at the origin, box, names, premises."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from takagi.models.equations.ball import Ball, balls_of, decimal_near
 from takagi.models.equations.equations import Equations
@@ -30,8 +27,6 @@ from takagi.models.ranges.domain import Domain
 
 if TYPE_CHECKING:
     import sympy as sp
-
-    from takagi.models.equations.equations import Factored
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -331,21 +326,3 @@ def box_in_fractions(problem: Problem) -> dict[str, tuple[Fraction, Fraction]]:
         problem.equations.named([symbol])[0]: (side.lower, side.upper)
         for symbol, side in problem.box.items()
     }
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SymbolicForm:
-    """The symbols behind a model of ``sector_model``.
-
-    Attributes
-    ----------
-    plant : as it was given; None where expressions were given instead.
-    problem : equations in deviations from the equilibrium, box and domain.
-    factored : A, B, C, D, E with entries in premise symbols, and what each premise stands for.
-    kind : "sector" where f = A(z) x + ..., "secant" where A(z), ... are the slopes of f.
-    """
-
-    plant: Plant | None
-    problem: Problem
-    factored: Factored
-    kind: Literal["sector", "secant"] = "sector"

@@ -5,6 +5,7 @@ table_entry        a coefficient table that the file names
 measured_section, reference_section, blending_section, design_section    sections and fields
 derived_numbers    parameters and rests that are expressions
 uncertain_parameters    parameters with a range
+written_time       times with their unit
 entry_problem      messages about wrong fields
 """
 

@@ -114,7 +114,8 @@ class DerivedNumbers:
 
     def _expression(self, place: str, text: str, above: tuple[str, ...]) -> sp.Expr:
         """Return the expression; the parameters in it are read first."""
-        from takagi.models.expressions.parser import Scope, tokens_of
+        from takagi.models.expressions.parser import Scope
+        from takagi.models.expressions.tokens import tokens_of
 
         try:
             used = {token.text for token in tokens_of(text) if token.kind == "name"}

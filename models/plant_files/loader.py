@@ -18,8 +18,8 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output, Parameter, Variable
 from takagi.models.plant_files.derived_numbers import DerivedNumbers
-from takagi.models.plant_files.design_section import seconds
 from takagi.models.plant_files.uncertain_parameters import check_divisors
+from takagi.models.plant_files.written_time import seconds
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -375,7 +375,7 @@ class _Reader:
     def check_lost(self, plant: Plant) -> None:
         """Refuse terms that sympy removed, unless they have a value on the whole box."""
         from takagi.models.expressions.lost_parts import check_lost
-        from takagi.models.expressions.parser import expression_error
+        from takagi.models.expressions.tokens import expression_error
 
         for place, text, part in self.lost:
             try:

@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Bounded, Ends
-from takagi.models.ranges.box_side import (
+from takagi.models.ranges.ball_operations import (
     Ball,
-    BoxSide,
     Sides,
     attained_at,
     between,
@@ -31,13 +30,9 @@ from takagi.models.ranges.box_side import (
     wider,
     worst_axis,
 )
-from takagi.models.ranges.symbolic_derivatives import (
-    derivative,
-    is_zero,
-    order_of,
-    slope_or_none,
-    with_exponentials_as_symbols,
-)
+from takagi.models.ranges.box_side import BoxSide
+from takagi.models.ranges.large_powers import with_exponentials_as_symbols
+from takagi.models.ranges.symbolic_derivatives import derivative, is_zero, order_of, slope_or_none
 from takagi.models.ranges.table_balls import tables_class
 from takagi.models.ranges.tape import Tape, tape_of
 

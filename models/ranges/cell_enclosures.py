@@ -1,12 +1,8 @@
-"""A cell as the search for a range sees it: an expression on a box, and its enclosures there.
-
-A cell: a box, and variables that are functions of the coordinates of the box.
-"""
+"""A cell as the search for a range sees it: an expression on a box, and its enclosures there."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -17,7 +13,6 @@ from takagi.models.intervals.interval import Interval
 
 if TYPE_CHECKING:
     import sympy as sp
-
 
 MOST_CORNERS = 4  # sides whose ends are all tried as first samples
 
@@ -110,8 +105,8 @@ def attained_at_points(points: Sequence[Place]) -> Ends | None:
 
 def halve(place: Place, axis: int) -> tuple[Place, Place]:
     """Return both halves of a place along one side."""
+    from takagi.models.ranges.ball_operations import halved
     from takagi.models.ranges.bernstein_form import halved_polynomial
-    from takagi.models.ranges.box_side import halved
 
     root, box = place
     first, second = (halved_polynomial if hasattr(box, "above") else halved)(box, axis)
@@ -144,37 +139,3 @@ def checked_symbols(
             "each range = [low, high] (an interval of the box), or its value as a parameter"
         )
     return symbols
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Cell:
-    """The points {x : x_i in box_i, or x_i = places_i(coordinates), coordinates in box}.
-
-    Attributes
-    ----------
-    box : a range for each variable or coordinate that varies by itself.
-    places : variable -> expression in the symbols of ``box``.
-
-    Raises
-    ------
-    ModelError : a variable that has both a range and a place, or a place in other symbols.
-    """
-
-    box: Mapping[sp.Symbol, Interval]
-    places: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        twice = sorted(str(s) for s in self.places if s in self.box)
-        if twice:
-            raise ModelError(f"{', '.join(twice)} has a range and a place; give one of them")
-        for symbol, place in self.places.items():
-            strange = sorted(str(s) for s in place.free_symbols if s not in self.box)
-            if strange:
-                raise ModelError(
-                    f"the place of {symbol}, {place}, depends on {', '.join(strange)}, which the "
-                    "box gives no range; add it to the box"
-                )
-
-    def written(self, expression: sp.Expr) -> sp.Expr:
-        """Return the expression in the symbols of the box."""
-        return expression.subs(dict(self.places), simultaneous=True) if self.places else expression

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import search
 from takagi.models.intervals.interval import Interval
+from takagi.models.ranges.cell import Cell
 from takagi.models.ranges.cell_enclosures import (
-    Cell,
     CellEnclosures,
     attained_at_points,
     checked_symbols,

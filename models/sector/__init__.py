@@ -4,6 +4,7 @@ model             sector_model and rule_count; arguments: from their arguments t
 terms, factored_form    ways to write f(x, u, w) as A(x) x + B(x) u + E(x) w, and to choose premises
 common_denominator    forms that keep the determinant of a mass matrix in one premise
 choice            fewest rules or the smallest hull (hull_width);  linear_span: exact elimination
+factorisation     one factored form without a search;  given_quotients: premises that are given
 premise_bounds    premises with proved ranges; with given or sampled ones
 rule_counting     the number of rules, and the premises that could be left out at little cost
 assembly          derivation and model from entries in premise symbols

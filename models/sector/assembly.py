@@ -12,13 +12,14 @@ from takagi.models.intervals.interval import Interval, Number
 from takagi.models.sector.exactness import Exactness, check_exact
 from takagi.models.sector.multilinear import vertex_product
 from takagi.models.sector.rule_steps import rule_steps
-from takagi.models.ts.model import Derivation, TSModel
+from takagi.models.ts.derivation import Derivation
+from takagi.models.ts.model import TSModel
 from takagi.models.ts.premise import Premise
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.problem import SymbolicForm
+    from takagi.models.equations.symbolic_form import SymbolicForm
 
 LETTERS = ("A", "B", "C", "D", "E")
 

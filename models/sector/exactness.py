@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.symbolic_derivatives import with_exponentials_as_symbols
+from takagi.models.ranges.large_powers import with_exponentials_as_symbols
 from takagi.models.sector.terms import terms_of
 
 if TYPE_CHECKING:

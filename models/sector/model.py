@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
-from takagi.models.equations.problem import SymbolicForm, box_in_fractions
+from takagi.models.equations.problem import box_in_fractions
+from takagi.models.equations.symbolic_form import SymbolicForm
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.arguments import GivenEquations, factored_problem

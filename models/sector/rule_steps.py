@@ -13,7 +13,7 @@ from takagi.models.ts.vertex_product import VertexProduct
 
 if TYPE_CHECKING:
     from takagi.models.intervals.interval import Interval
-    from takagi.models.ranges.cell_enclosures import Cell
+    from takagi.models.ranges.cell import Cell
     from takagi.models.ranges.domain import Domain
 
 MOST_LISTED = 16  # the most rules whose corners and vertices are written out

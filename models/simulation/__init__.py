@@ -5,6 +5,7 @@ turbine_plant           the plants as values
 equations, dynamics     what they do in time, compiled; as functions of a plant
 speed_filter            what is done to the measured speed before the law reads it
 closed_loop, history    a law on a plant in a wind, and what it leaves
+time_steps              samples of the law, and the plant's steps within them
 baseline                the reference's own controller as a law
 metrics, scenario       numbers of a record; one law in one wind, and the paper's winds
 """

@@ -1,13 +1,10 @@
-"""The vertex form of a Takagi-Sugeno model: matrices, premises, rules, and the box they hold on.
-
-The derivation that a model came from, step by step, as LaTeX.
-"""
+"""The vertex form of a Takagi-Sugeno model: matrices, premises, rules, and the box they hold on."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from types import MappingProxyType
@@ -17,48 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
+from takagi.models.ts.derivation import Derivation
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import check_unique
-from takagi.models.ts.vertex_product import VertexProduct, check_corners, stored_matrices
+from takagi.models.ts.vertex_matrices import check_corners, stored_matrices
+from takagi.models.ts.vertex_product import VertexProduct
 
 if TYPE_CHECKING:
-    from takagi.models.equations.problem import SymbolicForm
     from takagi.models.ranges.domain import Domain
-
-
-SPECIAL = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
-    "\\": r"\textbackslash{}",
-    "^": r"\textasciicircum{}",
-    "~": r"\textasciitilde{}",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Derivation:
-    """The steps from the plant's equations to the vertex matrices, in order.
-
-    ``exactness`` says how it was checked that the factored form is the plant; empty when nothing
-    is said.  ``form`` has the plant, its factored form and its premises in symbols, where the model
-    was derived from symbols.
-    """
-
-    steps: tuple[Step, ...]
-    exactness: str = ""
-    form: SymbolicForm | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def latex(self) -> str:
-        r"""The whole derivation as LaTeX paragraphs with ``\[ ... \]`` displays (amsmath)."""
-        return "\n".join(f"{_escaped(step.title)}\n\\[\n{step.latex}\n\\]" for step in self.steps)
-
-
-def _escaped(words: str) -> str:
-    """Return plain words with the characters that LaTeX reads as commands written out."""
-    return "".join(SPECIAL.get(letter, letter) for letter in words)
-
 
 Rule: TypeAlias = tuple[int, ...]
 LETTERS = ("A", "B", "C", "D", "E")
@@ -168,8 +133,8 @@ class TSModel:
         values["box"] = _box(box or {})
         values["sample_time"] = _positive(sample_time)
         values |= {"name": name, "source": source, "derivation": derivation}
-        for member, value in values.items():
-            object.__setattr__(self, member, value)
+        for field, value in values.items():
+            object.__setattr__(self, field, value)
 
     if not TYPE_CHECKING:
 

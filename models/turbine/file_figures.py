@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from takagi.models.errors import ModelError
 from takagi.models.files.toml_document import Document
-from takagi.models.files.units import accepted_units, to_si
+from takagi.models.files.turbine_units import accepted_units, to_si
 from takagi.models.turbine.data import Figure
 
 

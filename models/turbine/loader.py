@@ -109,7 +109,7 @@ def load_turbine(path_or_name: str | Path) -> Turbine:
     """Return the turbine of a built-in name (``"nrel5mw"``) or of a TOML file.
 
     Every figure of the file is a table ``{ value = ..., unit = "...", source = "..." }``; the
-    units accepted are those of ``takagi.models.files.units``.
+    units accepted are those of ``takagi.models.files.turbine_units``.
 
     Raises
     ------

@@ -3,11 +3,12 @@ r"""The LaTeX appendix of a design: derivation, law, theorem, LMIs, gains, certi
     assembly                          the files of one appendix from its templates and figures
     design_files                      the appendix of a turbine, and of another plant
     turbine_figures                   a turbine's figures
-    turbine, regional                 plant, regional models
+    turbine, regional, schedule       plant, regional models, the effort-sharing law's tables
+    blending                          the published coupling filter
     conditions, certificate           inequalities that were solved, claims that were proved
     robustness                        margins and responses at the trims
     plant_context                     the content of a plant's appendix
-    tex                               numbers, units and words as LaTeX
+    environment, tex                  jinja2 for LaTeX; numbers, units and words as LaTeX
 
 Both functions return ``appendix.tex``, which compiles alone, its body for ``\input`` into a paper,
 and the figures.  Everything is typeset from the values that were solved and proved.

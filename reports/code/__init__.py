@@ -3,8 +3,9 @@
 formula             a formula of a program as a tree
 controller_program  the programs of a gain file as one value, which every target reads
 program_reading     reading a gain file as this value
+limit_order         limits that are numbers of the file are in order
+node_order          nodes of a table increase in the floats of the code
 run                 this value, run in Python: known answers for the tests of targets
-ordered_numbers     limits and nodes of a program are in order
 identifiers         names that are valid in a target's language
 certified_model     the model and the claims of a gain file's certificate
 baseline            a turbine's published controller as a program, for comparison

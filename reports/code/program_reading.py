@@ -24,7 +24,8 @@ from takagi.reports.code.controller_program import (
     Value,
 )
 from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
-from takagi.reports.code.ordered_numbers import require_nodes, require_order
+from takagi.reports.code.limit_order import require_order
+from takagi.reports.code.node_order import require_nodes
 
 
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:

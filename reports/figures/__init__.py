@@ -7,6 +7,7 @@
     running_margins          margins of the loop that runs
     response, scenario       steps and gusts; the paper's scenario
     style, writing           the one style; SVG, PDF and PNG
+    captioned_figure         a drawn figure with its caption
 
 One style for all, fit for colour-blind readers, a phone and a printed page; ``figure_to_svg`` and
 ``figure_to_pdf`` give the same bytes for the same numbers.

@@ -1,8 +1,6 @@
 """Writes a figure: SVG for HTML, PDF for LaTeX, PNG for viewing.
 
 The same numbers give the same bytes, so that reports can be compared.
-
-A drawn figure with its caption, for a page and as a file of its own.
 """
 
 from __future__ import annotations
@@ -14,11 +12,9 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import house_style
-from takagi.reports.page.text import CaptionedFigure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
 
 # Paths of more characters than this are data lines, not markers: a tenth of a point is enough.
 LONG_PATH = 400
@@ -118,11 +114,3 @@ def _shorter(svg: str) -> str:
 
 def _rounded(number: str, digits: int) -> str:
     return f"{float(number):.{digits}f}".rstrip("0").rstrip(".")
-
-
-def captioned_figure(
-    figure: Figure, name: str, *, caption: str, alternative: str
-) -> CaptionedFigure:
-    """Return a drawn figure with its caption; its SVG is in the page and in a file of its own."""
-    svg = figure_to_svg(figure, name=name, description=alternative)
-    return CaptionedFigure(name, svg, caption, alternative)

@@ -21,7 +21,7 @@ import numpy as np
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
 from takagi.reports.loops.plant_loop import largest_commands
-from takagi.reports.loops.proved_figures import SETTLED, half_widths
+from takagi.reports.loops.settling import SETTLED, half_widths
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

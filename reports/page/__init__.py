@@ -1,6 +1,7 @@
 """The elements of every HTML page.
 
 assembly                 a page put together from sections; templates/ has what all share
+labels                   labels of variables, in name and unit
 text                     numbers as text, tables, figures with captions, sections
 rounded_bounds           proved bounds, rounded to the side on which they stay true
 mathml                   formulas as MathML

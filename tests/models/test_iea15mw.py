@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from takagi.models import ModelError, Turbine, built_in_models, load_model
 from takagi.models.files import data_folder
 from takagi.models.files.coefficient_table import read_coefficient_table
-from takagi.models.files.units import UNITS
+from takagi.models.files.turbine_units import UNITS
 from takagi.models.laws.effort_sharing import frozen_wake_effectiveness
 from takagi.models.simulation import BaselineLaw
 from takagi.models.turbine import (

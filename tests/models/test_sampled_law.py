@@ -33,7 +33,7 @@ from takagi.models.simulation import (
     turbulent_wind,
     validation_plant,
 )
-from takagi.models.simulation.closed_loop import fitting_step
+from takagi.models.simulation.time_steps import fitting_step
 from takagi.models.turbine import Turbine, nrel5mw, rotor_torque_gradient
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ import pytest
 
 from takagi.models import ModelError, built_in_models
 from takagi.models.files import data_folder, resolve_model, to_si
-from takagi.models.files.units import UNITS
+from takagi.models.files.turbine_units import UNITS
 from takagi.models.turbine import load_turbine, nrel5mw
 
 Edit = Callable[[str, str], Path]

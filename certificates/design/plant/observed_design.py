@@ -23,12 +23,8 @@ from takagi.certificates.design.plant.observer_question import (
 )
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import certificate_document, content_of
-from takagi.certificates.document.model_data import (
-    observer_member,
-    pdc_law_data,
-    slope_claim,
-    slopes_data,
-)
+from takagi.certificates.document.model_data import pdc_law_data
+from takagi.certificates.document.observer_data import observer_member, slope_claim, slopes_data
 from takagi.certificates.document.plant_embedding import law_members, plant_and_claim
 from takagi.certificates.document.provenance import provenance
 from takagi.certificates.requests.loop.loop import ClaimedLoop

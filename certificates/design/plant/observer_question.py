@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.document.model_data import slopes_data
+from takagi.certificates.document.observer_data import slopes_data
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.ts.model import Derivation, TSModel
+from takagi.models.ts.derivation import Derivation
+from takagi.models.ts.model import TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -46,7 +47,8 @@ def secant_model(
     import sympy as sp
 
     from takagi.models.equations.equations import Factored
-    from takagi.models.equations.problem import SymbolicForm, box_in_fractions, problem_of_plant
+    from takagi.models.equations.problem import box_in_fractions, problem_of_plant
+    from takagi.models.equations.symbolic_form import SymbolicForm
     from takagi.models.sector.multilinear import vertex_product
     from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
 

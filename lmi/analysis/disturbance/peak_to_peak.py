@@ -25,7 +25,7 @@ from takagi.lmi.argument_checks import Vertices
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.decision.vertex_rounds import first_vertices
-from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
+from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 

@@ -21,7 +21,7 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.parameter_search.parameter_sweep import least_over_rate
+from takagi.lmi.parameter_search.least_over_rate import least_over_rate
 from takagi.models.arrays import Floats
 
 # The grid over the rate is in the logarithm of sigma / (most - sigma), so that it is fine at both

@@ -2,6 +2,6 @@
 
 design               gains given or sought
 condition, saturation    its LMIs; actuators that saturate
-request              what is asked, checked on entry; where the ellipsoid may lie
-set_size             what "largest" means
+request, state_box   what is asked, checked on entry; where the ellipsoid may lie
+search, set_size     how the largest is found, and what "largest" means
 """

@@ -20,7 +20,7 @@ from takagi.lmi.gains.decay.relaxation_search import (
     search_relaxations,
 )
 from takagi.lmi.gains.decay.request import DecayRequest, decay_request
-from takagi.lmi.gains.requirements.requirements import GivenLimits
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError

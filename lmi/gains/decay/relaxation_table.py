@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Design, RelaxationResult
+from takagi.lmi.answer import Design
 from takagi.lmi.condition.region import EigenvalueRegion
 from takagi.lmi.condition.uncertainty import Uncertainty
 from takagi.lmi.gains.decay.condition import Controlled
@@ -19,7 +19,8 @@ from takagi.lmi.gains.decay.relaxation_search import (
     search_relaxations,
 )
 from takagi.lmi.gains.decay.request import decay_request
-from takagi.lmi.gains.requirements.requirements import GivenLimits
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
+from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.errors import ModelError
 

@@ -22,7 +22,7 @@ from takagi.lmi.gains.disturbance.coordinates import (
     is_definite,
 )
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest
-from takagi.lmi.parameter_search.parameter_sweep import least_objective
+from takagi.lmi.parameter_search.least_over_rate import least_objective
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
 

@@ -15,7 +15,7 @@ from takagi.lmi.gains.disturbance.design import Meaning, designed
 from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.energy_gain_sums import hinf_pdc_condition
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request, positive
-from takagi.lmi.gains.requirements.requirements import GivenLimits
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 

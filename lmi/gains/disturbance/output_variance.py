@@ -15,7 +15,7 @@ from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.output_variance_sums import h2_pdc_condition
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request
 from takagi.lmi.gains.disturbance.riccati_bound import regulated
-from takagi.lmi.gains.requirements.requirements import GivenLimits
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 

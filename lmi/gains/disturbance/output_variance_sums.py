@@ -44,8 +44,9 @@ from takagi.lmi.gains.disturbance.sums import (
 )
 from takagi.lmi.gains.requirements.closed_loop import gain_unknown
 from takagi.lmi.gains.requirements.limits import Limits, limit_lmis
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import KnownBlock
 from takagi.models.errors import ModelError
 
 SOURCE = (

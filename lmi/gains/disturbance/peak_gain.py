@@ -22,8 +22,8 @@ from takagi.lmi.gains.disturbance.design import Meaning, designed
 from takagi.lmi.gains.disturbance.disturbed_plant import Disturbed, Performance
 from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest, disturbance_request, positive
-from takagi.lmi.gains.requirements.requirements import GivenLimits
-from takagi.lmi.parameter_search.parameter_sweep import least_over_rate, unknowns_near_least
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
+from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
 

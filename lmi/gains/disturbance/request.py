@@ -17,8 +17,8 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     check_reachable,
     plant_of,
 )
+from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.gains.requirements.requirements import GivenLimits
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

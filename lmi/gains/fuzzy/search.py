@@ -1,7 +1,4 @@
-"""From the LMIs of a fuzzy design to its law in the model's units, or to a reasoned no.
-
-Gains with a Lyapunov function that depends on the memberships, as a value.
-"""
+"""From the LMIs of a fuzzy design to its law in the model's units, or to a reasoned no."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Try, WithAnswer
+from takagi.lmi.answer import Try
 from takagi.lmi.condition.rate_of_values import rate_of_parameter, rate_of_values
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import assemble
@@ -20,76 +17,10 @@ from takagi.lmi.decision.decide import decide, improve
 from takagi.lmi.decision.diagnosis import advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.gains.decay.condition import size_of_motion
+from takagi.lmi.gains.fuzzy.design import FuzzyDesign
 from takagi.lmi.gains.fuzzy.request import FuzzyRequest
 from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class FuzzyDesign(WithAnswer):
-    """u = -M(h) G(h)^-1 x with M(h) = sum_i h_i M_i and G(h) likewise, and V = x' P(h) x.
-
-    Attributes
-    ----------
-    gains : (r, m, n) for u = -sum_i h_i K_i x, K_i = M_i G^-1; None where G changes with the rule
-        (the law is then no blend of gains), and where there are none.
-    numerators : M, (r, m, n); None unless found.
-    slacks : G, (r, n, n), the same in every rule where it is common; None unless found.
-    matrices : (r, n, n): P_i of P(h) = sum_i h_i P_i; in discrete time S_i of P(h) = S(h)^-1.
-    discrete : whether time is.
-    decay_rate : alpha in 1/s that was asked for and holds; the answer's own is what was found.
-    margin : as in ``Answer``.
-    relaxation : name of the double-sum relaxation.
-    answer : how it was found; its condition is in balanced states and inputs.
-    """
-
-    gains: Floats | None = None
-    numerators: Floats | None = None
-    slacks: Floats | None = None
-    matrices: Floats | None = None
-    discrete: bool
-    decay_rate: float
-    margin: float
-    relaxation: str
-    answer: Answer
-
-    def gain(self, h: ArrayLike) -> Floats:
-        """Return K(h) of u = -K(h) x, (..., m, n), for memberships h, (..., r).
-
-        Raises
-        ------
-        ModelError : there are none, or another number of memberships.
-        """
-        numerators, slacks, _ = self._require()
-        M, G = self._blend(numerators, h), self._blend(slacks, h)
-        found = np.linalg.solve(np.swapaxes(G, -1, -2), np.swapaxes(M, -1, -2))
-        return np.asarray(np.swapaxes(found, -1, -2))
-
-    def P(self, h: ArrayLike) -> Floats:
-        """Return P(h) of V = x' P(h) x, (..., n, n), for memberships h, (..., r).
-
-        Raises
-        ------
-        ModelError : there is none, or another number of memberships.
-        """
-        blend = self._blend(self._require()[2], h)
-        return np.asarray(np.linalg.inv(blend)) if self.discrete else blend
-
-    def _blend(self, stack: Floats, h: ArrayLike) -> Floats:
-        weights = np.asarray(h, dtype=np.float64)
-        if weights.shape[-1:] != (len(stack),):
-            raise ModelError(
-                f"h has shape {weights.shape}; (..., {len(stack)}) is needed, one membership for "
-                "each rule"
-            )
-        return np.asarray(np.tensordot(weights, stack, axes=1))
-
-    def _require(self) -> tuple[Floats, Floats, Floats]:
-        if self.numerators is None or self.slacks is None or self.matrices is None:
-            raise ModelError(f"no gains were found ({self.status}): {self.answer.diagnosis}")
-        return self.numerators, self.slacks, self.matrices
-
 
 # Bound on the effort nu: the largest margin exists only if every unknown is bounded.
 LARGEST_EFFORT = 1e6

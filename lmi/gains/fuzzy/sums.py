@@ -33,8 +33,9 @@ import numpy as np
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
+from takagi.lmi.sums.summands import Member, SumPart
 from takagi.models.arrays import Floats, Indices
 
 

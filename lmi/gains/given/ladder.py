@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Answer, Design, RelaxationResult
+from takagi.lmi.answer import Answer, Design
 from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.relaxation_search import Goal, goal_of
 from takagi.lmi.gains.decay.relaxation_table import Ladder, checked_names
 from takagi.lmi.gains.given.condition import GivenLoop, given_loop
 from takagi.lmi.gains.given.largest_decay import decided, largest_decay
+from takagi.lmi.relaxation_result import RelaxationResult
 from takagi.lmi.sums.corner_rules import product_rules
 from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, work_of

@@ -1,5 +1,6 @@
 """Dynamic output feedback: controllers with states of their own, by linear matrix inequalities.
 
+change_of_variables    what makes the LMIs linear, and the controller from their unknowns
 
 One linear plant, least energy gain:
 
@@ -21,11 +22,11 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.lmi.gains.output_feedback.condition import (
+    from takagi.lmi.gains.output_feedback.change_of_variables import (
         controller_matrices as controller_matrices,
     )
-    from takagi.lmi.gains.output_feedback.condition import factors as factors
-    from takagi.lmi.gains.output_feedback.condition import (
+    from takagi.lmi.gains.output_feedback.change_of_variables import factors as factors
+    from takagi.lmi.gains.output_feedback.change_of_variables import (
         lyapunov_matrix as lyapunov_matrix,
     )
 

@@ -12,10 +12,8 @@ from takagi.lmi.analysis.disturbance.bounded_real import norm_seen
 from takagi.lmi.answer import Answer, ObjectiveUnit, Status, Try
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
-from takagi.lmi.gains.output_feedback.condition import (
-    controller_matrices,
-    hinf_output_feedback_condition,
-)
+from takagi.lmi.gains.output_feedback.change_of_variables import controller_matrices
+from takagi.lmi.gains.output_feedback.condition import hinf_output_feedback_condition
 from takagi.lmi.gains.output_feedback.generalised_plant import (
     ControllerFound,
     GeneralisedPlant,

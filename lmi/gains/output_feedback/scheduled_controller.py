@@ -35,7 +35,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.expressions.expression import Expression, Inequality
 from takagi.lmi.expressions.matrices import He, block, matrix
-from takagi.lmi.gains.output_feedback.condition import (
+from takagi.lmi.gains.output_feedback.change_of_variables import (
     controller_matrices,
     lyapunov_matrix,
 )

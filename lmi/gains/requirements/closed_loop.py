@@ -16,7 +16,8 @@ import numpy as np
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Member, SumPart
 
 
 def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:

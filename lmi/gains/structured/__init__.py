@@ -6,5 +6,5 @@ sums, slack_matrix         the conditions of the convex steps
 coordinates, joint_steps   one step: P for given gains, then P and gains together
 descent_start              gains by descent on the norm itself
 local_search               many steps from several starts
-design                     ``structured_pdc`` and its result
+design, answer             ``structured_pdc`` and its result
 """

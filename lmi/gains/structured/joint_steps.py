@@ -18,7 +18,7 @@ from takagi.lmi.gains.structured.coordinates import LocalUnits
 from takagi.lmi.gains.structured.structure import Structure
 from takagi.lmi.gains.structured.sums import Objective, StructuredGains, loop_sum
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
-from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
+from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 

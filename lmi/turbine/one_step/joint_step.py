@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
+from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.turbine.one_step.condition import (
     Around,
     bent,

@@ -19,7 +19,8 @@ from takagi.reports.code.sampling import (
     start_sample_time,
     with_long_sample,
 )
-from takagi.reports.code.structured_text.statements import RESERVED, Statements, real, told
+from takagi.reports.code.structured_text.statements import Statements, real, told
+from takagi.reports.code.structured_text.words import RESERVED
 from takagi.reports.code.targets import Exported, ExportSettings
 
 LARGEST = "1.0E30"  # no measurement in SI units is larger

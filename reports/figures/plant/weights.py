@@ -10,7 +10,8 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, SEQUENTIAL, STYLES, house_style, new_figure
-from takagi.reports.page.text import name_of, powers
+from takagi.reports.page.labels import name_of
+from takagi.reports.page.text import powers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

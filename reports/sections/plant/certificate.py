@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from takagi.reports.loops.proved_figures import overshoots
+from takagi.reports.loops.overshoot import overshoots
 from takagi.reports.page.rounded_bounds import at_most
 from takagi.reports.page.text import Section, Table, significant
 

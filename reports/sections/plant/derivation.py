@@ -9,7 +9,7 @@ from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import readable, shortens
 from takagi.reports.page.text import Section
-from takagi.reports.sections.shared import premise_table
+from takagi.reports.sections.premise_table import premise_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from takagi.reports.figures.plant.captioned import captioned_bode_figures, captioned_poles_figure
 from takagi.reports.figures.plant.poles import equilibrium_poles
 from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop
-from takagi.reports.page.text import Section, complex_words, name_of
-from takagi.reports.sections.shared import margin_table
+from takagi.reports.page.labels import name_of
+from takagi.reports.page.text import Section, complex_words
+from takagi.reports.sections.margin_table import margin_table
 
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop

@@ -9,7 +9,8 @@ import numpy as np
 
 from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time
-from takagi.reports.page.text import DASH, Section, Table, name_of, significant, unit_of
+from takagi.reports.page.labels import name_of, unit_of
+from takagi.reports.page.text import DASH, Section, Table, significant
 
 if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop

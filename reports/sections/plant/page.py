@@ -88,7 +88,7 @@ def _sections(
     from takagi.reports.sections.plant.proved_set import set_section
     from takagi.reports.sections.plant.regulator import regulator_section
     from takagi.reports.sections.plant.verdict import verdict_section
-    from takagi.reports.sections.shared import check_section, provenance_section
+    from takagi.reports.sections.reproducibility import check_section, provenance_section
     from takagi.reports.simulation.plant import jump_motions
 
     loop = plant_loop(design)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
-from takagi.reports.figures.writing import captioned_figure
-from takagi.reports.loops.proved_figures import SETTLED, half_widths, overshoots, settling_time
+from takagi.reports.loops.overshoot import overshoots
+from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, Section, Table, decimal
 

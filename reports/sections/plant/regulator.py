@@ -8,9 +8,10 @@ import numpy as np
 
 from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.reports.loops.linear_quadratic import MOST_RULES, MOST_STATES, Regulator, regulator
-from takagi.reports.loops.proved_figures import SETTLED
+from takagi.reports.loops.settling import SETTLED
+from takagi.reports.page.labels import name_of
 from takagi.reports.page.rounded_bounds import at_least
-from takagi.reports.page.text import DASH, Section, Table, complex_words, name_of, significant
+from takagi.reports.page.text import DASH, Section, Table, complex_words, significant
 from takagi.reports.sections.plant.gains import gain_columns
 
 if TYPE_CHECKING:

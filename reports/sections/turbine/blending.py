@@ -9,7 +9,7 @@ import numpy as np
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.figures import membership_figure
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.page.text import CaptionedFigure, Section, significant, with_decimals
 from takagi.reports.sections.turbine.drawings import effort_figure
 from takagi.reports.sections.turbine.operation import trim_curve

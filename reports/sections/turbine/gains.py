@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.loops.synthesis_summary import synthesis_words
 from takagi.reports.page.text import Section, Table, significant, with_decimals
 from takagi.reports.sections.turbine.drawings import gains_figure

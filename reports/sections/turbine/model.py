@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.turbine.trim import TrimPoint
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.page.text import CaptionedFigure, Section, Table, with_decimals
 from takagi.reports.sections.turbine.operation import (
     power_surface,

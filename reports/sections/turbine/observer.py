@@ -14,7 +14,7 @@ from takagi.reports.page.text import (
     significant,
     with_decimals,
 )
-from takagi.reports.sections.shared import premise_table
+from takagi.reports.sections.premise_table import premise_table
 from takagi.reports.sections.turbine.regions import EVIDENCE
 
 if TYPE_CHECKING:

@@ -43,7 +43,7 @@ def report_html(
 
 
 def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], Section]]:
-    from takagi.reports.sections.shared import check_section, provenance_section
+    from takagi.reports.sections.reproducibility import check_section, provenance_section
     from takagi.reports.sections.turbine.blending import blending_section
     from takagi.reports.sections.turbine.cells import cells_section
     from takagi.reports.sections.turbine.gains import gains_section

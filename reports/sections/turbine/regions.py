@@ -8,7 +8,7 @@ import numpy as np
 
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.turbine.trim import trim
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.page.text import (
     CaptionedFigure,
     Section,
@@ -17,7 +17,7 @@ from takagi.reports.page.text import (
     significant,
     with_decimals,
 )
-from takagi.reports.sections.shared import premise_table
+from takagi.reports.sections.premise_table import premise_table
 from takagi.reports.sections.turbine.drawings import regional_gains_figure
 from takagi.reports.sections.turbine.operation import region_starts
 
