@@ -8,6 +8,7 @@ alone.
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from takagi.models.arrays import Floats
@@ -56,3 +57,19 @@ class Law(Protocol):
     def state_rate(self, state: Floats, measurement: Measurement) -> Floats:
         """Return the time derivative of the state, same shape and order as ``state_names``."""
         ...
+
+
+# By the name that a law has in files.
+_WORDS = MappingProxyType(
+    {
+        "coherent": "effort-sharing law",
+        "paper": "published law",
+        "paper-two-integrators": "published law with two integrators",
+        "baseline": "baseline law",
+    }
+)
+
+
+def law_words(name: str) -> str:
+    """Return what a law is called in sentences, given its name in files; of others, the name."""
+    return _WORDS.get(name, f"law {name}")

@@ -47,7 +47,7 @@ class Plant:
     blending : the ``takagi.models.blending.Blending`` from which a blended plant was made; it has
         the plant as it was written. None for other plants.
     references : what follows what, by integral states that are among the states
-        (``takagi.models.tracking.following``).
+        (``takagi.models.tracking``).
 
     Two plants are equal if all of this is, symbol by symbol; expressions are compared as sympy
     holds them, not simplified.

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.cell import Cell
-from takagi.models.ranges.cell_search import bounds_on
+from takagi.models.ranges.cell_search import Cell, bounds_on
 
 if TYPE_CHECKING:
     import sympy as sp

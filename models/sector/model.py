@@ -6,19 +6,20 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
 from takagi.models.equations.problem import box_in_fractions
-from takagi.models.equations.symbolic_form import SymbolicForm
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.arguments import GivenEquations, factored_problem
-from takagi.models.sector.assembly import assemble
+from takagi.models.sector.assembly import assemble, domain_steps
 from takagi.models.sector.premise_bounds import (
+    ROUGH,
     BoundsRequest,
     Given,
+    RuleCount,
     bounded_premises,
+    counted,
     counted_premises,
 )
-from takagi.models.sector.rule_counting import ROUGH, RuleCount, counted
-from takagi.models.sector.rule_steps import domain_steps
+from takagi.models.ts.derivation import SymbolicForm
 from takagi.models.ts.model import TSModel
 
 if TYPE_CHECKING:

@@ -18,8 +18,14 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.splines.bernstein_coefficients import DEGREE, MAX_ORDER
-from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_spline, exact_value
+from takagi.models.splines.exact_spline import (
+    DEGREE,
+    MAX_ORDER,
+    ExactSpline,
+    exact_bounds,
+    exact_spline,
+    exact_value,
+)
 
 DECIMALS = 12
 # A point given in other units lands on the edge only up to rounding: 30 deg is 3e-13 rad

@@ -1,14 +1,35 @@
-"""The derivation that a model came from, step by step, as LaTeX."""
+"""The derivation that a model came from: its steps as LaTeX, and what was derived in symbols."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from takagi.models.equations.step import Step
+from takagi.models.equations.equations import Step
 
 if TYPE_CHECKING:
-    from takagi.models.equations.symbolic_form import SymbolicForm
+    from takagi.models.equations.equations import Factored
+    from takagi.models.equations.problem import Problem
+    from takagi.models.plant.plant import Plant
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SymbolicForm:
+    """The symbols behind a model of ``sector_model``.
+
+    Attributes
+    ----------
+    plant : as it was given; None where expressions were given instead.
+    problem : equations in deviations from the equilibrium, box and domain.
+    factored : A, B, C, D, E with entries in premise symbols, and what each premise stands for.
+    kind : "sector" where f = A(z) x + ..., "secant" where A(z), ... are the slopes of f.
+    """
+
+    plant: Plant | None
+    problem: Problem
+    factored: Factored
+    kind: Literal["sector", "secant"] = "sector"
+
 
 SPECIAL = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
     "\\": r"\textbackslash{}",

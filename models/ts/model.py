@@ -18,9 +18,12 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.derivation import Derivation
 from takagi.models.ts.premise import Premise
-from takagi.models.ts.vertex_arrays import check_unique
-from takagi.models.ts.vertex_matrices import check_corners, stored_matrices
-from takagi.models.ts.vertex_product import VertexProduct
+from takagi.models.ts.vertex_arrays import (
+    VertexProduct,
+    check_corners,
+    check_unique,
+    stored_matrices,
+)
 
 if TYPE_CHECKING:
     from takagi.models.ranges.domain import Domain

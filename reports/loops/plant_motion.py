@@ -18,9 +18,10 @@ from takagi.models.plant_simulation.experiment import (
     Experiment,
     ExperimentRun,
     LawRate,
+    Rate,
     SampledProgram,
+    right_side,
 )
-from takagi.models.plant_simulation.right_side import Rate, right_side
 from takagi.models.plant_simulation.runs import WHOLE, run
 from takagi.models.plant_simulation.signals import Signals
 from takagi.reports.page.labels import name_of

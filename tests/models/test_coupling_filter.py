@@ -10,9 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws import CouplingFilter
-from takagi.models.laws.published import Variant
-from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.coupling_filter import CouplingFilter, Variant, coupling_filter
 from takagi.models.ramps import Ramp, Shape
 
 TURBINE = nrel5mw()

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, TSModel, sector_model
-from takagi.models.sector import expression_range, expression_value
+from takagi.models.ranges.expression_range import expression_range, expression_value
 
 X1, X2, U = sp.symbols("x1 x2 u", real=True)
 Z1, Z2, Z3, Z4 = sp.symbols("z1:5")

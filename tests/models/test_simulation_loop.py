@@ -10,22 +10,18 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from takagi.models import ModelError, WindObserver
-from takagi.models.laws import Command, Measurement
-from takagi.models.simulation import (
-    BaselineLaw,
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import History, simulate
+from takagi.models.simulation.dynamics import plant_derivative
+from takagi.models.simulation.turbine_plant import (
     Flag,
-    History,
     SimulatedTurbine,
-    constant_wind,
     design_plant,
-    plant_derivative,
-    ramp_wind,
-    simulate,
-    step_wind,
-    turbulent_wind,
     validation_plant,
 )
-from takagi.models.turbine import nrel5mw
+from takagi.models.simulation.wind import constant_wind, ramp_wind, step_wind, turbulent_wind
+from takagi.models.turbine.loader import nrel5mw
 
 Array = NDArray[np.float64]
 

@@ -12,22 +12,21 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError, Surface
-from takagi.models.simulation import (
-    SimulatedTurbine,
-    SpeedFilter,
-    design_plant,
+from takagi.models.simulation.dynamics import (
+    dynamics,
     equilibrium_state,
     loads,
     plant_derivative,
     plant_rate,
-    validation_plant,
 )
-from takagi.models.simulation.dynamics import dynamics
 from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
-from takagi.models.splines import interpolate
+from takagi.models.simulation.speed_filter import SpeedFilter
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, validation_plant
 from takagi.models.splines.scalar_surface import patch_coefficients, scalar_surface
-from takagi.models.turbine import load_turbine, nrel5mw, rotor_thrust, rotor_torque
+from takagi.models.splines.surface import interpolate
+from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import DiscWake
+from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import trim
 
 Array = NDArray[np.float64]

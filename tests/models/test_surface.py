@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.interpolate import RectBivariateSpline
 
 from takagi.models import ModelError, Surface
-from takagi.models.ranges import Interval
-from takagi.models.splines import interpolate
-from takagi.models.turbine import nrel5mw
+from takagi.models.intervals.interval import Interval
+from takagi.models.splines.surface import interpolate
+from takagi.models.turbine.loader import nrel5mw
 
 ORDERS = [(dx, dy) for dx in range(3) for dy in range(3)]
 X = np.array([0.0, 1.0, 1.5, 2.0, 3.0, 4.5, 5.0])

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine import (
-    nrel5mw,
-    optimal_tip_speed_ratio,
-    optimal_torque_constant,
+from takagi.models.turbine.aerodynamics import (
     rotor_power,
     rotor_thrust,
     rotor_torque,
     rotor_torque_gradient,
 )
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import optimal_tip_speed_ratio, optimal_torque_constant
 
 
 def static_sensitivity() -> list[tuple[float, float, float, float]]:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, built_in_models
-from takagi.models.files import data_folder, resolve_model, to_si
-from takagi.models.files.turbine_units import UNITS
-from takagi.models.turbine import load_turbine, nrel5mw
+from takagi.models.files.library import data_folder, resolve_model
+from takagi.models.files.units import UNITS, to_si
+from takagi.models.turbine.loader import load_turbine, nrel5mw
 
 Edit = Callable[[str, str], Path]
 

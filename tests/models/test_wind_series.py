@@ -8,16 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.simulation import (
+from takagi.models.simulation.wind import (
     WindSeries,
     constant_wind,
     gust_wind,
+    kaimal_spectrum,
     ramp_wind,
+    rotor_share,
     same_turbulence,
     step_wind,
     turbulent_wind,
 )
-from takagi.models.simulation.turbulence import kaimal_spectrum, rotor_share
 
 
 def test_point_spectrum_holds_the_variance() -> None:

@@ -48,9 +48,9 @@ def secant_model(
 
     from takagi.models.equations.equations import Factored
     from takagi.models.equations.problem import box_in_fractions, problem_of_plant
-    from takagi.models.equations.symbolic_form import SymbolicForm
     from takagi.models.sector.multilinear import vertex_product
     from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
+    from takagi.models.ts.derivation import SymbolicForm
 
     if plant.mass is not None:
         raise ModelError(f"plant {plant.name!r} has a mass matrix; write it as x' = f(x, u, w)")

@@ -45,7 +45,7 @@ from takagi.models.laws.effort_sharing.feedforward import (
 )
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.ramps.effort_ramp import effort_ramp_slope
+from takagi.models.ramps import effort_ramp_slope
 from takagi.models.turbine.data import Turbine
 
 # Slower than tower, flap and wake (0.5 s and 3 to 8 s for 5 MW). An estimate from rotor speed takes

@@ -33,7 +33,7 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.ramps.membership_ramp import Ramp, Shape, rated_speed_ramp
+from takagi.models.ramps import Ramp, Shape, rated_speed_ramp
 from takagi.models.turbine.data import Turbine
 
 Variant: TypeAlias = Literal["sector", "saturated"]

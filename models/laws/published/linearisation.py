@@ -17,8 +17,7 @@ import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.equilibrium_point import Equilibrium
+from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 

@@ -14,7 +14,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range, span
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.regional_schedule import RegionalSchedule, premise_evaluators
-from takagi.models.splines.patch_ranges import PatchRanges, patch_ranges
+from takagi.models.splines.scalar_surface import PatchRanges, patch_ranges
 from takagi.models.turbine.operating_band import OperatingBand, operating_band
 from takagi.models.turbine.regional_model import WIND_ESTIMATE
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import Plant, TSModel, load_model
-from takagi.models.blending import RunTimeBlending, blended_model, blending_of
+from takagi.models.blending.blending import blending_of
+from takagi.models.blending.modelling import blended_model
+from takagi.models.blending.run_time import RunTimeBlending
 
 Floats = NDArray[np.float64]
 

@@ -19,10 +19,15 @@ from takagi.models import (
     sector_model,
     statespace,
 )
-from takagi.models.laws import Measurement, PdcLaw, SampledLaw
-from takagi.models.plant_files import load_plant
-from takagi.models.simulation import BaselineLaw, plant_derivative, validation_plant
-from takagi.models.turbine import load_turbine, rotor_torque_gradient
+from takagi.models.laws.pdc import PdcLaw
+from takagi.models.laws.protocol import Measurement
+from takagi.models.laws.sampled import SampledLaw
+from takagi.models.plant_files.loader import load_plant
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.dynamics import plant_derivative
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.loops import plant_rate
 

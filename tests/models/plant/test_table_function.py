@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from takagi.models import Curve, Interval, ModelError, Surface, interpolate_curve, table_function
-from takagi.models.splines import TableFunction, interpolate
+from takagi.models.splines.surface import interpolate
+from takagi.models.splines.table_function import TableFunction
 
 X, Y = sp.symbols("x y", real=True)
 POINTS = np.array([-2.0, -1.0, 0.5, 1.0, 2.0, 3.5])

@@ -1,4 +1,4 @@
-"""Sympy's polynomial steps on expressions with several Arrhenius laws.
+"""Derivatives and orders of poles; polynomial steps of sympy on several Arrhenius laws.
 
 Sympy reads exp(-97583/(10 T)) as the 97583rd power of exp(-1/(10 T)).  With two such powers its
 greatest common divisor evaluates polynomials at integers that no memory holds, and the process
@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
+
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -41,3 +43,33 @@ def _size(exponent: sp.Expr) -> int:
 
     terms = sp.Add.make_args(exponent)
     return max(abs(int(term.as_coeff_Mul(rational=True)[0].p)) for term in terms)
+
+
+def derivative(expression: sp.Expr, symbol: sp.Symbol, order: int = 1) -> sp.Expr | None:
+    """Return the derivative; None where a table has no further one."""
+    try:
+        return expression.diff(symbol, order)
+    except ModelError:
+        return None
+
+
+def is_zero(expression: sp.Expr) -> bool:
+    import sympy as sp
+
+    if expression == 0 or sp.expand(expression) == 0:
+        return True
+    return bool(with_exponentials_as_symbols(sp.simplify, expression) == 0)
+
+
+def slope_or_none(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """Return the derivative, or an expression that no tape knows."""
+    import sympy as sp
+
+    found = derivative(expression, symbol)
+    return sp.Function("no_slope")(symbol) if found is None else found
+
+
+def order_of(exponent: object) -> int:
+    import sympy as sp
+
+    return int(exponent) if isinstance(exponent, (int, sp.Integer)) and exponent > 0 else 0
