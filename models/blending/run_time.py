@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models import ramps as effort_ramp
 from takagi.models.arrays import Floats
 from takagi.models.blending.blending import SHARE, Actuator, Blending
 from takagi.models.errors import ModelError
+from takagi.models.ramps import effort_ramp
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -8,7 +8,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, nrel5mw
-from takagi.models import ramps as effort_ramp
 from takagi.models.laws.effort_sharing.feedforward import (
     Feedforward,
     known_rate_feedforward,
@@ -17,6 +16,7 @@ from takagi.models.laws.effort_sharing.feedforward import (
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
 from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps import effort_ramp
 
 WINDS = st.floats(3, 25)
 ERRORS = st.floats(-0.06, 0.06)

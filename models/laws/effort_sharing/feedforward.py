@@ -17,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from takagi.models import ramps as effort_ramp
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
+from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.data import Turbine
 
 # The share of the trim's torque that is left to the gains (``EffortSettings.torque_share``): both

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from takagi.models import ramps as effort_ramp
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import (

@@ -18,8 +18,8 @@ from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import to
 from takagi.certificates.checker.words.sentences.actuator_rates import said
 from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim
 from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.models import ramps as effort_ramp
 from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
