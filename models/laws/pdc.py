@@ -4,6 +4,7 @@ r"""Parallel distributed compensation as a law to be run, of the states or of an
 
 Observer-based output feedback puts s in the place of x - x*,
 
+    u = u* - sum_i h_i K_i s,
     s' = sum_i h_i (A_i s + B_i (u - u*) + L_i (y - y* - C_i s - D_i (u - u*)));
 
 in discrete time s(t + T) replaces s'.  The weights h are those of the plant, if they depend on

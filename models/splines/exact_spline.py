@@ -10,6 +10,8 @@ B-spline coefficients C of a cell to the b_ij of a derivative on a sub-rectangle
 direction, b = X C Y', with rational X and Y.  X and Y are kept as integers over one denominator
 and C as integers over a power of ten, so every number here is exact: there is no rounding to
 bound, and the range over a box is the union of the ranges over the cells that the box meets.
+Their entries are values of the blossom, the polar form of a polynomial, evaluated by de Boor's
+recursion with a different argument at each level.
 
 Source: Lane and Riesenfeld (1981), "Bounds on a polynomial", BIT 21 (range from Bernstein
 coefficients); Ramshaw (1989), "Blossoms are polar forms" (conversion and restriction).

@@ -1,7 +1,22 @@
-"""One figure of a turbine file: found, its unit converted, its range checked.
+r"""One figure of a turbine file: found, its unit converted, its range checked; [frozen_wake].
 
 Every function takes the document and the path of a field, ``"section.key"``, and raises
 ``ModelError`` with file, line and field.
+
+The section [frozen_wake] says what pitch does before the wake has answered, in one of two forms.
+Published sensitivities, each with the trim pitch that it belongs to:
+
+    wind, pitch, power_sensitivity    S(v) = dP/dbeta with the induction held [W/rad]
+
+or, where nothing is published, a factor kappa that is stated over wind:
+
+    wind, factor                      S(v) = kappa(v) omega_rated dT_r/dbeta(omega_rated, beta*, v)
+
+with beta* the trim pitch and dT_r/dbeta the slope of the coefficient table, which is that of the
+wake in equilibrium.  kappa is at least 1: held induction makes pitch act more.  Where the slope
+vanishes, as it may at rated wind, no factor helps: the column begins above, and its first entry
+holds below, with the square of wind.  ``source`` says where the columns were read, or why the
+factor was chosen.
 """
 
 from __future__ import annotations

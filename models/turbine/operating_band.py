@@ -9,6 +9,17 @@ piece of wind is the hull of two values, and nothing is lost between nodes.  The
 
 Slopes of the torque are bounded over this tube, never over a rectangle lambda x beta that holds a
 whole region: the rectangle contains both signs of dT_r/dbeta, the tube does not.
+
+With S = rho pi R^3 / (2 J), lambda = omega R / v and q = c_Q(lambda, beta), T_r / J = S v^2 q and
+
+    slope   value              d/domega            d/dbeta             d/dv
+    speed   S R v q_l          S R^2 q_ll          S R v q_lb          S R (q_l - l q_ll)
+    pitch   S v^2 q_b          S R v q_lb          S v^2 q_bb          S v (2 q_b - l q_lb)
+    wind    S v (2 q - l q_l)  S R (q_l - l q_ll)  S v (2 q_b - l q_lb)
+                                                         S (2 q - 2 l q_l + l^2 q_ll)
+
+(l = lambda; indices l and b for derivatives by lambda and beta).  Each q is a Bernstein hull in
+exact arithmetic; the turbine's figures are read as the decimals they print as, and pi is enclosed.
 """
 
 from __future__ import annotations
