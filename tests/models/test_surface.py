@@ -145,8 +145,6 @@ def test_outside_is_refused_with_the_range() -> None:
         torque(7.0, 0.0, 3, 0)
     with pytest.raises(ModelError, match="0, 1 or 2 is needed"):
         torque.bounds(Interval.of(7), Interval.of(0), 0, 3)
-    with pytest.raises(ModelError, match="tolerance"):
-        torque.bounds(Interval.of(7, 8), Interval.of(0), tolerance=0)
 
 
 def test_clip_holds_the_edge_value() -> None:
