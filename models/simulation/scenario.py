@@ -75,22 +75,12 @@ class Metrics:
         return {TITLES[field.name]: getattr(self, field.name) for field in fields(self)}
 
 
-def measure(
-    history: History,
-    turbine: Turbine,
-    *,
-    skip: float = 60.0,
-    exponent: float = TOWER_EXPONENT,
-    pitch_active: float = float(PITCH_ACTIVE),
-    torque_low: float = TORQUE_LOW,
-) -> Metrics:
+def measure(history: History, turbine: Turbine, *, skip: float = 60.0) -> Metrics:
     """Return the metrics of a record.
 
     Parameters
     ----------
     skip : dropped at the beginning [s].
-    exponent : Wohler exponent of the tower.
-    pitch_active [rad], torque_low (share of rated torque) : thresholds of ``both_active``.
 
     Raises
     ------
@@ -105,7 +95,7 @@ def measure(
     energy = turbine.generator_efficiency * turbine.gear_ratio * float(np.sum(work))
     speed = history.rotor_speed[kept] / turbine.rated_rotor_speed
     travel = degrees(float(np.sum(np.abs(np.diff(pitch)))))
-    both = (pitch > turbine.pitch_min + pitch_active) & (torque < torque_low * turbine.rated_torque)
+    both = (pitch > turbine.pitch_min + PITCH_ACTIVE) & (torque < TORQUE_LOW * turbine.rated_torque)
     torque_rate = np.diff(torque) / np.diff(time)
     moment = history.tower_moment[kept]
     return Metrics(
@@ -118,7 +108,7 @@ def measure(
         pitch_rate=travel / duration,
         both_active=100 * float(np.mean(both)),
         torque_rate=float(np.sqrt(np.mean(torque_rate**2))) / 1e3,
-        tower_del=damage_equivalent_load(moment, duration, exponent=exponent) / 1e6,
+        tower_del=damage_equivalent_load(moment, duration) / 1e6,
     )
 
 

@@ -90,17 +90,15 @@ class WindSeries:
         return np.asarray(np.interp(asked, self.time, self.speed), dtype=np.float64)
 
 
-def constant_wind(speed: float, duration: float, *, name: str | None = None) -> WindSeries:
+def constant_wind(speed: float, duration: float) -> WindSeries:
     """Return v(t) = speed [m/s] over the duration [s]."""
     _check_duration(duration, 0.0)
     return WindSeries(
-        np.array([0.0, duration]), np.array([speed, speed]), name or f"constant {speed:g} m/s"
+        np.array([0.0, duration]), np.array([speed, speed]), f"constant {speed:g} m/s"
     )
 
 
-def step_wind(
-    before: float, after: float, duration: float, *, begin: float = 30.0, name: str | None = None
-) -> WindSeries:
+def step_wind(before: float, after: float, duration: float, *, begin: float = 30.0) -> WindSeries:
     """Return ``before`` until ``begin`` [s], then ``after`` [m/s], within 1 ms.
 
     Raises
@@ -112,7 +110,7 @@ def step_wind(
     return WindSeries(
         np.array([0.0, begin, begin + 1e-3, duration]),
         np.array([before, before, after, after]),
-        name or f"step {before:g} to {after:g} m/s",
+        f"step {before:g} to {after:g} m/s",
     )
 
 
@@ -123,7 +121,6 @@ def ramp_wind(
     *,
     rate: float,
     begin: float = 30.0,
-    name: str | None = None,
 ) -> WindSeries:
     """Return a wind that leaves ``before`` at ``begin`` [s] and reaches ``after`` at ``rate``.
 
@@ -145,7 +142,7 @@ def ramp_wind(
     return WindSeries(
         np.array([0.0, begin, end, duration]),
         np.array([before, before, after, after]),
-        name or f"ramp {before:g} to {after:g} m/s at {rate:g} m/s^2",
+        f"ramp {before:g} to {after:g} m/s at {rate:g} m/s^2",
     )
 
 
@@ -155,8 +152,6 @@ def gust_wind(
     *,
     rotor_radius: float,
     begin: float = 30.0,
-    amplitude: float | None = None,
-    name: str | None = None,
 ) -> WindSeries:
     """Return the extreme operating gust: dip, peak, dip within 10.5 s.
 
@@ -169,7 +164,6 @@ def gust_wind(
     Parameters
     ----------
     mean : V [m/s].   rotor_radius : D / 2 [m].
-    amplitude : V_gust [m/s]; None computes it as above.
 
     Raises
     ------
@@ -181,15 +175,13 @@ def gust_wind(
     sigma = REFERENCE_INTENSITY * (0.75 * mean + 5.6)
     yearly = 0.8 * 1.4 * REFERENCE_WIND
     size = min(1.35 * (yearly - mean), 3.3 * sigma / (1 + 0.2 * rotor_radius / LONGITUDINAL_SCALE))
-    if amplitude is not None:
-        size = amplitude
 
     def shape(time: Floats) -> Floats:
         s = np.clip(time - begin, 0.0, GUST_DURATION) / GUST_DURATION
         wave = np.sin(3 * pi * s) * (1 - np.cos(2 * pi * s))
         return np.asarray(mean - 0.37 * size * wave, dtype=np.float64)
 
-    return _sampled(shape, duration, name or f"gust at {mean:g} m/s")
+    return _sampled(shape, duration, f"gust at {mean:g} m/s")
 
 
 def _sampled(shape: Callable[[Floats], Floats], duration: float, name: str) -> WindSeries:
@@ -245,41 +237,6 @@ def rotor_share(
     return np.asarray(np.exp(-decay * distance) @ (density * weight), dtype=np.float64)
 
 
-def turbulent_wind(
-    mean: float,
-    intensity: float,
-    duration: float,
-    seed: int,
-    time_step: float = TIME_STEP,
-    *,
-    rotor_radius: float = 63.0,
-    hub_height: float = 90.0,
-    period: float | None = None,
-    name: str | None = None,
-) -> WindSeries:
-    """Return mean + sum_k sqrt(2 S_rotor(f_k) / T) cos(2 pi f_k t + phi_k), f_k = k / T.
-
-    The phases are uniform and follow from the seed alone.  The sum has period T and its mean over
-    one period is ``mean`` exactly; what is slower than 1 / T is missing.
-
-    Parameters
-    ----------
-    mean : [m/s].   intensity : deviation of the wind *at a point* over its mean [-]; the rotor
-        feels less.   duration, time_step : [s].   seed : the same seed gives the same wind.
-    rotor_radius, hub_height : [m].
-
-    Raises
-    ------
-    ModelError : mean or intensity out of range, fewer than 4 samples, or a wind that falls to 0.
-    """
-    _check(mean, intensity, duration, time_step, period)
-    shape = _realisation(mean, period or duration, seed, time_step, rotor_radius, hub_height)
-    time, shape = _cut(shape, duration, time_step)
-    return WindSeries(
-        time, mean * (1 + intensity * shape), name or f"turbulent {mean:g} m/s, seed {seed}"
-    )
-
-
 def same_turbulence(
     means: Sequence[float],
     intensity: float,
@@ -293,10 +250,23 @@ def same_turbulence(
 ) -> tuple[WindSeries, ...]:
     """Return winds V_i (1 + I x(t)), one per mean, with one and the same realisation x(t).
 
-    x(t) is made for the average of the means (the spectrum depends on it through L / V), so that
-    gusts come at the same times with the same intensity in every wind.
+        x(t) = sum_k sqrt(2 S_rotor(f_k) / T) cos(2 pi f_k t + phi_k),   f_k = k / T
 
-    Parameters and errors as for ``turbulent_wind``; no means are refused too.
+    x(t) is made for the average of the means (the spectrum depends on it through L / V), so that
+    gusts come at the same times with the same intensity in every wind.  The phases are uniform and
+    follow from the seed alone.  The sum has period T and its mean over one period is 0 exactly;
+    what is slower than 1 / T is missing.
+
+    Parameters
+    ----------
+    means : [m/s].   intensity : deviation of the wind *at a point* over its mean [-]; the rotor
+        feels less.   duration, time_step : [s].   seed : the same seed gives the same winds.
+    rotor_radius, hub_height : [m].   period : T [s]; None takes the duration.
+
+    Raises
+    ------
+    ModelError : no mean, mean or intensity out of range, fewer than 4 samples, or a wind that falls
+        to 0.
 
     Source: the scenario of Schulte (2024), Coherent Design of Wind Turbine Controllers, fig. of
     the wind: the same degree of turbulence, different mean values.

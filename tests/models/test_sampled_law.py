@@ -21,7 +21,7 @@ from takagi.models.laws.sampled import SampledLaw, sampled
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, fitting_step, simulate
 from takagi.models.simulation.turbine_plant import design_plant, validation_plant
-from takagi.models.simulation.wind import constant_wind, step_wind, turbulent_wind
+from takagi.models.simulation.wind import constant_wind, same_turbulence, step_wind
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
@@ -154,7 +154,7 @@ def test_what_is_sent_moves_no_faster_than_its_limits(law: EffortSharingLaw) -> 
 
 def run(law: EffortSharingLaw | SampledLaw, turbine: Turbine) -> History:
     """Return 30 s across rated wind on the validation plant."""
-    wind = turbulent_wind(12.0, 0.15, 30.0, 2)
+    wind = same_turbulence((12.0,), 0.15, 30.0, 2)[0]
     return simulate(validation_plant(turbine), law, wind)
 
 

@@ -76,43 +76,35 @@ def no_feedforward(schedule: EffortSchedule) -> Feedforward:
 
 
 def known_rate_feedforward(
-    turbine: Turbine,
-    schedule: EffortSchedule,
-    *,
-    inertia_share: float = DEFAULT_INERTIA_SHARE,
-    torque_kept: float = DEFAULT_TORQUE_KEPT,
-    reserve_share: float = DEFAULT_RESERVE_SHARE,
+    turbine: Turbine, schedule: EffortSchedule, *, inertia_share: float = DEFAULT_INERTIA_SHARE
 ) -> Feedforward:
     """Return f, g and tau_lead, rounded to the decimals that are emitted.
+
+    A share ``DEFAULT_TORQUE_KEPT`` of the trim's torque is left to the gains; g is what remains, at
+    the worse of the interval's ends.  It is also at most a share ``DEFAULT_RESERVE_SHARE`` of rated
+    torque minus the trim's torque: more would have no effect, because torque stays at or below
+    rated.  tau_lead is the pitch time constant of the design model.
 
     Parameters
     ----------
     inertia_share : f over the slope of omega* [-].
-    torque_kept : share of the trim's torque [-] that is left to the gains; g is what remains, at
-        the worse of the interval's ends.
-    reserve_share : g is also at most this share of rated torque minus the trim's torque [-]. More
-        would have no effect, because torque stays at or below rated.
-
-    tau_lead is the pitch time constant of the design model.
 
     Raises
     ------
     ModelError : a share outside [0, 1].
     """
-    shares = {
-        "inertia_share": inertia_share,
-        "torque_kept": torque_kept,
-        "reserve_share": reserve_share,
-    }
-    for name, share in shares.items():
-        if not 0 <= share <= 1:
-            raise ModelError(f"{name} = {share!r} was given; a share from 0 to 1 is needed")
+    if not 0 <= inertia_share <= 1:
+        raise ModelError(
+            f"inertia_share = {inertia_share!r} was given; a share from 0 to 1 is needed"
+        )
     slope = np.diff(schedule.rotor_speed) / np.diff(schedule.wind)
     full = turbine.gear_ratio * turbine.rated_torque / turbine.inertia
     reserve = effort_ramp(-schedule.trim_effort, schedule.overlap)
     torque = full - reserve
-    below = np.minimum(torque[:-1], torque[1:]) - torque_kept * np.maximum(torque[:-1], torque[1:])
-    above = reserve_share * np.minimum(reserve[:-1], reserve[1:])
+    below = np.minimum(torque[:-1], torque[1:]) - DEFAULT_TORQUE_KEPT * np.maximum(
+        torque[:-1], torque[1:]
+    )
+    above = DEFAULT_RESERVE_SHARE * np.minimum(reserve[:-1], reserve[1:])
     least = np.maximum(np.minimum(below, above), 0.0)
     inertia = np.round(inertia_share * slope, 7)
     # The limit is emitted with six decimals. It is rounded down, so that the reserve of torque is

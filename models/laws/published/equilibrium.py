@@ -101,16 +101,6 @@ class Equilibrium:
     pitch_share: float
 
     @property
-    def speed_offset(self) -> float:
-        """Rotor speed minus the trim's [rad/s]."""
-        return self.rotor_speed - self.trim.rotor_speed
-
-    @property
-    def pitch_offset(self) -> float:
-        """Pitch minus the trim's [rad]."""
-        return self.pitch - self.trim.pitch
-
-    @property
     def power_ratio(self) -> float:
         """Speed times torque over that of the trim [-]."""
         return self.rotor_speed * self.torque / (self.trim.rotor_speed * self.trim.torque)

@@ -24,7 +24,7 @@ from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.sampled import SampledLaw
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.simulation.dynamics import plant_derivative
+from takagi.models.simulation.dynamics import plant_rate as turbine_rate
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.loader import load_turbine
@@ -162,7 +162,7 @@ def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
     def rate(t: float, z: Any) -> Any:
         seen = Measurement(z[0], z[1], 16.0)
         sent = law.command(z[n:], seen)
-        moved = plant_derivative(plant, z[:n].tolist(), sent.torque, sent.pitch, 16.0)
+        moved = turbine_rate(plant)(z[:n], sent.torque, sent.pitch, 16.0)
         return np.concatenate([moved, law.state_rate(z[n:], seen)])
 
     time = np.linspace(0, 5, 11)
