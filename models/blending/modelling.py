@@ -11,9 +11,8 @@ from takagi.models.sector.model import sector_model
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import EquilibriumOption
+    from takagi.models.plant.design_settings import Choice, Rest
     from takagi.models.plant.plant import Plant
-    from takagi.models.sector.choice import Choice
     from takagi.models.ts.model import TSModel
 
 
@@ -21,7 +20,7 @@ def blended_model(
     plant: Plant,
     *,
     choice: Choice = "fewest-rules",
-    rest: EquilibriumOption = "given",
+    rest: Rest = "given",
     share_apart: bool = False,
 ) -> TSModel:
     """Return ``sector_model(plant)``, with share and errors as premises of their own where it goes.

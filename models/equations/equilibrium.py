@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING
 
 from takagi.models.equations.ball import Ball
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import rational
+from takagi.models.plant.design_settings import Rest
 from takagi.models.plant.dimensions import short
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
 
 if TYPE_CHECKING:
     import sympy as sp
-
-EquilibriumOption: TypeAlias = Literal["given", "solve inputs"]
-RESTS = ("given", "solve inputs")
 
 
 def inputs_at_equilibrium(
@@ -59,7 +57,7 @@ def inputs_at_equilibrium(
 
 
 def check_equilibrium(
-    plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr], how: EquilibriumOption
+    plant: Plant, rows: Sequence[sp.Expr], rest: Mapping[sp.Symbol, sp.Expr], how: Rest
 ) -> None:
     """Raise ModelError unless every row vanishes at the equilibrium, exactly.
 

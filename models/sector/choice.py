@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, product
 from math import prod
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from takagi.models.equations.equations import Equations, Factored
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
+from takagi.models.plant.design_settings import CHOICES, Choice
 from takagi.models.ranges.sampled import moved_into
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
 from takagi.models.sector.factored_form import FactoredForm, Place, forms_of
@@ -168,8 +169,6 @@ class HullWidth:
         return (float(finite.min()), float(finite.max())) if finite.size else None
 
 
-Choice: TypeAlias = Literal["fewest-rules", "least-conservative"]
-CHOICES = ("fewest-rules", "least-conservative")
 MOST_ASSIGNMENTS = 64  # the most assignments of terms to states that are compared
 MOST_WIDTHS = 24  # the most forms whose hull is measured
 MOST_PLAIN = 4  # with more premises, forms that keep denominators whole are compared too

@@ -23,7 +23,7 @@ probability, ch. 2 (two points in a disc).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -176,17 +176,10 @@ def gust_wind(
     yearly = 0.8 * 1.4 * REFERENCE_WIND
     size = min(1.35 * (yearly - mean), 3.3 * sigma / (1 + 0.2 * rotor_radius / LONGITUDINAL_SCALE))
 
-    def shape(time: Floats) -> Floats:
-        s = np.clip(time - begin, 0.0, GUST_DURATION) / GUST_DURATION
-        wave = np.sin(3 * pi * s) * (1 - np.cos(2 * pi * s))
-        return np.asarray(mean - 0.37 * size * wave, dtype=np.float64)
-
-    return _sampled(shape, duration, f"gust at {mean:g} m/s")
-
-
-def _sampled(shape: Callable[[Floats], Floats], duration: float, name: str) -> WindSeries:
     time = np.linspace(0.0, duration, max(2, round(duration / TIME_STEP) + 1))
-    return WindSeries(time, shape(time), name)
+    s = np.clip(time - begin, 0.0, GUST_DURATION) / GUST_DURATION
+    wave = np.sin(3 * pi * s) * (1 - np.cos(2 * pi * s))
+    return WindSeries(time, mean - 0.37 * size * wave, f"gust at {mean:g} m/s")
 
 
 def _check_duration(duration: float, needed: float) -> None:

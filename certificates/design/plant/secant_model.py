@@ -14,8 +14,8 @@ from takagi.models.ts.model import TSModel
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.equations.problem import Problem
+    from takagi.models.plant.design_settings import Rest
 
 MOST_RULES = 1024
 
@@ -23,7 +23,7 @@ MOST_RULES = 1024
 def secant_model(
     plant: Plant,
     *,
-    rest: EquilibriumOption = "given",
+    rest: Rest = "given",
     tolerance: Number = "1e-3",
     most_rules: int = MOST_RULES,
 ) -> TSModel:

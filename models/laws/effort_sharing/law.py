@@ -139,7 +139,6 @@ class EffortSharingLaw:
         *,
         feedforward: Feedforward | None = None,
         wind_filter: float = DEFAULT_WIND_FILTER,
-        integral_limit: float = 0.1,
     ) -> EffortSharingLaw:
         """Return the law with the turbine's limits.
 
@@ -166,7 +165,6 @@ class EffortSharingLaw:
             pitch_min=turbine.pitch_min,
             pitch_max=turbine.pitch_max,
             wind_filter=wind_filter,
-            integral_limit=integral_limit,
         )
 
     def initial_state(self, wind: float) -> Floats:
