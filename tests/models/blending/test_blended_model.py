@@ -93,9 +93,9 @@ def test_the_running_plant_is_the_one_by_hand(
     blending = blending_of(plant)
     assert blending is not None
     errors = {"cooling": low, "heating": high}
-    rate = RunTimeBlending(blending, errors).rate()
+    rate = RunTimeBlending(blending, errors).disturbed_rate(())
 
-    found = rate(np.array([x, effort]), np.array([7.0]))
+    found = rate(np.array([x, effort]), np.array([7.0]), np.zeros(0))
     assert found == pytest.approx([by_hand(x, effort, (low, high)), 7.0], abs=1e-12)
 
 
