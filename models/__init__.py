@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from takagi.models.splines.curve import interpolate_curve as interpolate_curve
     from takagi.models.splines.surface import Surface as Surface
     from takagi.models.splines.table_function import table_function as table_function
-    from takagi.models.ts.derivation import Derivation as Derivation
     from takagi.models.ts.mat_file import load_ts_model as load_ts_model
+    from takagi.models.ts.model import Derivation as Derivation
     from takagi.models.ts.model import Matrices as Matrices
     from takagi.models.ts.model import TSModel as TSModel
     from takagi.models.ts.premise import Premise as Premise

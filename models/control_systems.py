@@ -19,8 +19,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.pdc import PdcLaw
-from takagi.models.laws.protocol import Command, Law, Measurement
-from takagi.models.laws.sampled import ProgramState, SampledLaw
+from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output
 from takagi.models.simulation.dynamics import dynamics

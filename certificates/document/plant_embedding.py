@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from takagi.models.equations.ball import Ball
     from takagi.models.equations.problem import Problem
     from takagi.models.plant.variables import Variable
-    from takagi.models.ts.derivation import SymbolicForm
-    from takagi.models.ts.model import TSModel
+    from takagi.models.ts.model import SymbolicForm, TSModel
 
 
 def is_embedded(model: TSModel) -> bool:

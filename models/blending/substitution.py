@@ -17,17 +17,20 @@ from fractions import Fraction
 from itertools import product
 from typing import TYPE_CHECKING
 
-from takagi.models.blending.blending import SHARE, Actuator, Blending, unit_text
+from takagi.models.blending.blending import SHARE, Actuator, Blending, blending_of, unit_text
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Parameter, Variable
 from takagi.models.ramps import ramp
+from takagi.models.sector.model import sector_model
 
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.plant.design_settings import Choice, Rest
     from takagi.models.ranges.expression_range import Range
+    from takagi.models.ts.model import TSModel
 
 GRID = 9  # grid points along each side of the box, where a place for the message is sought
 MOST_POINTS = 10_000
@@ -272,3 +275,53 @@ def _symbol(name: str) -> sp.Symbol:
     import sympy as sp
 
     return sp.Symbol(name, real=True)
+
+
+def blended_model(
+    plant: Plant,
+    *,
+    choice: Choice = "fewest-rules",
+    rest: Rest = "given",
+    share_apart: bool = False,
+) -> TSModel:
+    """Return ``sector_model(plant)``, with share and errors as premises of their own where it goes.
+
+    Entries such as (1 + delta) F are then products of premises that are variables, and the bounds
+    of the premises are those of the variables. The premises that the law knows (F) stay apart from
+    those that it does not know (delta). Without errors the premises are chosen as usual, because
+    the share cancels if both actuators act alike.
+
+    Parameters
+    ----------
+    choice, rest : as of ``sector_model``.
+    share_apart : make the share a premise of its own even without errors.
+
+    Raises
+    ------
+    ModelError : as ``sector_model`` does.
+    """
+    wanted = _wanted(plant, always=share_apart)
+    if wanted:
+        try:
+            return sector_model(
+                plant, choice=choice, rest=rest, premises={**plant.premises, **wanted}
+            )
+        except ModelError:
+            # Some may not be found, if a term has another factor too. Then any factored form is
+            # taken.
+            return sector_model(plant, choice=choice, rest=rest)
+    return sector_model(plant, choice=choice, rest=rest)
+
+
+def _wanted(plant: Plant, *, always: bool) -> dict[sp.Symbol, sp.Expr]:
+    """Return premise -> signal, of those that appear in the equations once they are expanded."""
+    import sympy as sp
+
+    blending = blending_of(plant)
+    if blending is None or not (always or any(a.error for a in blending.actuators)):
+        return {}
+    expanded = sp.Matrix([sp.expand(row) for row in plant.equations])
+    named = {"high_share": SHARE}
+    named |= {f"{a.name}_off": a.error_name for a in blending.actuators if a.error}
+    found = {sp.Symbol(k, real=True): sp.Symbol(s, real=True) for k, s in named.items()}
+    return {name: signal for name, signal in found.items() if expanded.has(signal)}

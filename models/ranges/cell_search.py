@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Bounded, Ends, search
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.linear_combination import combined
+from takagi.models.ranges.symbolic_steps import combined
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -19,7 +19,7 @@ from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.cell_search import MOST_BOXES, TOLERANCE, checked_symbols, searched
 from takagi.models.ranges.domain import DomainLike, as_domain
 from takagi.models.ranges.evidence import Evidence
-from takagi.models.ranges.linear_combination import combined
+from takagi.models.ranges.symbolic_steps import combined
 
 if TYPE_CHECKING:
     import sympy as sp

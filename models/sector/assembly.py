@@ -16,8 +16,7 @@ from takagi.models.intervals.interval import Interval, Number
 from takagi.models.ranges.symbolic_steps import with_exponentials_as_symbols
 from takagi.models.sector.multilinear import vertex_product
 from takagi.models.sector.terms import terms_of
-from takagi.models.ts.derivation import Derivation
-from takagi.models.ts.model import TSModel
+from takagi.models.ts.model import Derivation, TSModel
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import VertexProduct
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
     from takagi.models.ranges.cell_search import Cell
     from takagi.models.ranges.domain import Domain
-    from takagi.models.ts.derivation import SymbolicForm
+    from takagi.models.ts.model import SymbolicForm
 
 POINTS = 12
 DENOMINATOR = 997  # of the points' coordinates; a prime avoids special angles

@@ -19,8 +19,7 @@ from takagi.models.sector.premise_bounds import (
     counted,
     counted_premises,
 )
-from takagi.models.ts.derivation import SymbolicForm
-from takagi.models.ts.model import TSModel
+from takagi.models.ts.model import SymbolicForm, TSModel
 
 if TYPE_CHECKING:
     import sympy as sp

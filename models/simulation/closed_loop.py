@@ -1,7 +1,7 @@
 """A law on a plant in a wind: fixed-step Runge-Kutta, the law sampled and held.
 
 At every controller sample the law sees (speed, pitch, wind estimate) and what it sends holds until
-the next one, as in a digital controller (``takagi.models.laws.sampled``); with a computation time
+the next one, as in a digital controller (``takagi.models.laws.protocol``); with a computation time
 it takes effect that much later.  Torque follows its command within the plant's rate limit, from
 sample to sample; pitch goes through the drive.  The observer takes one Euler step per sample.
 """
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Command, Law, Measurement
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Command, Law, Measurement, SampledLaw
 from takagi.models.simulation.dynamics import dynamics, loads
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
 from takagi.models.simulation.wind import WindSeries

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Law
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Law, SampledLaw
 from takagi.models.simulation.closed_loop import History, Observer, simulate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.simulation.wind import WindSeries, same_turbulence

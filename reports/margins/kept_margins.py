@@ -26,7 +26,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.margins.design_levers import (
     LEVERS,

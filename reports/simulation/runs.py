@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.laws.sampled import SampledLaw, require_times
+from takagi.models.laws.protocol import SampledLaw, require_times
 from takagi.models.simulation.closed_loop import (
     TIME_STEP,
     Diverged,

@@ -15,8 +15,8 @@ from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine import effort_gains
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.turbine.derating import derated
 from takagi.models.turbine.loader import model_files, nrel5mw
+from takagi.models.turbine.trim import derated
 
 # A design of its own takes ten seconds.
 pytestmark = pytest.mark.slow

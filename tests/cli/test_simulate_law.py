@@ -15,8 +15,8 @@ from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
 from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import derated
 from takagi.reports.simulation import filed_law
 
 Capture = pytest.CaptureFixture[str]

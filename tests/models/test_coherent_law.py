@@ -8,13 +8,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, nrel5mw
-from takagi.models.laws.effort_sharing.feedforward import (
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import (
+    EffortSchedule,
     Feedforward,
+    effort_schedule,
     known_rate_feedforward,
     no_feedforward,
 )
-from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
 

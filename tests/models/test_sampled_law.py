@@ -16,8 +16,7 @@ from scipy.optimize import brentq
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.sampled import SampledLaw, sampled
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw, sampled
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import History, fitting_step, simulate
 from takagi.models.simulation.turbine_plant import design_plant, validation_plant
@@ -103,7 +102,7 @@ def test_a_ramp_is_fed_forward_at_its_own_rate(law: EffortSharingLaw, filter_tim
 
 def test_without_a_filter_the_state_keeps_its_wind(law: EffortSharingLaw) -> None:
     """tau_f = 0: nothing to discretise."""
-    from takagi.models.laws.effort_sharing.feedforward import no_feedforward
+    from takagi.models.laws.effort_sharing.schedule import no_feedforward
 
     direct = replace(law, wind_filter=0.0, feedforward=no_feedforward(law.schedule))
 

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
 from takagi.models import ModelError, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.models.simulation import closed_loop, dynamics
 from takagi.models.simulation.closed_loop import simulate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant

@@ -26,7 +26,7 @@ from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.ramps import Ramp
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 
 if TYPE_CHECKING:
     from takagi.models.laws.published.regional_schedule import RegionalSchedule

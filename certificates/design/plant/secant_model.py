@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.ts.derivation import Derivation
-from takagi.models.ts.model import TSModel
+from takagi.models.ts.model import Derivation, TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -50,7 +49,7 @@ def secant_model(
     from takagi.models.equations.problem import box_in_fractions, problem_of_plant
     from takagi.models.sector.multilinear import vertex_product
     from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
-    from takagi.models.ts.derivation import SymbolicForm
+    from takagi.models.ts.model import SymbolicForm
 
     if plant.mass is not None:
         raise ModelError(f"plant {plant.name!r} has a mass matrix; write it as x' = f(x, u, w)")

@@ -38,12 +38,12 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.feedforward import (
+from takagi.models.laws.effort_sharing.schedule import (
+    EffortSchedule,
     Feedforward,
     known_rate_feedforward,
     no_feedforward,
 )
-from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.ramps import effort_ramp_slope
 from takagi.models.turbine.data import Turbine

@@ -20,8 +20,7 @@ from takagi.models import (
     statespace,
 )
 from takagi.models.laws.pdc import PdcLaw
-from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Measurement, SampledLaw
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.dynamics import plant_rate as turbine_rate

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws.protocol import Law, Measurement
-from takagi.models.laws.sampled import SampledLaw, sampled
+from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim

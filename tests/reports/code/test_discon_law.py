@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import SampledLaw
 from takagi.models.simulation.closed_loop import simulate
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.simulation.wind import WindSeries
