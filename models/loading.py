@@ -25,8 +25,7 @@ def read_model(name_or_path: str | Path) -> ModelFile:
     ------
     ModelError : no such model, a file that is not TOML, or one that states no kind of model.
     """
-    from takagi.models.files.library import resolve_model
-    from takagi.models.files.model_kind import kind_of
+    from takagi.models.files.library import kind_of, resolve_model
     from takagi.models.files.toml_document import decimal_of, read_document
 
     document = read_document(resolve_model(name_or_path), parse_float=decimal_of)

@@ -8,8 +8,6 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
-from takagi.models.files.flushed_folder import flush_folder
-
 
 class OutputError(OSError):
     """A file could not be written.  The message says which, why and what to do.
@@ -156,3 +154,18 @@ def explain(error: OSError) -> str:
     what = _ADVICE.get(error.errno or 0, error.strerror or str(error))
     path = error.filename2 or error.filename
     return f"{os.fsdecode(path)}: {what}" if isinstance(path, str | bytes | os.PathLike) else what
+
+
+def flush_folder(folder: Path) -> None:
+    """Write the entries of a folder to disk.
+
+    A new or renamed file survives a power failure only after its folder is flushed too.  Windows
+    cannot open folders and needs no flush.
+    """
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

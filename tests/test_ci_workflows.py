@@ -15,8 +15,8 @@ import pytest
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import dumps
 from takagi.cli.main import main
-from takagi.models.plant import PlantSettings
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.reports.gains_file import dump_gains, plant_gain_file
 from tests.test_ci_page import PLANT
 

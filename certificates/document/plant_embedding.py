@@ -27,9 +27,8 @@ if TYPE_CHECKING:
 
     from takagi.models.equations.ball import Ball
     from takagi.models.equations.problem import Problem
-    from takagi.models.equations.symbolic_form import SymbolicForm
     from takagi.models.plant.variables import Variable
-    from takagi.models.ts.model import TSModel
+    from takagi.models.ts.model import SymbolicForm, TSModel
 
 
 def is_embedded(model: TSModel) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.files.turbine_units import UNITS, to_si
+from takagi.models.files.units import UNITS, to_si
 
 # Values between the ends are short decimals, because they identify the point.
 _DIGITS = 9

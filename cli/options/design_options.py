@@ -265,7 +265,7 @@ def _check_positive(name: str, value: float | None) -> None:
 
 def _setpoint(written: str, turbine: Turbine) -> float:
     """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
-    from takagi.models.files.turbine_units import to_si
+    from takagi.models.files.units import to_si
     from takagi.models.turbine.trim import reference_speed
 
     found = re.fullmatch(r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", written)

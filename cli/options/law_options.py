@@ -129,8 +129,8 @@ def _require(holds: bool, words: str) -> None:
 
 def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
     """Return the torque [N m] of a text such as 34.5kNm, or of a share of rated torque, 80%."""
-    from takagi.models.files.turbine_units import to_si
-    from takagi.models.turbine.derating import derated
+    from takagi.models.files.units import to_si
+    from takagi.models.turbine.trim import derated
 
     found = re.fullmatch(
         r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*([^\s\d.].*?)\s*", written

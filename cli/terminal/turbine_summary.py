@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.terminal.claim_lines import claim_lines
-from takagi.models.laws.law_words import law_words
+from takagi.models.laws.protocol import law_words
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked

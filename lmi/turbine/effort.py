@@ -26,7 +26,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 

@@ -8,19 +8,18 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.models.equations.ball import Ball, balls_of, decimal_near
-from takagi.models.equations.equations import Equations
+from takagi.models.equations.equations import Equations, Step
 from takagi.models.equations.equilibrium import (
-    RESTS,
-    EquilibriumOption,
     check_equilibrium,
     check_equilibrium_stays,
     inputs_at_equilibrium,
+    require_zero,
+    residuals,
 )
 from takagi.models.equations.premise_units import units_of
-from takagi.models.equations.residuals import require_zero, residuals
-from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
+from takagi.models.plant.design_settings import RESTS, Rest
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
 from takagi.models.ranges.domain import Domain
@@ -76,7 +75,7 @@ class Problem:
 def problem_of_plant(
     plant: Plant,
     premises: Mapping[sp.Symbol, sp.Expr] | None,
-    how: EquilibriumOption = "given",
+    how: Rest = "given",
     domain: Domain | None = None,
 ) -> Problem:
     """Return the plant with its parameters' values, explicit in x', in deviations from its rest.

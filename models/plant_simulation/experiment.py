@@ -1,16 +1,63 @@
-"""The loop that is simulated: plant, law, actuator limits, and signals from outside."""
+"""The loop that is simulated: the plant by its own equations, law, actuator limits, signals."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from fractions import Fraction
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.plant_simulation.right_side import Rate
 from takagi.models.plant_simulation.signals import Signals
+
+if TYPE_CHECKING:
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
+
+Rate = Callable[[Floats, Floats, Floats], Floats]
+
+
+def right_side(
+    plant: Plant,
+    moving: Sequence[Variable] = (),
+    *,
+    fixed: Mapping[str, Fraction] | None = None,
+    told: bool = False,
+) -> Rate:
+    """Return (x, u, w) -> x' of the plant, or x(t + T) in discrete time; all in SI.
+
+    A blended plant is evaluated by the equations that its file states, with its two actuators,
+    each limited to its range; the last entry of u is then the rate of the effort.
+
+    Parameters
+    ----------
+    moving : the disturbances in w, in the order of w; all others keep their rest values.
+    fixed : name -> value of disturbances, such as uncertain parameters, that replaces the rest
+        value; not for a blended plant.
+    told : for a blended plant, whether the last entries of u are the commands of its two
+        actuators; if not, the commands follow from the state.
+    """
+    import sympy as sp
+
+    from takagi.models.blending.blending import blending_of
+    from takagi.models.blending.run_time import RunTimeBlending, explicit_rows
+
+    blending = blending_of(plant)
+    if blending is not None:
+        return RunTimeBlending(blending).disturbed_rate(moving, told=told)
+    free = [v.symbol for v in moving]
+    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    values |= {
+        v.symbol: sp.Rational(*(fixed or {}).get(v.name, v.rest).as_integer_ratio())
+        for v in plant.disturbances
+        if v.symbol not in free
+    }
+    symbols = [*(v.symbol for v in (*plant.states, *plant.inputs)), *free]
+    right = explicit_rows(plant, symbols, values)
+    return lambda x, u, w: right(*map(float, x), *map(float, u), *map(float, w))
+
 
 # (measured x - x*, w) -> the inputs before their limits, then the commands of blended actuators.
 Commands = Callable[[Floats, Floats], Floats]

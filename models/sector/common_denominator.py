@@ -13,8 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from takagi.models.sector.factored_form import FactoredForm, Place, Polynomial
-from takagi.models.sector.linear_span import LinearSpan
+from takagi.models.sector.factored_form import FactoredForm, LinearSpan, Place, Polynomial
 from takagi.models.sector.terms import Sum, terms_of
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """A law on a plant in a wind: fixed-step Runge-Kutta, the law sampled and held.
 
 At every controller sample the law sees (speed, pitch, wind estimate) and what it sends holds until
-the next one, as in a digital controller (``takagi.models.laws.sampled``); with a computation time
+the next one, as in a digital controller (``takagi.models.laws.protocol``); with a computation time
 it takes effect that much later.  Torque follows its command within the plant's rate limit, from
 sample to sample; pitch goes through the drive.  The observer takes one Euler step per sample.
 """
@@ -9,26 +9,168 @@ sample to sample; pitch goes through the drive.  The observer takes one Euler st
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from math import isfinite
+from dataclasses import dataclass, fields
+from math import ceil, isfinite
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Command, Law, Measurement
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Command, Law, Measurement, SampledLaw
 from takagi.models.simulation.dynamics import dynamics, loads
-from takagi.models.simulation.history import History
-from takagi.models.simulation.time_steps import (
-    TIME_STEP,
-    fitting_step,
-    sampled_program,
-    step_counts,
-    whole_steps,
-)
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
 from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.aerodynamics import rotor_thrust
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import rated_wind, trim
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class History:
+    """A closed loop over time, one row per controller sample; all arrays are (n,) and read-only.
+
+    Attributes
+    ----------
+    time [s]; wind, wind_estimate [m/s] : the wind without the tower's motion, and what the law saw.
+    rotor_speed [rad/s]; generator_speed : as seen from the low-speed side [rad/s], equal to
+        rotor_speed without torsion.
+    pitch, pitch_reference [rad]; pitch_rate [rad/s].
+    torque : of the generator, high-speed shaft, in force from this sample to the next [N m].
+    torque_command : what the law asked for [N m].
+    electrical_power : efficiency times torque times generator speed [W].
+    rotor_torque [N m], thrust [N] : aerodynamic, at the sample.
+    tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
+    tower_moment : fore-aft at the base [N m]: hub height times (stiffness x + damping x') over the
+        turbine's ``tower_share``, which is thrust times hub height at rest.
+    plant_states : (n, m), in the order of the plant's ``state_names``.
+    law_states : (n, k), in the order of the law's ``state_names``.
+    flags : (n,) integers, sums of ``takagi.models.simulation.turbine_plant.Flag``.
+    wind_name : for tables.
+    """
+
+    time: Floats
+    wind: Floats
+    wind_estimate: Floats
+    rotor_speed: Floats
+    generator_speed: Floats
+    pitch: Floats
+    pitch_reference: Floats
+    pitch_rate: Floats
+    torque: Floats
+    torque_command: Floats
+    electrical_power: Floats
+    rotor_torque: Floats
+    thrust: Floats
+    tower_displacement: Floats
+    tower_velocity: Floats
+    tower_moment: Floats
+    plant_states: Floats
+    law_states: Floats
+    flags: NDArray[np.int64]
+    wind_name: str
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def share_flagged(self, flag: Flag) -> float:
+        """Return the share of samples at which the flag stands [-]."""
+        return float(np.mean((self.flags & flag.value) != 0))
+
+    def per_unit(self, turbine: Turbine) -> dict[str, Floats]:
+        """Return the series over their bases [-], by name; ``time`` stays in s.
+
+        Bases: wind and its estimate by rated wind; rotor speed, torque and electrical power by
+        their rated values; pitch and its reference by the trim pitch at cut-out; tower
+        displacement and moment by their static values at rated wind.
+        """
+        wind = rated_wind(turbine)
+        thrust = float(rotor_thrust(turbine, turbine.rated_rotor_speed, turbine.pitch_min, wind))
+        bases = {
+            "wind": wind,
+            "wind_estimate": wind,
+            "rotor_speed": turbine.rated_rotor_speed,
+            "pitch": trim(turbine, turbine.cut_out).pitch,
+            "pitch_reference": trim(turbine, turbine.cut_out).pitch,
+            "torque": turbine.rated_torque,
+            "electrical_power": turbine.rated_power,
+            "tower_displacement": turbine.tower_share * thrust / turbine.tower_stiffness,
+            "tower_moment": thrust * turbine.hub_height,
+        }
+        scaled = {name: np.asarray(getattr(self, name)) / base for name, base in bases.items()}
+        return {"time": self.time, **scaled}
+
+
+# Of the plant's integration [s]: resolves all its modes.
+TIME_STEP = 0.02
+# A computation time is looked for among the steps of up to this many more to a sample.
+MOST_STEPS = 400
+
+
+def sampled_program(
+    law: Law | SampledLaw, time_step: float | None, controller_step: float | None
+) -> SampledLaw:
+    """Return the law as a program; a plain law takes the steps that are given."""
+    if not isinstance(law, SampledLaw):
+        given = [step for step in (controller_step, time_step, TIME_STEP) if step is not None]
+        if not (given[0] > 0 and isfinite(given[0])):
+            raise ModelError(f"step {given[0]:g} s was given; it must be above 0")
+        return SampledLaw(law, given[0])
+    if controller_step not in (None, law.sample_time):
+        raise ModelError(
+            f"controller step {controller_step:g} s was given for a law that is sampled every "
+            f"{law.sample_time:g} s; leave the step out"
+        )
+    return law
+
+
+def fitting_step(sample_time: float, computation_time: float, longest: float = TIME_STEP) -> float:
+    """Return the largest step up to ``longest`` [s] that divides sample and computation time."""
+    period, late = sample_time, computation_time
+    # A period that is a whole multiple of the longest step must not get one more step by rounding.
+    least = max(1, ceil(period / longest - 1e-9))
+    for count in range(least, least + MOST_STEPS):
+        share = late * count / period
+        if abs(share - round(share)) < 1e-9 * count:
+            return period / count
+    raise ModelError(
+        f"computation time {late:g} s was given with a sample time of {period:g} s; a simple "
+        "fraction of the sample time is needed, such as a half or a quarter"
+    )
+
+
+def step_counts(time_step: float, period: float, wind: WindSeries) -> tuple[int, int]:
+    """Return (time steps per controller sample, controller samples)."""
+    if not time_step > 0:
+        raise ModelError(f"time step {time_step:g} s was given; it must be above 0")
+    inner = whole_steps(period, time_step, "controller step")
+    if inner < 1:
+        raise ModelError(
+            f"controller step {period:g} s was given with time step {time_step:g} s; it must be "
+            "a whole multiple of it"
+        )
+    # The quotient of two decimals such as 0.3 / 0.1 may be just below a whole number.
+    samples = int(wind.duration / period + 1e-9)
+    if samples < 1:
+        raise ModelError(
+            f"wind {wind.name!r} lasts {wind.duration:g} s, less than one step of {period:g} s"
+        )
+    return inner, samples
+
+
+def whole_steps(time: float, step: float, what: str) -> int:
+    """Return how many steps a time is."""
+    count = round(time / step)
+    if abs(count * step - time) > 1e-9 * time:
+        raise ModelError(
+            f"{what} {time:g} s was given with time step {step:g} s; it must be a whole multiple "
+            "of it"
+        )
+    return count
 
 
 class Observer(Protocol):

@@ -1,29 +1,85 @@
-"""The vertex form of a Takagi-Sugeno model: matrices, premises, rules, and the box they hold on."""
+"""The vertex form of a Takagi-Sugeno model: matrices, premises, rules, box, and its derivation."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
+from takagi.models.equations.equations import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
-from takagi.models.ts.derivation import Derivation
 from takagi.models.ts.premise import Premise
-from takagi.models.ts.vertex_arrays import check_unique
-from takagi.models.ts.vertex_matrices import check_corners, stored_matrices
-from takagi.models.ts.vertex_product import VertexProduct
+from takagi.models.ts.vertex_arrays import (
+    VertexProduct,
+    check_corners,
+    check_unique,
+    stored_matrices,
+)
 
 if TYPE_CHECKING:
+    from takagi.models.equations.equations import Factored
+    from takagi.models.equations.problem import Problem
+    from takagi.models.plant.plant import Plant
     from takagi.models.ranges.domain import Domain
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SymbolicForm:
+    """The symbols behind a model of ``sector_model``.
+
+    Attributes
+    ----------
+    plant : as it was given; None where expressions were given instead.
+    problem : equations in deviations from the equilibrium, box and domain.
+    factored : A, B, C, D, E with entries in premise symbols, and what each premise stands for.
+    kind : "sector" where f = A(z) x + ..., "secant" where A(z), ... are the slopes of f.
+    """
+
+    plant: Plant | None
+    problem: Problem
+    factored: Factored
+    kind: Literal["sector", "secant"] = "sector"
+
+
+SPECIAL = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
+    "\\": r"\textbackslash{}",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Derivation:
+    """The steps from the plant's equations to the vertex matrices, in order.
+
+    ``exactness`` says how it was checked that the factored form is the plant; empty when nothing
+    is said.  ``form`` has the plant, its factored form and its premises in symbols, where the model
+    was derived from symbols.
+    """
+
+    steps: tuple[Step, ...]
+    exactness: str = ""
+    form: SymbolicForm | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def latex(self) -> str:
+        r"""The whole derivation as LaTeX paragraphs with ``\[ ... \]`` displays (amsmath)."""
+        return "\n".join(f"{_escaped(step.title)}\n\\[\n{step.latex}\n\\]" for step in self.steps)
+
+
+def _escaped(words: str) -> str:
+    """Return plain words with the characters that LaTeX reads as commands written out."""
+    return "".join(SPECIAL.get(letter, letter) for letter in words)
+
 
 Rule: TypeAlias = tuple[int, ...]
 LETTERS = ("A", "B", "C", "D", "E")
@@ -133,8 +189,8 @@ class TSModel:
         values["box"] = _box(box or {})
         values["sample_time"] = _positive(sample_time)
         values |= {"name": name, "source": source, "derivation": derivation}
-        for field, value in values.items():
-            object.__setattr__(self, field, value)
+        for member, value in values.items():
+            object.__setattr__(self, member, value)
 
     if not TYPE_CHECKING:
 

@@ -31,8 +31,10 @@ from takagi.models.turbine.regional_model import (
     WIND_DEVIATION,
     RegionalPlant,
     region_model,
+    secant_premise,
+    telescoping_step,
+    torque_symbols,
 )
-from takagi.models.turbine.torque_secants import secant_premise, telescoping_step, torque_symbols
 from takagi.models.turbine.trim import rated_wind
 
 

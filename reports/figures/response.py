@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.simulation.history import History
+    from takagi.models.simulation.closed_loop import History
 
 # quantity: factor to the shown unit, label
 QUANTITIES = {

@@ -17,7 +17,7 @@ from takagi.models.arrays import Complex, Floats
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.models.laws.output_feedback import OutputFeedback
+    from takagi.models.laws.pdc import OutputFeedback
     from takagi.models.plant.plant import Plant
 
 
@@ -67,7 +67,7 @@ class ObservedMotion:
 
     def measured_states(self) -> list[int]:
         """Return the places of the states that an output shows by themselves."""
-        from takagi.models.laws.output_feedback import seen_directly
+        from takagi.models.laws.pdc import seen_directly
 
         seen = seen_directly(self.law.model, self.law.rows)
         return [state for state, (_, factor) in seen.items() if factor == 1.0]

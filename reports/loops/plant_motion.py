@@ -18,9 +18,10 @@ from takagi.models.plant_simulation.experiment import (
     Experiment,
     ExperimentRun,
     LawRate,
+    Rate,
     SampledProgram,
+    right_side,
 )
-from takagi.models.plant_simulation.right_side import Rate, right_side
 from takagi.models.plant_simulation.runs import WHOLE, run
 from takagi.models.plant_simulation.signals import Signals
 from takagi.reports.page.labels import name_of
@@ -228,7 +229,7 @@ def _rate_with_errors(
     blending = blending_of(plant)
     if blending is None:
         raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-    return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True, told=told)
+    return RunTimeBlending(blending, errors).disturbed_rate(moving, told=told)
 
 
 def _law_rate(loop: PlantLoop) -> LawRate | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import SampledLaw
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.margins.running_equilibrium import (

@@ -9,8 +9,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.law_words import law_words
-from takagi.models.laws.protocol import Law, Measurement
+from takagi.models.laws.protocol import Law, Measurement, law_words
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine

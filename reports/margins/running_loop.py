@@ -21,8 +21,7 @@ from scipy.linalg import expm
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Measurement
-from takagi.models.laws.sampled import SampledLaw, sampled
+from takagi.models.laws.protocol import Measurement, SampledLaw, sampled
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.dynamics import plant_rate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine

@@ -15,8 +15,7 @@ import numpy as np
 
 from takagi.models.arrays import Complex
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Law
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Law, SampledLaw
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant

@@ -32,7 +32,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 from takagi.reports.margins.design_levers import effort_of
 from takagi.reports.margins.least_margins import LEAST_GAIN, LEAST_PHASE, SmallMargin, small_margins
 from takagi.reports.margins.loops_over_wind import GROWTH, SAMPLE, LoopsOverWind, PlantChoice

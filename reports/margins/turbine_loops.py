@@ -21,7 +21,8 @@ import numpy as np
 
 from takagi.models.arrays import Complex
 from takagi.models.errors import ModelError
-from takagi.models.turbine import Turbine, rotor_torque_gradient, tip_speed_ratio
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient, tip_speed_ratio
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint
 from takagi.reports.margins.turbine_dynamics import (
     FirstOrderDrive,

@@ -14,7 +14,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.simulation.laws import ChosenLaws
 

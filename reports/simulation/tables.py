@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from takagi.models.simulation.history import History
+from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.turbine_plant import Flag
 from takagi.reports.csv_text import csv_text
 from takagi.reports.simulation.laws import LAW_NAMES

@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.certificates.sweep.sweep import Row, Sweep
 from takagi.models.arrays import Floats
-from takagi.models.laws.law_words import law_words
+from takagi.models.laws.protocol import law_words
 from takagi.reports.csv_text import csv_text
 from takagi.reports.figures.style import house_style, new_figure, shades
 from takagi.reports.figures.writing import figure_to_svg

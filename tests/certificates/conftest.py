@@ -19,7 +19,8 @@ from takagi.certificates.claims.turbine import (
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.lmi.turbine import EffortSettings, effort_gains
 from takagi.models import Turbine, nrel5mw
-from takagi.models.laws import EffortSharingLaw, effort_schedule
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
 
 PER_INTERVAL = {"integral_rate", "inertia_feedforward", "feedforward_limit"}
 # Nodes kept in the short certificate: where the effort passes from torque to pitch.

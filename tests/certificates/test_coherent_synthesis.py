@@ -24,9 +24,9 @@ from takagi.certificates.design.turbine.effort_sharing_gains import (
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.lmi.turbine.one_step import iteration as one_step_climb
 from takagi.models import Interval, ModelError, nrel5mw
-from takagi.models.laws import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing import LoopUncertainty
-from takagi.models.turbine import model_files
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.turbine.loader import model_files
 from tests.certificates.conftest import Built
 
 NODES = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")

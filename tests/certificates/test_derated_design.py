@@ -13,8 +13,10 @@ from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_
 from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
 from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine import effort_gains
-from takagi.models.laws import EffortSharingLaw, effort_schedule
-from takagi.models.turbine import derated, model_files, nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.loader import model_files, nrel5mw
+from takagi.models.turbine.trim import derated
 
 # A design of its own takes ten seconds.
 pytestmark = pytest.mark.slow

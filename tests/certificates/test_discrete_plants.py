@@ -15,8 +15,8 @@ from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import dumps
 from takagi.models import ModelError
-from takagi.models.files import data_folder
-from takagi.models.plant_files import PlantFile
+from takagi.models.files.library import data_folder
+from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.simulation import simulate_plant, simulation_data
 
 FILE = data_folder() / "henon.toml"

@@ -17,15 +17,12 @@ from takagi.certificates.claims.turbine import published_law_data
 from takagi.certificates.design.turbine import designed_law
 from takagi.certificates.document import effort_sharing_law_data
 from takagi.models import ModelError
-from takagi.models.laws import (
-    EffortGains,
-    EffortSharingLaw,
-    Law,
-    Measurement,
-    effort_schedule,
-    no_feedforward,
-)
-from takagi.models.turbine import Turbine, derated, nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule, no_feedforward
+from takagi.models.laws.protocol import Law, Measurement
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import derated
 from takagi.reports.gains_file import dump_gains, gain_file
 
 TURBINE = nrel5mw()

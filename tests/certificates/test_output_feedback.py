@@ -22,9 +22,9 @@ from takagi.certificates.design.plant import (
     design_plant,
 )
 from takagi.models import ModelError
-from takagi.models.files import data_folder
-from takagi.models.plant import PlantSettings
-from takagi.models.plant_files import load_plant
+from takagi.models.files.library import data_folder
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import load_plant
 from takagi.reports.code import ProgramRun, read_controller
 from takagi.reports.gains_file import dump_gains, plant_gain_file
 from takagi.reports.sections.plant import plant_report

@@ -25,12 +25,12 @@ from takagi.certificates.claims.turbine import (
 )
 from takagi.certificates.document import certificate_document, turbine_data
 from takagi.models import nrel5mw
-from takagi.models.laws import Measurement, PublishedLaw, published_law
-from takagi.models.laws.published import PublishedLawName, RegionalSchedule
+from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine import rotor_torque
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
+from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()

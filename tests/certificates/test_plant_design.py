@@ -19,8 +19,8 @@ from takagi.certificates.design.plant import (
     rounded_gains,
 )
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model
-from takagi.models.files import built_in_kinds
-from takagi.models.plant import PlantSettings
+from takagi.models.files.library import built_in_kinds
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.sections.plant import largest_commands
 

@@ -17,8 +17,9 @@ from takagi.certificates.checker.files.frozen_wake import scaled_slopes
 from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.checker.kernel.reader import matrix, member, numbers
 from takagi.certificates.document import turbine_data
-from takagi.models.laws import effort_schedule
-from takagi.models.turbine import load_turbine, model_files, rotor_torque_gradient
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.loader import load_turbine, model_files
 from takagi.models.turbine.trim import trim
 
 FILE = model_files("iea15mw")[0]

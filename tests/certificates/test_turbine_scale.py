@@ -19,9 +19,10 @@ from takagi.certificates.document import certificate_document, effort_sharing_la
 from takagi.certificates.document.provenance import provenance
 from takagi.lmi.turbine import FULL_LOAD, PARTIAL_LOAD, EffortSettings, effort_gains
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws import EffortSharingLaw, effort_schedule
-from takagi.models.turbine import load_turbine, model_files, reference_speed
-from takagi.models.turbine.trim import TABLE_SHARE
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.loader import load_turbine, model_files
+from takagi.models.turbine.trim import TABLE_SHARE, reference_speed
 
 
 def test_the_reference_keeps_its_settings() -> None:

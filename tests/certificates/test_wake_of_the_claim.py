@@ -18,7 +18,7 @@ from takagi.certificates.claims.turbine import DEFAULT_UNCERTAINTY, effort_shari
 from takagi.certificates.cross_check import Refusal, judge_document
 from takagi.certificates.design.given import certify_law
 from takagi.models import ModelError
-from takagi.models.files import data_folder
+from takagi.models.files.library import data_folder
 from tests.certificates.conftest import resealed
 
 

@@ -14,7 +14,7 @@ from takagi.certificates.checker.kernel.reader import digest
 from takagi.certificates.design.plant import PlantDesign, certify_filed, design_plant
 from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.reports.gains_file import dump_gains, plant_gain_file
 
 Capture = pytest.CaptureFixture[str]

@@ -21,7 +21,7 @@ Capture = pytest.CaptureFixture[str]
 def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The gain file of a design, without its drawings."""
     from takagi.certificates.design.plant import PlantDesign, design_plant
-    from takagi.models.plant_files import load_plant, plant_files
+    from takagi.models.plant_files.loader import load_plant, plant_files
     from takagi.reports.gains_file import dump_gains, plant_gain_file
 
     plant = tmp_path_factory.mktemp("designed") / "cubic.toml"

@@ -138,7 +138,7 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
     """1, with a dash in the table and the time in a sentence."""
     import numpy as np
 
-    from takagi.models.simulation import BaselineLaw
+    from takagi.models.simulation.baseline import BaselineLaw
 
     class Wild(BaselineLaw):
         """The reference's controller, its state no number after one step."""

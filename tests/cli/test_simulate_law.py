@@ -12,8 +12,11 @@ from takagi.certificates import CertificateError
 from takagi.certificates.document import effort_sharing_law_data
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.turbine import Turbine, derated, nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import derated
 from takagi.reports.simulation import filed_law
 
 Capture = pytest.CaptureFixture[str]

@@ -60,8 +60,8 @@ def undrawn(patch: pytest.MonkeyPatch) -> None:
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
     """The same turbine with the published law and a claim that the checker leaves open."""
-    from takagi.models.laws import published_law
     from takagi.models.laws.published.coupling_filter import coupling_filter
+    from takagi.models.laws.published.law import published_law
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine

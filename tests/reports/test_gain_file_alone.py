@@ -29,18 +29,13 @@ from takagi.certificates.document import (
 )
 from takagi.certificates.document.plant_blend import unknown_premises
 from takagi.models import Plant, sector_model
-from takagi.models.blending import blended_model
-from takagi.models.files import built_in_kinds, data_folder
-from takagi.models.laws import (
-    EffortSharingLaw,
-    Law,
-    Measurement,
-    PdcLaw,
-    SampledLaw,
-    no_feedforward,
-)
-from takagi.models.laws.sampled import sampled
-from takagi.models.plant_files import load_plant
+from takagi.models.blending.substitution import blended_model
+from takagi.models.files.library import built_in_kinds, data_folder
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import no_feedforward
+from takagi.models.laws.pdc import PdcLaw
+from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
+from takagi.models.plant_files.loader import load_plant
 from takagi.models.turbine.trim import trim
 from takagi.reports.gains_file import dump_gains, gain_file
 from tests.reports.filtered_speed import FilteredSpeed

@@ -13,7 +13,7 @@ import pytest
 from takagi.certificates import Claim, TurbineDesign, Verdict
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.certificates.document import dumps
-from takagi.models.laws import Measurement
+from takagi.models.laws.protocol import Measurement
 from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import LocalGains, closed_loop_poles, running_search

@@ -18,7 +18,7 @@ from takagi.certificates.design.turbine import (
     wind_observer_design,
 )
 from takagi.models import WindObserver
-from takagi.models.turbine import load_turbine, nrel5mw
+from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.reports.margins import (
     RunningMargins,
     running_margins,

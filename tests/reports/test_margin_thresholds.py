@@ -11,7 +11,7 @@ import pytest
 
 from takagi.cli import main as command
 from takagi.models import ModelError
-from takagi.models.files import data_folder
+from takagi.models.files.library import data_folder
 from takagi.reports.margins import (
     AskedMargins,
     Mode,

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError
-from takagi.models.turbine import TrimPoint, Turbine, nrel5mw, rotor_thrust, rotor_torque
-from takagi.models.turbine.trim import trim
+from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import TrimPoint, trim
 from takagi.reports.margins import (
     FirstOrderDrive,
     LocalGains,

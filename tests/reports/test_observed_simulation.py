@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.models import ModelError
-from takagi.models.plant_files import load_plant
-from takagi.models.plant_simulation import Noise, Step
+from takagi.models.plant_files.loader import load_plant
+from takagi.models.plant_simulation.signals import Noise, Step
 from takagi.reports.simulation import PlantScenario, simulate_plant
 
 FILE = """

@@ -12,8 +12,8 @@ from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models import nrel5mw
-from takagi.models.laws import published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.law import published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.reports.loops import gap_words, wind_words
 from takagi.reports.loops.overlap_claims import overlap_claims

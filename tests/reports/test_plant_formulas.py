@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Plant, load_model, sector_model
-from takagi.models.files import built_in_kinds
+from takagi.models.files.library import built_in_kinds
 from takagi.reports.page import readable
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import shortens

@@ -14,16 +14,13 @@ from numpy.typing import NDArray
 
 from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
 from takagi.models import ModelError, WindObserver
-from takagi.models.laws import Command, EffortSharingLaw, Measurement, SampledLaw
-from takagi.models.simulation import (
-    SimulatedTurbine,
-    WindSeries,
-    closed_loop,
-    dynamics,
-    simulate,
-    validation_plant,
-)
-from takagi.models.turbine import nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw
+from takagi.models.simulation import closed_loop, dynamics
+from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
+from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.figures import MarginLine, running_margins_figure
 from takagi.reports.margins import (
     WAKES,

@@ -20,9 +20,9 @@ from takagi.certificates.document import effort_sharing_law_data
 from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
-from takagi.models.files import resolve_model
-from takagi.models.laws.effort_sharing import LoopUncertainty
-from takagi.models.turbine import load_turbine
+from takagi.models.files.library import resolve_model
+from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.turbine.loader import load_turbine
 from takagi.reports.margins import (
     NoEquilibrium,
     effort_of,

@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws import Command, Measurement
-from takagi.models.simulation import BaselineLaw, Diverged, History
-from takagi.models.turbine import rated_wind
-from takagi.models.turbine.trim import trim
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import Diverged, History
+from takagi.models.turbine.trim import rated_wind, trim
 from takagi.reports.simulation import (
     SCENARIOS,
     ChosenLaws,

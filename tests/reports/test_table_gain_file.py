@@ -18,7 +18,7 @@ from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models import Plant, load_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from tests.reports.test_gain_file_alone import controller, written
 
 PENDULUM = """

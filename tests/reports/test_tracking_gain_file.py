@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models import Plant, load_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.simulation import simulate_plant
 from tests.reports.test_gain_file_alone import controller, written
 

@@ -24,9 +24,9 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.coupling_filter import CouplingFilter
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.ramps.membership_ramp import Ramp
+from takagi.models.ramps import Ramp
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 
 if TYPE_CHECKING:
     from takagi.models.laws.published.regional_schedule import RegionalSchedule

@@ -25,10 +25,13 @@ from takagi.certificates.design.step_clock import Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import widened
 from takagi.certificates.design.turbine.scale import scaled_box
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.feedforward import Feedforward
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
-from takagi.models.laws.effort_sharing.schedule import EffortSchedule, frozen_wake_effectiveness
+from takagi.models.laws.effort_sharing.schedule import (
+    EffortSchedule,
+    Feedforward,
+    frozen_wake_effectiveness,
+)
 from takagi.models.turbine.data import Turbine
 
 

@@ -43,8 +43,7 @@ def errorless(model: TSModel, asked: PlantSettings) -> tuple[Errorless, Indices]
     None where the model without errors has no premise in the share, or one that is not found in
     ``model``.
     """
-    from takagi.models.blending.modelling import blended_model
-    from takagi.models.blending.substitution import blended_plant
+    from takagi.models.blending.substitution import blended_model, blended_plant
 
     blending = blend_of(model)
     if blending is None:

@@ -234,7 +234,7 @@ def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:
         if plant.references:
             return secant_model(plant, rest=asked.rest)
         if plant.blending is not None:
-            from takagi.models.blending.modelling import blended_model
+            from takagi.models.blending.substitution import blended_model
 
             return blended_model(plant, choice=asked.choice, rest=asked.rest)
         return sector_model(plant, choice=asked.choice, rest=asked.rest)

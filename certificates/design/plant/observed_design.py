@@ -119,8 +119,7 @@ class ObservedWork:
         P: Floats | None = None,
     ) -> PlantDesign:
         """Return the design with its certificate; ``P`` is a function that was found before."""
-        from takagi.models.laws.output_feedback import OutputFeedback
-        from takagi.models.laws.pdc import PdcLaw
+        from takagi.models.laws.pdc import OutputFeedback, PdcLaw
 
         with self.clock("exact proof"):
             loop = self.loop(gains, L)

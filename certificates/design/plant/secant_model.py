@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
-from takagi.models.ts.derivation import Derivation
-from takagi.models.ts.model import TSModel
+from takagi.models.ts.model import Derivation, TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.equations.problem import Problem
+    from takagi.models.plant.design_settings import Rest
 
 MOST_RULES = 1024
 
@@ -23,7 +22,7 @@ MOST_RULES = 1024
 def secant_model(
     plant: Plant,
     *,
-    rest: EquilibriumOption = "given",
+    rest: Rest = "given",
     tolerance: Number = "1e-3",
     most_rules: int = MOST_RULES,
 ) -> TSModel:
@@ -48,9 +47,9 @@ def secant_model(
 
     from takagi.models.equations.equations import Factored
     from takagi.models.equations.problem import box_in_fractions, problem_of_plant
-    from takagi.models.equations.symbolic_form import SymbolicForm
     from takagi.models.sector.multilinear import vertex_product
     from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
+    from takagi.models.ts.model import SymbolicForm
 
     if plant.mass is not None:
         raise ModelError(f"plant {plant.name!r} has a mass matrix; write it as x' = f(x, u, w)")

@@ -27,7 +27,7 @@ from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortDesign

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.controller.plant_members import statement
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.certificates.design.turbine.result import speed_filter
-from takagi.models.laws.law_words import law_words
+from takagi.models.laws.protocol import law_words
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import ObserverDesign, TurbineDesign

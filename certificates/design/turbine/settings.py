@@ -16,7 +16,7 @@ from takagi.models.laws.effort_sharing.schedule import DEFAULT_EFFECTIVENESS_SHA
 
 if TYPE_CHECKING:
     from takagi.lmi.turbine.effort import EffortSettings
-    from takagi.models.ramps.membership_ramp import Shape
+    from takagi.models.ramps import Shape
 
 # The band-stop's frequency relative to the drivetrain's torsion mode, which is at 10.3 rad/s for
 # 5 MW. At the mode a band-stop below it adds phase lead, a band-stop above it adds phase lag

@@ -10,7 +10,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.plant.responses import finish_over_time
 from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 

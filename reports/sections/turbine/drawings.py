@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.cells import cells_panel
 from takagi.reports.figures.style import (
     COLOURS,

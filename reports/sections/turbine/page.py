@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from takagi.models.laws.law_words import law_words
+from takagi.models.laws.protocol import law_words
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 

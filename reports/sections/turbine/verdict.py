@@ -11,7 +11,7 @@ from takagi.certificates.design.claim_summary import (
     claim_summary,
     running_loop_summary,
 )
-from takagi.models.laws.law_words import law_words
+from takagi.models.laws.protocol import law_words
 from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
 from takagi.reports.loops.overlap_claims import (

@@ -18,7 +18,7 @@ from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.gains_file import plant_gain_file
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
@@ -325,7 +325,7 @@ def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) 
 
 
 def design_of_file(path: Path) -> PlantDesign:
-    from takagi.models.plant_files import load_plant, plant_files
+    from takagi.models.plant_files.loader import load_plant, plant_files
 
     def one(model: Any) -> Any:
         return np.array([GAIN] * len(model.A))

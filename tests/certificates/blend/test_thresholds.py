@@ -15,7 +15,7 @@ import pytest
 from takagi.certificates import Verdict
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models import ModelError
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.loops import motions
 from takagi.reports.loops.plant_loop import plant_loop
 from tests.models.blending.plants import plant_of

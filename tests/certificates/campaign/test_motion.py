@@ -19,8 +19,8 @@ from takagi.certificates.campaign.motion import (
     step,
 )
 from takagi.models import ModelError
-from takagi.models.laws import Measurement
-from takagi.models.turbine import rotor_torque, rotor_torque_gradient
+from takagi.models.laws.protocol import Measurement
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 
 COUNT = 150
 

@@ -23,7 +23,7 @@ from takagi.certificates.requests import (
 )
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.test_damage import damage, documents, paths, resealed
 from tests.certificates.weights.cells import cubic
 

@@ -21,7 +21,7 @@ from takagi.certificates.cross_check.plant.expression import minus, parsed, plus
 from takagi.certificates.cross_check.plant.interval import Undefined, range_of
 from takagi.certificates.document import certificate_document
 from takagi.models import sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.kinds.test_damage import resealed
 

@@ -13,8 +13,8 @@ from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document import certificate_document, embedding_claim, plant_data
 from takagi.models import TSModel, sector_model
-from takagi.models.blending import blended_model
-from takagi.models.plant_files import load_plant
+from takagi.models.blending.substitution import blended_model
+from takagi.models.plant_files.loader import load_plant
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 

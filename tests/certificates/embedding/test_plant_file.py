@@ -19,7 +19,8 @@ from takagi.certificates.checker.files.plant_units import in_si
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.document import plant_data
 from takagi.models import Plant, load_model, sector_model
-from takagi.models.files import built_in_kinds, data_folder, parse_unit
+from takagi.models.files.library import built_in_kinds, data_folder
+from takagi.models.files.units import parse_unit
 
 PLANTS = sorted(name for name, kind in built_in_kinds().items() if kind == "plant")
 FILE = """

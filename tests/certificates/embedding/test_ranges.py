@@ -26,7 +26,7 @@ from takagi.models import (
     sector_model,
     table_function,
 )
-from takagi.models.splines import interpolate
+from takagi.models.splines.surface import interpolate
 from tests.certificates.embedding.plants import changed, one_state, said_of
 
 Data = dict[str, Any]

@@ -23,7 +23,7 @@ from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import embedding_claim, plant_data
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant_files.loader import load_plant, plant_files
 from tests.solved_rest_plants import ARM, FAN, MAGNET, PLANTS
 
 

@@ -21,8 +21,9 @@ from takagi.certificates.document import (
     turbine_data,
 )
 from takagi.cli.main import main
-from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.turbine import nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.loader import nrel5mw
 from takagi.reports.gains_file import dump_gains, gain_file
 
 Capture = pytest.CaptureFixture[str]

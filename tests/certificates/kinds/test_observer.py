@@ -17,7 +17,7 @@ from takagi.certificates.requests import ClaimedLoop, ObservedFeedback, Observer
 from takagi.certificates.requests.loop.decimals import as_read
 from takagi.lmi import observer, pdc, secant_vertices
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 

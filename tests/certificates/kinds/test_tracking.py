@@ -19,7 +19,7 @@ from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
 from takagi.certificates.document import dumps
 from takagi.models import ModelError, Plant, load_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.kinds.tracking_documents import (

@@ -14,7 +14,7 @@ import numpy as np
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.certificates.document import certificate_document
 from takagi.models import Plant, load_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]

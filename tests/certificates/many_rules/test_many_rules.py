@@ -24,7 +24,7 @@ from takagi.certificates.design.plant import (
     work_of,
 )
 from takagi.models import Plant, TSModel, load_model, sector_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 
 HERE = Path(__file__).parent
 

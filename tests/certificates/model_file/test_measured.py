@@ -23,7 +23,7 @@ from takagi.certificates.document import (
     plant_data,
 )
 from takagi.models import sector_model
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant_files.loader import load_plant, plant_files
 
 LISTED = 'measured = ["y"]'
 PLANT = f"""

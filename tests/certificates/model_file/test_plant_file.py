@@ -17,8 +17,8 @@ from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import content_of, dumps, plant_and_claim
 from takagi.cli.main import main
 from takagi.models import sector_model
-from takagi.models.plant import PlantSettings
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.reports.baseline.changes import changes
 from takagi.reports.gains_file import dump_gains, plant_gain_file
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections

@@ -17,7 +17,7 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.files.uncertain import uncertain_in
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document import dumps, plant_data
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ from takagi.certificates.requests import (
 from takagi.cli.main import main
 from takagi.lmi import EigenvalueRegion
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.conftest import resealed
 from tests.certificates.kinds.claims import model_data, said_of
 

@@ -19,8 +19,8 @@ from takagi.certificates.claims.turbine import (
 from takagi.certificates.document import certificate_document, turbine_data
 from takagi.certificates.sweep import effort_sharing, parse_axes, published
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws.published import PublishedLawName
 from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.law import PublishedLawName
 from tests.certificates.test_paper_certificate import LAWS, make_law
 
 TURBINE = nrel5mw()

@@ -14,7 +14,7 @@ from takagi.lmi import (
     dynamic_output_feedback,
 )
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 
 pytestmark = pytest.mark.numeric
 

@@ -22,9 +22,9 @@ from takagi.models import (
     plant_file_schema,
     table_function,
 )
-from takagi.models.plant_files import load_plant, plant_files
-from takagi.models.splines import TableFunction
-from takagi.models.turbine import load_turbine
+from takagi.models.plant_files.loader import load_plant, plant_files
+from takagi.models.splines.table_function import TableFunction
+from takagi.models.turbine.loader import load_turbine
 
 ROOT = Path(__file__).resolve().parents[3]
 

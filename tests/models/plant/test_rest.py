@@ -10,7 +10,7 @@ import sympy as sp
 
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.models import Interval, ModelError, Plant, Variable, sector_model, solve_rest
-from takagi.models.plant_files import PlantFile
+from takagi.models.plant_files.loader import PlantFile
 
 SQUARE = """
 format = 1

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws import Command, Measurement, SampledLaw
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw
 from takagi.reports.code import ControllerProgram, ExportSettings
 from takagi.reports.code.discon.library import export
 from tests.reports.code.compiled import STRICT, compiler, run

@@ -9,7 +9,7 @@ from typing import cast
 
 import pytest
 
-from takagi.models.turbine import load_turbine
+from takagi.models.turbine.loader import load_turbine
 from takagi.reports.code import (
     ControllerProgram,
     ExportSettings,

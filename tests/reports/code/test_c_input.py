@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
+from takagi.models.turbine.loader import load_turbine
 from takagi.reports.code import ControllerProgram, ExportSettings, baseline_program
 from takagi.reports.code.c.source import c_source
 from takagi.reports.code.program_reading import controller_program

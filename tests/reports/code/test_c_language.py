@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
+from takagi.models.turbine.loader import load_turbine
 from takagi.reports.code import (
     ControllerProgram,
     ExportSettings,

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws import Law, Measurement, SampledLaw
-from takagi.models.laws.sampled import sampled
-from takagi.models.simulation import BaselineLaw
-from takagi.models.turbine import load_turbine
+from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.code import ControllerProgram, ProgramRun, baseline_program, read_controller
 from takagi.reports.gains_file import dump_gains, gain_file

@@ -11,7 +11,7 @@ import pytest
 
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
+from takagi.models.turbine.loader import load_turbine
 from takagi.reports.code import ControllerProgram, baseline_program, read_controller
 
 Document = dict[str, Any]

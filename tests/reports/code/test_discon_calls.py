@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
+from takagi.models.turbine.loader import load_turbine
 from takagi.reports.code import ExportSettings, baseline_program, read_controller
 from takagi.reports.code.discon.library import export
 from takagi.reports.code.program_reading import controller_program

@@ -18,7 +18,7 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.models import Floats
-from takagi.models.turbine import Turbine
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
 from takagi.reports.code import ControllerProgram, ProgramRun
 from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, nrel5mw
-from takagi.models.simulation import dynamics, validation_plant
+from takagi.models.simulation import dynamics
+from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.code import (
     ControllerProgram,
     ExportSettings,

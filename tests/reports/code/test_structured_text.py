@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
+from takagi.models.turbine.loader import load_turbine
 from takagi.reports.code import (
     ControllerProgram,
     ExportSettings,

@@ -1,28 +1,28 @@
-r"""A plant or Takagi-Sugeno model as a system of python-control.
+r"""Plants, models and laws as systems of python-control, to draw, connect and simulate with.
 
 Linearised at a point (x0, u0, w0), with f0 = x' there,
 
     A = M^-1 (df/dx - [dM/dx_k f0]_k),   B = M^-1 df/du,   E = M^-1 df/dw,
 
-which is the Jacobian of M^-1 f.  Inputs of the system are the plant's, then its disturbances.
+which is the Jacobian of M^-1 f.  Inputs of the system are the plant's, then its disturbances.  A
+turbine has its drive, tower and torsion besides; a law is connected with either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.control_systems.turbine_systems import (
-    signal_names,
-    turbine_statespace,
-    turbine_system,
-)
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.laws.pdc import PdcLaw
+from takagi.models.laws.protocol import Command, Law, Measurement, ProgramState, SampledLaw
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output
+from takagi.models.simulation.dynamics import dynamics
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
@@ -30,6 +30,79 @@ from takagi.models.turbine.data import Turbine
 if TYPE_CHECKING:
     import control
     import sympy as sp
+
+INPUTS = ["torque", "pitch_reference", "wind"]
+# Step of the differences, as a share of the state's or input's size.
+STEP = 1e-5
+
+
+def turbine_system(plant: SimulatedTurbine) -> control.NonlinearIOSystem:
+    """Return the turbine's equations; inputs torque [N m], pitch_reference [rad], wind [m/s].
+
+    Outputs are the states.  The drive holds its reference and its rate within their limits.
+    """
+    import control
+
+    run = dynamics(plant)
+    names = signal_names(plant.state_names)
+
+    def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        torque, reference, wind = map(float, u)
+        return run.derivative(np.asarray(x, dtype=np.float64), torque, reference, wind)
+
+    return control.nlsys(
+        update, None, name="turbine", states=names, inputs=INPUTS, outputs=names, dt=0
+    )
+
+
+def turbine_statespace(plant: SimulatedTurbine, wind: float) -> control.StateSpace:
+    """Return the linear system at the trim of a wind [m/s], by differences of second order.
+
+    Pitch and its reference are moved upwards alone: below rated wind they lie at the end of their
+    range, where the drive holds them.
+
+    Raises
+    ------
+    ModelError : a wind that is not within cut-in and cut-out.
+    """
+    import control
+
+    turbine = plant.turbine
+    if not turbine.cut_in <= wind <= turbine.cut_out:
+        raise ModelError(
+            f"at: wind = {wind!r} was given; {turbine.cut_in:g} to {turbine.cut_out:g} m/s is "
+            "needed"
+        )
+    run = dynamics(plant)
+    state, point = plant.initial_state(wind)
+    names = signal_names(plant.state_names)
+    n = len(names)
+    centre = np.array([*state, point.torque, point.pitch, wind])
+
+    def rate(place: Floats) -> Floats:
+        torque, reference, v = map(float, place[n:])
+        return run.derivative(place[:n], torque, reference, v)
+
+    J = np.zeros((n, n + 3))
+    for k, name in enumerate([*names, *INPUTS]):
+        step = np.zeros(n + 3)
+        step[k] = STEP * max(1.0, abs(centre[k]))
+        if "pitch" in name:
+            two, one = rate(centre + 2 * step), rate(centre + step)
+            J[:, k] = (4 * one - two - 3 * rate(centre)) / (2 * step[k])
+        else:
+            J[:, k] = (rate(centre + step) - rate(centre - step)) / (2 * step[k])
+    return control.ss(
+        J[:, :n], J[:, n:], np.eye(n), np.zeros((n, 3)), states=names, inputs=INPUTS, outputs=names
+    )
+
+
+def signal_names(labels: Iterable[str]) -> list[str]:
+    """Return labels such as ``rotor speed [rad/s]`` as ``rotor_speed``.
+
+    python-control has a meaning for a dot in a name, and none for units.
+    """
+    return [re.sub(r"\W+", "_", label.split(" [")[0]).strip("_") for label in labels]
 
 
 def statespace(
@@ -229,3 +302,94 @@ def _require_names(given: Mapping[str, float], known: Mapping[str, float]) -> No
             )
         if not np.isfinite(value):
             raise ModelError(f"at: {name} = {value!r} was given; a finite value is needed")
+
+
+def law_system(law: PdcLaw | Law | SampledLaw) -> control.NonlinearIOSystem:
+    """Return a law as a nonlinear system, SI units.
+
+    ==================  ============================  ==========================  ================
+    law                 states                        inputs                      outputs
+    ==================  ============================  ==========================  ================
+    ``PdcLaw``          none                          the plant's states          its inputs
+    of a turbine        the law's                     rotor_speed, pitch,         torque,
+                                                      wind_estimate               pitch_reference
+    ``SampledLaw``      the law's, torque_sent,       the same                    the same
+                        pitch_sent
+    ==================  ============================  ==========================  ================
+
+    A ``SampledLaw``, and a ``PdcLaw`` in discrete time, are systems in discrete time.
+
+    Raises
+    ------
+    ModelError : a law behind a blend, whose command is the rate of an effort.
+    """
+    if isinstance(law, PdcLaw):
+        return _pdc(law)
+    return _sampled(law) if isinstance(law, SampledLaw) else _turbine(law)
+
+
+def _pdc(law: PdcLaw) -> control.NonlinearIOSystem:
+    import control
+
+    if law.blend is not None:
+        raise ModelError(
+            f"law {law.name!r} commands the rate of an effort that two actuators share; simulate "
+            "it with `takagi simulate`"
+        )
+
+    def output(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        return law.sent(u)
+
+    return control.nlsys(
+        None,
+        output,
+        name="law",
+        inputs=signal_names(law.model.states),
+        outputs=signal_names(law.model.inputs),
+        dt=0 if law.sample_time is None else law.sample_time,
+    )
+
+
+def _turbine(law: Law) -> control.NonlinearIOSystem:
+    import control
+
+    def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        return law.state_rate(x, Measurement(*map(float, u)))
+
+    def output(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        return np.array(law.command(x, Measurement(*map(float, u))))
+
+    return control.nlsys(
+        update,
+        output,
+        name="law",
+        states=signal_names(law.state_names),
+        inputs=list(Measurement._fields),
+        outputs=["torque", "pitch_reference"],
+        dt=0,
+    )
+
+
+def _sampled(law: SampledLaw) -> control.NonlinearIOSystem:
+    import control
+
+    def program(x: Floats) -> ProgramState:
+        return ProgramState(np.asarray(x[:-2], dtype=np.float64), Command(*map(float, x[-2:])))
+
+    def update(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        _, later = law.step(program(x), Measurement(*map(float, u)))
+        return np.concatenate([later.law_state, later.sent])
+
+    def output(t: float, x: Floats, u: Floats, params: Any) -> Floats:
+        sent, _ = law.step(program(x), Measurement(*map(float, u)))
+        return np.array(sent)
+
+    return control.nlsys(
+        update,
+        output,
+        name="law",
+        states=[*signal_names(law.state_names), "torque_sent", "pitch_sent"],
+        inputs=list(Measurement._fields),
+        outputs=["torque", "pitch_reference"],
+        dt=law.sample_time,
+    )
