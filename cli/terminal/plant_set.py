@@ -9,10 +9,14 @@ import numpy as np
 
 from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import regulator
-from takagi.reports.loops.overshoot import overshoots
+from takagi.reports.loops.plant_claims import (
+    SETTLED,
+    half_widths,
+    overshoots,
+    settling_time,
+    withstood,
+)
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.settling import SETTLED, half_widths, settling_time
-from takagi.reports.loops.withstood import withstood
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.simulation.plant import proved_jumps

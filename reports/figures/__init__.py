@@ -20,27 +20,27 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.figures.bode import BodeLine as BodeLine
-    from takagi.reports.figures.bode import bode_figure as bode_figure
-    from takagi.reports.figures.bode import bode_line as bode_line
+    from takagi.reports.figures.cells import OverlapRow as OverlapRow
     from takagi.reports.figures.cells import cells_figure as cells_figure
-    from takagi.reports.figures.memberships import membership_figure as membership_figure
-    from takagi.reports.figures.operation import power_surface_figure as power_surface_figure
-    from takagi.reports.figures.operation import trim_figure as trim_figure
-    from takagi.reports.figures.overlaps import OverlapRow as OverlapRow
-    from takagi.reports.figures.overlaps import overlaps_figure as overlaps_figure
-    from takagi.reports.figures.poles import poles_figure as poles_figure
-    from takagi.reports.figures.response import ResponseLine as ResponseLine
-    from takagi.reports.figures.response import response_figure as response_figure
-    from takagi.reports.figures.running_margins import MarginLine as MarginLine
-    from takagi.reports.figures.running_margins import (
+    from takagi.reports.figures.cells import overlaps_figure as overlaps_figure
+    from takagi.reports.figures.loops import BodeLine as BodeLine
+    from takagi.reports.figures.loops import MarginLine as MarginLine
+    from takagi.reports.figures.loops import bode_figure as bode_figure
+    from takagi.reports.figures.loops import bode_line as bode_line
+    from takagi.reports.figures.loops import poles_figure as poles_figure
+    from takagi.reports.figures.loops import (
         running_margins_figure as running_margins_figure,
     )
-    from takagi.reports.figures.scenario import ScenarioRun as ScenarioRun
-    from takagi.reports.figures.scenario import scenario_figure as scenario_figure
+    from takagi.reports.figures.operation import membership_figure as membership_figure
+    from takagi.reports.figures.operation import power_surface_figure as power_surface_figure
+    from takagi.reports.figures.operation import trim_figure as trim_figure
+    from takagi.reports.figures.response import ResponseLine as ResponseLine
+    from takagi.reports.figures.response import ScenarioRun as ScenarioRun
+    from takagi.reports.figures.response import response_figure as response_figure
+    from takagi.reports.figures.response import scenario_figure as scenario_figure
     from takagi.reports.figures.style import decimate as decimate
-    from takagi.reports.figures.writing import figure_to_pdf as figure_to_pdf
-    from takagi.reports.figures.writing import figure_to_png as figure_to_png
-    from takagi.reports.figures.writing import figure_to_svg as figure_to_svg
+    from takagi.reports.figures.style import figure_to_pdf as figure_to_pdf
+    from takagi.reports.figures.style import figure_to_png as figure_to_png
+    from takagi.reports.figures.style import figure_to_svg as figure_to_svg
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -1,4 +1,4 @@
-"""Step and gust responses: wind, pitch, torque, speed, power under one another."""
+"""Simulations over time: steps and gusts, and the scenario of the paper."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from takagi.reports.figures.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -113,3 +114,107 @@ def _panel(
         return
     for line, value, colour, style in zip(lines, values, COLOURS, STYLES, strict=False):
         axes.plot(*decimate(t, factor * value), color=colour, linestyle=style, label=line.label)
+
+
+ROWS = {
+    "wind": "wind\n[m/s]",
+    "pitch": "pitch\n[°]",
+    "torque": "torque\n[p.u.]",
+    "rotor_speed": "speed\n[p.u.]",
+    "power": "power\n[p.u.]",
+    "tower": "tower top\n[p.u.]",
+}
+DEGREES = 180 / np.pi
+# Shared by all lines of the figure, so that nine simulations give no larger file than one.
+POINTS = 5_500
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScenarioRun:
+    """One simulation of the scenario; arrays (n,), per-unit figures by their rated values.
+
+    Attributes
+    ----------
+    law, wind_label : which column, which line.
+    time [s]; wind [m/s]; pitch [rad]; torque, rotor_speed, power, tower [p.u.].
+    """
+
+    law: str
+    wind_label: str
+    time: Floats
+    wind: Floats
+    pitch: Floats
+    torque: Floats
+    rotor_speed: Floats
+    power: Floats
+    tower: Floats
+
+
+def scenario_figure(
+    runs: Sequence[ScenarioRun], *, title: str = "", total_points: int = POINTS
+) -> Figure:
+    """Return six rows of panels with one column per law; one line per wind, one scale per row.
+
+    Laws and winds appear in the order of their first run.  ``total_points`` are shared by all
+    lines: more show faster oscillations, and weigh more.
+
+    Raises
+    ------
+    ModelError : no runs, more than four laws or seven winds, or an array of another length than
+        its time.
+    """
+    laws = list(dict.fromkeys(run.law for run in runs))
+    winds = list(dict.fromkeys(run.wind_label for run in runs))
+    if not 1 <= len(laws) <= 4 or len(winds) > len(COLOURS):
+        raise ModelError(
+            f"{len(laws)} laws and {len(winds)} winds were given; one to four laws and at most "
+            f"{len(COLOURS)} winds can be told apart"
+        )
+    colours = dict(zip(winds, COLOURS, strict=False))
+    points = max(80, min(1000, total_points // (len(ROWS) * len(runs))))
+    with house_style():
+        figure, panels = new_figure(len(ROWS), len(laws), height=8.2, share_x=True)
+        for row, (quantity, label) in enumerate(ROWS.items()):
+            strip = panels[row * len(laws) : (row + 1) * len(laws)]
+            for axes, law in zip(strip, laws, strict=True):
+                for run in (run for run in runs if run.law == law):
+                    _line(axes, run, quantity, colours[run.wind_label], points)
+            _same_scale(strip)
+            strip[0].set_ylabel(label)
+        _finish(figure, panels, laws, title)
+    return figure
+
+
+def _line(axes: Axes, run: ScenarioRun, quantity: str, colour: str, points: int) -> None:
+    (values,) = columns(f"{run.law}, {quantity}", [getattr(run, quantity)], len(run.time))
+    factor = DEGREES if quantity == "pitch" else 1.0
+    x, y = decimate(run.time, factor * values, points=points)
+    axes.plot(x, y, color=colour, linewidth=0.9, label=run.wind_label)
+
+
+def _same_scale(strip: Sequence[Axes]) -> None:
+    low = min(axes.get_ylim()[0] for axes in strip)
+    high = max(axes.get_ylim()[1] for axes in strip)
+    for k, axes in enumerate(strip):
+        axes.set_ylim(low, high)
+        if k:
+            axes.tick_params(labelleft=False)
+
+
+def _finish(figure: Figure, panels: Sequence[Axes], laws: Sequence[str], title: str) -> None:
+    across = len(laws)
+    for axes, law in zip(panels[:across], laws, strict=True):
+        axes.set_title(law)
+    for axes in panels[-across:]:
+        axes.set_xlabel("time [s]")
+        axes.margins(x=0)
+    figure.align_ylabels(panels[::across])
+    figure.suptitle(title, fontsize=10)
+    named: dict[str, Artist] = {}
+    for axes in panels[:across]:
+        handles, labels = axes.get_legend_handles_labels()
+        for handle, label in zip(handles, labels, strict=True):
+            named.setdefault(label, handle)
+    figure.legend(
+        list(named.values()), list(named), loc="outside lower center", ncols=min(len(named), 4)
+    )

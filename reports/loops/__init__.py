@@ -20,15 +20,15 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.reports.loops.overlap_claims import gap_words as gap_words
+    from takagi.reports.loops.overlap_claims import synthesis_words as synthesis_words
     from takagi.reports.loops.overlap_claims import wind_words as wind_words
-    from takagi.reports.loops.overshoot import overshoots as overshoots
+    from takagi.reports.loops.plant_claims import half_widths as half_widths
+    from takagi.reports.loops.plant_claims import overshoots as overshoots
+    from takagi.reports.loops.plant_claims import settling_time as settling_time
     from takagi.reports.loops.plant_loop import PlantLoop as PlantLoop
     from takagi.reports.loops.plant_motion import motions as motions
     from takagi.reports.loops.plant_motion import plant_rate as plant_rate
     from takagi.reports.loops.plant_motion import starts as starts
     from takagi.reports.loops.plant_motion import uncertain_ends as uncertain_ends
-    from takagi.reports.loops.settling import half_widths as half_widths
-    from takagi.reports.loops.settling import settling_time as settling_time
-    from takagi.reports.loops.synthesis_summary import synthesis_words as synthesis_words
 
 __getattr__, __dir__ = lazy_names(__name__)

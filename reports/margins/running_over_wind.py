@@ -21,16 +21,15 @@ from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
 from takagi.models.turbine.data import Turbine
-from takagi.reports.margins.disk import DiskMargin, disk_of
-from takagi.reports.margins.margins import Margins, loop_margins
-from takagi.reports.margins.running_equilibrium import loop_equilibrium
+from takagi.reports.margins.margins import DiskMargin, Margins, disk_of, loop_margins
+from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import (
     WAKES,
     RunningLoop,
     linearised_loop,
+    loop_equilibrium,
     with_inertia,
 )
-from takagi.reports.margins.sampled_response import BrokenLoops, broken_loops
 
 # (Factor on the inertia, wake): the machine as its file says, then the ends of what is not known.
 NOMINAL = (1.0, "dynamic")

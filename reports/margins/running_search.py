@@ -14,7 +14,7 @@ from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import Margins
-from takagi.reports.margins.running_equilibrium import NoEquilibrium
+from takagi.reports.margins.running_loop import NoEquilibrium
 from takagi.reports.margins.running_over_wind import (
     NOMINAL,
     PLANTS,

@@ -34,8 +34,16 @@ from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.derating import derated
 from takagi.reports.margins.design_levers import effort_of
-from takagi.reports.margins.least_margins import LEAST_GAIN, LEAST_PHASE, SmallMargin, small_margins
-from takagi.reports.margins.loops_over_wind import GROWTH, SAMPLE, LoopsOverWind, PlantChoice
+from takagi.reports.margins.loops_over_wind import (
+    GROWTH,
+    LEAST_GAIN,
+    LEAST_PHASE,
+    SAMPLE,
+    LoopsOverWind,
+    PlantChoice,
+    SmallMargin,
+    small_margins,
+)
 from takagi.reports.margins.running_over_wind import NOMINAL, Mode, plant_modes
 from takagi.reports.margins.running_search import wind_ranges
 

@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING
 
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine
-from takagi.reports.figures.response import ResponseLine, response_figure
-from takagi.reports.figures.scenario import ScenarioRun, scenario_figure
+from takagi.reports.figures.response import (
+    ResponseLine,
+    ScenarioRun,
+    response_figure,
+    scenario_figure,
+)
 from takagi.reports.simulation.runs import Run, Simulation
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from takagi.reports.figures.writing import figure_to_png, figure_to_svg
+from takagi.reports.figures.style import figure_to_png, figure_to_svg
 from takagi.reports.simulation.figures import simulation_figures, slug
 from takagi.reports.simulation.runs import Simulation
 from takagi.reports.simulation.tables import as_csv, as_json, as_markdown, series_csv

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_motion import settling_time
 from takagi.reports.loops.proved_kinds import proved_claims
-from takagi.reports.loops.withstood import withstood
 from takagi.reports.simulation.plant_runs import (
     SETTLED,
     commanded,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from takagi.models import ModelError
 from takagi.reports.margins import DiskMargin, disk_margin, disk_of, loop_margins, loop_response
-from takagi.reports.margins.disk import scaled_bound
+from takagi.reports.margins.margins import scaled_bound
 
 
 def spinning_satellite(controller: Any) -> Any:

@@ -9,7 +9,7 @@ import pytest
 
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.models import ModelError
-from takagi.reports.figures.plant.phase_plane import ellipse, planes
+from takagi.reports.figures.plant.proved_set import ellipse, planes
 from takagi.reports.loops import plant_rate
 from takagi.reports.loops.plant_local import local_loops
 from takagi.reports.loops.plant_loop import plant_loop

@@ -16,7 +16,7 @@ from takagi.reports.loops import PlantLoop, motions, plant_rate, starts
 from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.loops.plant_motion import around, settling_time
 from takagi.reports.sections.plant import largest_commands
-from takagi.reports.sections.plant.motion import motion_section
+from takagi.reports.sections.plant.loops import motion_section
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"

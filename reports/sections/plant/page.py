@@ -79,16 +79,17 @@ def _sections(
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.loops.plant_motion import motions, starts
     from takagi.reports.sections.plant.blend import actuators_csv, blend_section
-    from takagi.reports.sections.plant.certificate import certificate_section
-    from takagi.reports.sections.plant.derivation import derivation_section
+    from takagi.reports.sections.plant.certificate import certificate_section, set_section
     from takagi.reports.sections.plant.gains import gains_section
-    from takagi.reports.sections.plant.loops import loops_section, poles_section
-    from takagi.reports.sections.plant.motion import motion_section
-    from takagi.reports.sections.plant.plant import plant_section
-    from takagi.reports.sections.plant.proved_set import set_section
-    from takagi.reports.sections.plant.regulator import regulator_section
+    from takagi.reports.sections.plant.loops import (
+        loops_section,
+        motion_section,
+        poles_section,
+        regulator_section,
+    )
+    from takagi.reports.sections.plant.plant import derivation_section, plant_section
     from takagi.reports.sections.plant.verdict import verdict_section
-    from takagi.reports.sections.reproducibility import check_section, provenance_section
+    from takagi.reports.sections.shared import check_section, provenance_section
     from takagi.reports.simulation.plant import jump_motions
 
     loop = plant_loop(design)

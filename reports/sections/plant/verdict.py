@@ -11,7 +11,7 @@ from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import embedded, proved_kinds
 from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.text import Section, at_least, decimal, significant
-from takagi.reports.sections.verdict import verdict_box
+from takagi.reports.sections.shared import verdict_box
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,7 +11,7 @@ import numpy as np
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures import BodeLine, bode_figure, bode_line, poles_figure
-from takagi.reports.figures.captioned_figure import captioned_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
 from takagi.reports.margins import (
     Loops,
@@ -22,7 +22,7 @@ from takagi.reports.margins import (
     loops_at_trim,
 )
 from takagi.reports.page.text import CaptionedFigure, Section, significant, with_decimals
-from takagi.reports.sections.margin_table import margin_table
+from takagi.reports.sections.shared import margin_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign

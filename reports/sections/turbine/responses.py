@@ -24,7 +24,7 @@ from takagi.models.simulation import (
 )
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures import ResponseLine, response_figure
-from takagi.reports.figures.captioned_figure import captioned_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import (
     CaptionedFigure,
     Section,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.reports.figures.captioned_figure import captioned_figure
-from takagi.reports.figures.running_margins import PANELS, MarginLine, running_margins_figure
+from takagi.reports.figures.loops import PANELS, MarginLine, running_margins_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.margins import (
     Margins,
     RunningMargins,
