@@ -11,5 +11,5 @@
     progress            progress on standard error, for work that takes over two seconds
 
 To add a verb, write `cli/verbs/<verb>.py` with `run(arguments) -> exit status` and one line in
-`cli/verb_table.py`.
+`cli/main.py`.
 """

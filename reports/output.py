@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import errno
+import io
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
 from takagi.models.files.flushed_folder import flush_folder
@@ -156,3 +158,10 @@ def explain(error: OSError) -> str:
     what = _ADVICE.get(error.errno or 0, error.strerror or str(error))
     path = error.filename2 or error.filename
     return f"{os.fsdecode(path)}: {what}" if isinstance(path, str | bytes | os.PathLike) else what
+
+
+def csv_text(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Return a line of headings and one a row; None is empty, lines end in a line feed."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([head, *rows])
+    return text.getvalue()

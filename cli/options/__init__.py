@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.cli.options.law_names import IN_FILES as IN_FILES
-    from takagi.cli.options.law_names import law_in_files as law_in_files
-    from takagi.cli.options.law_names import typed_name as typed_name
+    from takagi.cli.options.law_options import IN_FILES as IN_FILES
+    from takagi.cli.options.law_options import law_in_files as law_in_files
+    from takagi.cli.options.law_options import typed_name as typed_name
     from takagi.cli.options.plant_options import plant_settings as plant_settings
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -13,14 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.options.filter_options import (
-    OF_FILTERS,
-    SpeedFilter,
-    TorsionFilter,
-    filter_settings,
-)
 from takagi.cli.options.given import Groups, defaults_of, option_of
-from takagi.cli.options.law_names import law_in_files, typed_name
 from takagi.cli.options.law_options import (
     OF_EFFORT_SHARING,
     OF_PUBLISHED,
@@ -30,20 +23,24 @@ from takagi.cli.options.law_options import (
     TorqueSetpoint,
     TrackingTime,
     WindFilter,
+    law_in_files,
     law_settings,
+    typed_name,
 )
-from takagi.cli.options.synthesis_options import (
+from takagi.cli.options.turbine_options import (
+    OF_FILTERS,
     OF_SYNTHESIS,
-    ObjectiveName,
-    OneStep,
-    TwoStep,
-    synthesis_settings,
-)
-from takagi.cli.options.uncertainty_options import (
     OF_UNCERTAINTY,
     EquilibriumWake,
     Inertia,
+    ObjectiveName,
+    OneStep,
     PowerCoefficient,
+    SpeedFilter,
+    TorsionFilter,
+    TwoStep,
+    filter_settings,
+    synthesis_settings,
     uncertainty_asked,
 )
 from takagi.models.errors import ModelError

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.design_options import TURBINE_OPTIONS, design_settings
 from takagi.cli.options.given import Groups, as_typed
-from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
+from takagi.cli.options.turbine_options import OF_UNCERTAINTY, uncertainty_asked
 from takagi.cli.progress import Tell
 from takagi.models.errors import ModelError
 

@@ -17,8 +17,8 @@ from takagi.reports.loops.plant_claims import (
     withstood,
 )
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.page.text import name_of, unit_of
 from takagi.reports.simulation.plant import proved_jumps
 
 if TYPE_CHECKING:

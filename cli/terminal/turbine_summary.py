@@ -7,7 +7,7 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.terminal.claim_lines import claim_lines
+from takagi.cli.terminal.files import claim_lines
 from takagi.models.laws.law_words import law_words
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,

@@ -20,8 +20,8 @@ from takagi.reports.appendix.tex import (
 )
 from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.loops.proved_kinds import embedded
-from takagi.reports.page.labels import name_of
 from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.page.text import name_of
 from takagi.reports.sections.plant.gains import gain_columns
 from takagi.reports.sections.plant.plant import derivation_steps, equations_latex, kinds
 

@@ -13,7 +13,8 @@ from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.turbine.data import Figure, Turbine
+from takagi.models.turbine.data import Figure as DataFigure
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
 from takagi.reports.appendix.tex import (
     NONE,
@@ -102,7 +103,7 @@ def _parameters(turbine: Turbine) -> list[list[Tex]]:
     return rows
 
 
-def _parameter(path: str, words: str, figure: Figure) -> list[Tex]:
+def _parameter(path: str, words: str, figure: DataFigure) -> list[Tex]:
     symbol = Tex(f"${_SYMBOLS[path]}$") if path in _SYMBOLS else Tex("")
     return [
         escape(words),

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from takagi.reports.baseline.comparison import Moved as Moved
     from takagi.reports.baseline.comparison import compare_certificates as compare_certificates
     from takagi.reports.baseline.comparison import gain_sizes as gain_sizes
-    from takagi.reports.baseline.formats import as_data as as_data
-    from takagi.reports.baseline.formats import as_markdown as as_markdown
-    from takagi.reports.baseline.formats import as_text as as_text
+    from takagi.reports.baseline.words import as_data as as_data
+    from takagi.reports.baseline.words import as_markdown as as_markdown
+    from takagi.reports.baseline.words import as_text as as_text
     from takagi.reports.baseline.words import gain_words as gain_words
     from takagi.reports.baseline.words import word_of as word_of
 

@@ -1,4 +1,13 @@
-"""Reading a gain file as a ``ControllerProgram``: names that are unique, constants, formulas."""
+"""Reading a gain file as a ``ControllerProgram``: names that are unique, constants, formulas.
+
+Limits that are numbers of the file must be in order.  ``limit(x, low, high)`` is
+min(max(x, low), high): with the limits in the wrong order it is ``high`` whatever x is, so that the
+program would send one value at all times.
+
+Nodes of a table must increase in the floats that the code computes with.  ``line`` and ``slope``
+divide by the distance of two nodes.  Two decimals may differ and be one float: then nothing finite
+is computed there.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +15,8 @@ import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from decimal import Decimal
+from itertools import pairwise
+from math import frexp, ldexp
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +24,128 @@ from takagi.certificates.checker.controller.content import VERSION
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import (
     Assignment,
+    Call,
     Constant,
     ControllerProgram,
+    Formula,
     Kept,
+    Name,
     Near,
+    Operation,
     Row,
     Signal,
     Spline,
     Stage,
     Value,
+    names_of,
+    parsed,
 )
-from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
-from takagi.reports.code.limit_order import require_order
-from takagi.reports.code.node_order import require_nodes
+from takagi.reports.code.run import floats, value_of
+
+RATES = ("limits.torque_rate", "limits.pitch_rate")
+
+
+def require_order(program: ControllerProgram) -> None:
+    """Refuse limits in the wrong order; those that are known in a sample only are not looked at.
+
+    Raises
+    ------
+    ModelError : names the entries of the file, and both limits.
+    """
+    places = {one.name: one.place for one in program.constants}
+    numbers = {one.name: floats(one.value) for one in program.constants}
+    for one in program.constants:
+        if one.place in RATES and numbers[one.name] < 0:
+            raise ModelError(f"{one.place} is {numbers[one.name]:g}; 0 or more is needed")
+    for low, high in _limits(program):
+        names = [*names_of(low), *names_of(high)]
+        if not set(names) <= set(numbers):
+            continue
+        least, most = value_of(low, numbers), value_of(high, numbers)
+        if least > most:
+            told = " and ".join(dict.fromkeys(places[name] for name in names))
+            raise ModelError(
+                f"{told}: the lower limit is {least:g} and the upper one {most:g}, so that the "
+                "program would send the upper one at all times; exchange them, or give the "
+                "gains.json that `takagi design` has written"
+            )
+
+
+def _limits(program: ControllerProgram) -> Iterator[tuple[Formula, Formula]]:
+    """Yield the lower and the upper limit of every ``limit`` in a program."""
+    for kept in program.kept:
+        yield from _of(kept.start)
+        yield from _of(kept.next)
+    for one in program.assignments:
+        for formula in (one.formula, *(place.formula for place in one.near)):
+            yield from _of(formula)
+
+
+def _of(formula: Formula) -> Iterator[tuple[Formula, Formula]]:
+    match formula:
+        case Operation(_, left, right):
+            yield from (() if left is None else _of(left))
+            yield from _of(right)
+        case Call(function, arguments):
+            if function == "limit":
+                yield arguments[1], arguments[2]
+            for argument in arguments:
+                yield from _of(argument)
+
+
+# Functions whose second argument is a row of nodes, and the digits of a float of each precision.
+BETWEEN_NODES = ("line", "slope", "hold")
+BITS = {"double": 53, "float": 24}
+
+
+def require_nodes(program: ControllerProgram, precision: str) -> None:
+    """Refuse nodes that do not increase as floats of this precision, "double" or "float".
+
+    Raises
+    ------
+    ModelError : names the row of the file.
+    """
+    rows = {one.name: one for one in program.constants}
+    for name in dict.fromkeys(_nodes(program)):
+        values = [_rounded(value, BITS[precision]) for value in floats(rows[name].value)]
+        for k, (low, high) in enumerate(pairwise(values)):
+            if high <= low:
+                cure = "; give --precision double for this law" if precision == "float" else ""
+                raise ModelError(
+                    f"{rows[name].place}: nodes {k} and {k + 1} do not increase as numbers of type "
+                    f"{precision}, so that the program would divide by zero between them{cure}"
+                )
+
+
+def _rounded(value: float, bits: int) -> float:
+    """Return the nearest number with so many binary digits."""
+    share, power = frexp(value)
+    return ldexp(round(ldexp(share, bits)), power - bits)
+
+
+def _nodes(program: ControllerProgram) -> Iterator[str]:
+    """Yield the names of constants that are nodes."""
+    known = {one.name for one in program.constants}
+    formulas = [formula for kept in program.kept for formula in (kept.start, kept.next)]
+    for one in program.assignments:
+        formulas += [one.formula, *(place.formula for place in one.near)]
+    for formula in formulas:
+        for call in _calls(formula):
+            if call.function in BETWEEN_NODES and len(call.arguments) > 1:
+                row = call.arguments[1]
+                if isinstance(row, Name) and row.name in known:
+                    yield row.name
+
+
+def _calls(formula: Formula) -> Iterator[Call]:
+    match formula:
+        case Operation(_, left, right):
+            yield from (() if left is None else _calls(left))
+            yield from _calls(right)
+        case Call(_, arguments):
+            yield formula
+            for argument in arguments:
+                yield from _calls(argument)
 
 
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:

@@ -21,7 +21,7 @@ from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
 from takagi.reports.loops.proved_kinds import proved_claims
-from takagi.reports.page.labels import name_of
+from takagi.reports.page.text import name_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -10,6 +10,17 @@ from typing import Any
 
 from takagi.reports.page import rounded_bounds as bounds
 
+
+def name_of(label: str) -> str:
+    """Return the name without its unit."""
+    return label.split(" [")[0]
+
+
+def unit_of(label: str) -> str:
+    """Return the unit; "-" for a pure number, empty where the label has none."""
+    return label.partition(" [")[2].rstrip("]")
+
+
 LONG_CELL = 24
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MINUS, DASH, INFINITY = "\u2212", "\u2013", "\u221e"

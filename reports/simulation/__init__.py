@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.reports.simulation.folder import simulation_files as simulation_files
     from takagi.reports.simulation.laws import ChosenLaws as ChosenLaws
     from takagi.reports.simulation.laws import chosen_laws as chosen_laws
     from takagi.reports.simulation.plant import jump_motions as jump_motions
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from takagi.reports.simulation.tables import as_csv as as_csv
     from takagi.reports.simulation.tables import as_json as as_json
     from takagi.reports.simulation.tables import as_markdown as as_markdown
+    from takagi.reports.simulation.tables import simulation_files as simulation_files
     from takagi.reports.simulation.tables import table_rows as table_rows
 
 __getattr__, __dir__ = lazy_names(__name__)

@@ -15,15 +15,13 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.file_units import file_unit
-from takagi.reports.simulation.plant_runs import (
+from takagi.reports.simulation.plant_scenario import (
     SETTLED,
+    PlantScenario,
     PlantSimulation,
     cuts_by_command,
     in_proved_set,
     left_box,
-)
-from takagi.reports.simulation.plant_scenario import (
-    PlantScenario,
     moving_disturbances,
     outside,
     resolved,

@@ -9,7 +9,6 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.plant.file_units import file_unit
-from takagi.reports.csv_text import csv_text
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.style import (
     COLOURS,
@@ -20,6 +19,7 @@ from takagi.reports.figures.style import (
     house_style,
     new_figure,
 )
+from takagi.reports.output import csv_text
 from takagi.reports.simulation.plant_scenario import PlantScenario, moving_disturbances
 
 if TYPE_CHECKING:

@@ -11,19 +11,20 @@ from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_motion import settling_time
 from takagi.reports.loops.proved_kinds import proved_claims
-from takagi.reports.simulation.plant_runs import (
+from takagi.reports.simulation.plant_scenario import (
     SETTLED,
     commanded,
     cuts_by_command,
     in_proved_set,
+    in_words,
     left_box,
+    moving_disturbances,
 )
-from takagi.reports.simulation.plant_scenario import in_words, moving_disturbances
 
 if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_motion import PlantMotion
-    from takagi.reports.simulation.plant_runs import PlantSimulation
+    from takagi.reports.simulation.plant_scenario import PlantSimulation
 # Largest number of states with a column of their own in the table.
 MOST_STATES = 3
 # Largest number of runs that are named in a sentence.

@@ -30,9 +30,8 @@ from takagi.reports.simulation import (
     simulation_files,
     table_rows,
 )
-from takagi.reports.simulation.figures import slug
 from takagi.reports.simulation.runs import PlantParts
-from takagi.reports.simulation.tables import COLUMNS, notes
+from takagi.reports.simulation.tables import COLUMNS, notes, slug
 
 TURBINE = nrel5mw()
 

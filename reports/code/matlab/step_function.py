@@ -10,9 +10,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from decimal import Decimal
 
-from takagi.reports.code.controller_program import Assignment, Constant, ControllerProgram, Spline
-from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
-from takagi.reports.code.identifiers import identifiers
+from takagi.reports.code.controller_program import (
+    Assignment,
+    Call,
+    Constant,
+    ControllerProgram,
+    Formula,
+    Name,
+    Number,
+    Operation,
+    Spline,
+    identifiers,
+)
 from takagi.reports.code.sampling import longest_sample, with_long_sample
 
 STATUS = (

@@ -21,8 +21,7 @@ from takagi.reports.figures.style import (
     house_style,
     new_figure,
 )
-from takagi.reports.page.labels import name_of
-from takagi.reports.page.text import powers
+from takagi.reports.page.text import name_of, powers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import proved_kinds
-from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.mathml import mathml
-from takagi.reports.page.text import Section, Table, decimal, significant
+from takagi.reports.page.text import Section, Table, decimal, name_of, significant, unit_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -18,9 +18,16 @@ from takagi.reports.loops.linear_quadratic import MOST_RULES, MOST_STATES, Regul
 from takagi.reports.loops.plant_claims import SETTLED
 from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time
-from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.rounded_bounds import at_least
-from takagi.reports.page.text import DASH, Section, Table, complex_words, significant
+from takagi.reports.page.text import (
+    DASH,
+    Section,
+    Table,
+    complex_words,
+    name_of,
+    significant,
+    unit_of,
+)
 from takagi.reports.sections.plant.gains import gain_columns
 from takagi.reports.sections.shared import margin_table
 

@@ -9,8 +9,7 @@ import numpy as np
 from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import embedded, proved_kinds
-from takagi.reports.page.labels import name_of, unit_of
-from takagi.reports.page.text import Section, at_least, decimal, significant
+from takagi.reports.page.text import Section, at_least, decimal, name_of, significant, unit_of
 from takagi.reports.sections.shared import verdict_box
 
 if TYPE_CHECKING:

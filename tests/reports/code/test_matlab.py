@@ -24,11 +24,11 @@ from takagi.reports.code import (
     baseline_program,
     read_controller,
 )
-from takagi.reports.code.certified_model import certified_model
-from takagi.reports.code.identifiers import file_word
+from takagi.reports.code.controller_program import file_word
 from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.matlab.target import export
 from takagi.reports.code.program_reading import controller_program
+from takagi.reports.code.targets import certified_model
 from takagi.reports.gains_file import dump_gains, gain_file
 from tests.reports.code.language_document import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
