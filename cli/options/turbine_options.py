@@ -1,220 +1,268 @@
-"""Options of a turbine's speed filters, of the search for its gains, and of its uncertainty."""
+"""The options of a turbine's design, declared once for all verbs, and the names of its laws."""
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, TypeVar
 
 import typer
 
-from takagi.models.errors import ModelError
+from takagi.cli.options.given import Groups
 
-if TYPE_CHECKING:
-    from takagi.models.intervals.interval import Interval
-    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
-    from takagi.models.turbine.data import Turbine
+Given = TypeVar("Given", str, list[str], None)
 
-SpeedFilter = Annotated[
-    float | None,
-    typer.Option(
-        metavar="RAD/S",
-        help="Turbines: corner of the low-pass on the measured rotor speed [rad/s], which the gain "
-        "file contains, 0 for none; 30 unless given, 8 without a torsion filter. Only the claim "
-        "running-loop covers it. Effort-sharing law.",
-    ),
-]
-TorsionFilter = Annotated[
-    float | None,
-    typer.Option(
-        metavar="RAD/S",
-        help="Turbines: frequency of the band-stop on the measured rotor speed [rad/s], which the "
-        "gain file contains, 0 for none; 0.9 of the drivetrain's torsion mode unless given, if "
-        "the turbine's file states one. It removes that mode from the loop. Only the claim "
-        "running-loop covers it. Effort-sharing law.",
+# What each law is called in gain files, certificates and tables; these names may be typed too.
+IN_FILES = {
+    "effort-sharing": "coherent",
+    "published": "paper",
+    "published-two-integrators": "paper-two-integrators",
+}
+
+Model = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A built-in name (see `takagi models`) or the path of a TOML file.",
+        show_default=False,
     ),
 ]
 
-OF_FILTERS = ("speed_filter", "torsion_filter")
-# Lower limits in rad/s.  A slower filter would delay the speed at frequencies where the law acts.
-SLOWEST_CORNER = 0.5
-SLOWEST_STOP = 2.0
+
+def law_in_files(given: Given) -> Given:
+    """Return the names that files have of the laws that were typed; others are left as they are."""
+    if isinstance(given, list):
+        return [IN_FILES.get(name, name) for name in given]
+    return given if given is None else IN_FILES.get(given, given)
 
 
-def filter_settings(
-    turbine: Turbine,
+def typed_name(law: str) -> str:
+    """Return the name to type for a law of the files, for messages."""
+    return {filed: name for name, filed in IN_FILES.items()}.get(law, law)
+
+
+def turbine_law(
     *,
-    speed_filter: float | None = None,
-    torsion_filter: float | None = None,
-) -> dict[str, Any]:
-    """Return the fields of ``DesignSettings`` that were asked for.
-
-    Raises
-    ------
-    ModelError : a filter that makes no sense; names the option.
-    """
-    found: dict[str, Any] = {}
-    if (corner := speed_filter) is not None:
-        _require(
-            corner == 0 or SLOWEST_CORNER <= corner < math.inf,
-            f"--speed-filter: {corner:g} was given; at least {SLOWEST_CORNER:g} rad/s is needed, "
-            "or 0 for none: a slower low-pass hides the speed from the law",
-        )
-        found["speed_filter"] = corner
-    return found | _torsion_filter(turbine, torsion_filter, speed_filter)
-
-
-def _torsion_filter(
-    turbine: Turbine, frequency: float | None, corner: float | None
-) -> dict[str, Any]:
-    """Return the band-stop that was asked for, and the low-pass that goes with it."""
-    from takagi.certificates.design.turbine.scale import speed_filters
-
-    if frequency is None:
-        # The band-stop is only built in series with a low-pass.
-        return {"torsion_filter": 0.0} if corner == 0 else {}
-    _require(
-        frequency == 0 or SLOWEST_STOP <= frequency < math.inf,
-        f"--torsion-filter: {frequency:g} was given; at least {SLOWEST_STOP:g} rad/s is needed, or "
-        "0 for none: a band-stop turns the phase below its frequency",
-    )
-    _require(
-        frequency == 0 or corner != 0,
-        f"--torsion-filter: {frequency:g} was given with --speed-filter 0; the band-stop needs a "
-        "low-pass behind it: leave --speed-filter out, or give it a corner",
-    )
-    found: dict[str, Any] = {"torsion_filter": frequency}
-    if corner is None:
-        found["speed_filter"] = speed_filters(turbine, stopped=frequency > 0)[0]
-    return found
-
-
-def _require(holds: bool, words: str) -> None:
-    if not holds:
-        raise ModelError(f"option {words}")
-
-
-# Options that only the effort-sharing law has.
-OF_SYNTHESIS = ("two_step", "one_step", "objective")
-
-TwoStep = Annotated[
-    bool,
-    typer.Option(
-        "--two-step",
-        help="Turbines: find the gains wind by wind and prove them afterwards. This is the default "
-        "unless --one-step or --objective is given. Effort-sharing law.",
-    ),
-]
-OneStep = Annotated[
-    bool,
-    typer.Option(
-        "--one-step",
-        help="Turbines: change gains and proof together, starting from the two-step gains. This "
-        "takes about two minutes more and gives a larger wind class and faster decay; pitch then "
-        "travels more. Effort-sharing law.",
-    ),
-]
-ObjectiveName = Annotated[
-    str | None,
-    typer.Option(
-        "--objective",
-        metavar="NAME",
-        help="Turbines: what the one-step search improves: balanced (wind class, and some decay), "
-        "wind-class, decay, calm-pitch or calm-tower; --one-step alone means balanced. With the "
-        "first three the wind class is no smaller than that of the two-step gains, on average and "
-        "at the weakest wind; with the calm ones by up to 15 %. Effort-sharing law.",
-    ),
-]
+    law: Annotated[
+        str | None,
+        typer.Option(
+            "--law",
+            help="Turbines: effort-sharing (one law for all winds, which hands its effort from "
+            "torque to pitch), or the published law of regions with filters between them: "
+            "published (one integrator) or published-two-integrators (one a region); "
+            "effort-sharing unless given. Their names in files, coherent, paper and "
+            "paper-two-integrators, may be given too.",
+            callback=law_in_files,
+            metavar="NAME",
+        ),
+    ] = None,
+    overlap: Annotated[
+        float | None,
+        typer.Option(
+            help="Turbines: half the width of effort over which torque and pitch both act "
+            "[rad/s^2]; 0.01 unless given. Effort-sharing law."
+        ),
+    ] = None,
+    speed_overlap: Annotated[
+        float | None,
+        typer.Option(
+            help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless "
+            "given. Published laws."
+        ),
+    ] = None,
+    torque_overlap: Annotated[
+        float | None,
+        typer.Option(
+            help="Turbines: overlap of the coupling filter in torque [N m]; 2000 unless given. "
+            "Published laws."
+        ),
+    ] = None,
+    speed_setpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SPEED",
+            help="Turbines: de-rated rotor speed with its unit, 11.5rpm or 1.2rad/s; rated speed "
+            "unless given.",
+        ),
+    ] = None,
+    torque_setpoint: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TORQUE",
+            help="Turbines: de-rated generator torque with its unit, 34.5kNm, or a share of the "
+            "rated one, 80%; rated torque unless given.",
+        ),
+    ] = None,
+    pitch_effectiveness_share: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SHARE",
+            help="Turbines: pitch effectiveness that the law divides by, over the frozen wake's "
+            "[-]; 1 unless given. Less moves pitch more. Effort-sharing law.",
+        ),
+    ] = None,
+) -> None:
+    """Declare the law, its overlaps and set-points: only the signature is read."""
 
 
-def synthesis_settings(*, two_step: bool, one_step: bool, objective: str | None) -> dict[str, Any]:
-    """Return the fields of ``DesignSettings`` that these options set.
-
-    Raises
-    ------
-    ModelError : an objective that has no such name, or --two-step beside one step.
-    """
-    from takagi.lmi.turbine.one_step.objective import objective_named
-
-    if two_step:
-        if one_step:
-            raise ModelError("options --two-step and --one-step: leave one of the two out")
-        if objective is not None:
-            raise ModelError(
-                f"options --two-step and --objective {objective}: an objective steers the search "
-                "in one step; leave one of the two out"
-            )
-        return {"synthesis": "two-step"}
-    if objective is None:
-        return {"synthesis": "one-step"} if one_step else {}
-    try:
-        return {"synthesis": "one-step", "objective": objective_named(objective)}
-    except ModelError as error:
-        raise ModelError(f"option --objective: {error}") from error
-
-
-# Options that only the effort-sharing law has.
-OF_UNCERTAINTY = ("inertia", "power_coefficient", "equilibrium_wake")
-
-Inertia = Annotated[
-    tuple[str, str] | None,
-    typer.Option(
-        metavar="LOW HIGH",
-        help="Turbines: true over nominal inertia that gains and certificate must cover; 0.9 1.1 "
-        "unless given. Effort-sharing law.",
-    ),
-]
-PowerCoefficient = Annotated[
-    tuple[str, str] | None,
-    typer.Option(
-        metavar="LOW HIGH",
-        help="Turbines: true over tabulated power coefficient that the certificate must cover, "
-        "such as 0.99 1.01; the table's own unless given. Effort-sharing law.",
-    ),
-]
-EquilibriumWake = Annotated[
-    bool,
-    typer.Option(
-        "--equilibrium-wake",
-        help="Turbines: leave the frozen wake out of the pitch effectiveness that the certificate "
-        "covers: a larger wind class, for a smaller family of plants.",
-    ),
-]
-
-
-def uncertainty_asked(
-    inertia: tuple[str, str] | None,
-    power_coefficient: tuple[str, str] | None,
-    equilibrium_wake: bool,
-) -> LoopUncertainty:
-    """Return the uncertainty that the certificate must cover.
-
-    Raises
-    ------
-    ModelError : an inertia or a power coefficient that is not an interval around 1.
-    """
-    from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
-    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
-
-    default = DEFAULT_UNCERTAINTY
-    span, power = default.inertia, default.power_coefficient
-    if inertia is not None:
-        span = _around_one("inertia", inertia)
-    if power_coefficient is not None:
-        power = _around_one("power-coefficient", power_coefficient)
-    return LoopUncertainty(span, frozen_wake=not equilibrium_wake, power_coefficient=power)
+def turbine_filters(
+    *,
+    ramp_shape: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Turbines: ramp of the coupling filter in speed: smooth (C1) or linear; smooth "
+            "unless given. Published laws.",
+        ),
+    ] = None,
+    ramp_placement: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SHARE",
+            help="Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; "
+            "0.5 unless given. Published laws.",
+        ),
+    ] = None,
+    tracking_time: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Turbines: time constant of the anti-windup [s]; 5 unless given. Law "
+            "published-two-integrators.",
+        ),
+    ] = None,
+    wind_filter: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Turbines: low-pass on the wind estimate [s]; 12 unless given. A fast one, 0.05, "
+            "is for a wind that is measured, by a lidar say: the wind rate that is proved is then "
+            "larger, but with an estimate from rotor speed the loop oscillates. Effort-sharing "
+            "law.",
+        ),
+    ] = None,
+    speed_filter: Annotated[
+        float | None,
+        typer.Option(
+            metavar="RAD/S",
+            help="Turbines: corner of the low-pass on the measured rotor speed [rad/s], which the "
+            "gain file contains, 0 for none; 30 unless given, 8 without a torsion filter. Only "
+            "the claim running-loop covers it. Effort-sharing law.",
+        ),
+    ] = None,
+    torsion_filter: Annotated[
+        float | None,
+        typer.Option(
+            metavar="RAD/S",
+            help="Turbines: frequency of the band-stop on the measured rotor speed [rad/s], which "
+            "the gain file contains, 0 for none; 0.9 of the drivetrain's torsion mode unless "
+            "given, if the turbine's file states one. It removes that mode from the loop. Only "
+            "the claim running-loop covers it. Effort-sharing law.",
+        ),
+    ] = None,
+) -> None:
+    """Declare the law's ramp and filters: only the signature is read."""
 
 
-def _around_one(option: str, written: tuple[str, str]) -> Interval:
-    """Return the interval; its ends are exactly the typed decimals, without a float."""
-    from takagi.models.intervals.interval import Interval
+def turbine_gains(
+    *,
+    bandwidth: Annotated[
+        float | None,
+        typer.Option(
+            help="Turbines: wanted proportional gain [1/s]; 0.6 unless given. Effort-sharing law."
+        ),
+    ] = None,
+    bandwidth_growth: Annotated[
+        float | None,
+        typer.Option(
+            metavar="FACTOR",
+            help="Turbines: factor on --bandwidth from 1.25 times the wind where pitch begins to "
+            "act [-]; 1 unless given, more for a rotor larger than the NREL 5-MW turbine's. "
+            "Effort-sharing law.",
+        ),
+    ] = None,
+    margins: Annotated[
+        str | None,
+        typer.Option(
+            "--margins",
+            metavar="TEXT",
+            help="Turbines: margins that the loop that runs must have, as `takagi check --margins` "
+            'takes them: "gain 1.5, phase 20deg, delay 15ms". Settings that were not given are '
+            "changed, as little as possible, until the margins are met. Effort-sharing law.",
+        ),
+    ] = None,
+) -> None:
+    """Declare what the gains aim at: only the signature is read."""
 
-    try:
-        span = Interval.of(*written)
-    except ModelError as error:
-        raise ModelError(f"option --{option}: {error}") from error
-    if not 0 < span.lower <= 1 <= span.upper:
-        raise ModelError(
-            f"option --{option}: {written[0]} {written[1]} was given; 0 < LOW <= 1 <= HIGH is "
-            "needed, relative to the model's own"
-        )
-    return span
+
+def turbine_claims(
+    *,
+    inertia: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="LOW HIGH",
+            help="Turbines: true over nominal inertia that gains and certificate must cover; 0.9 "
+            "1.1 unless given. Effort-sharing law.",
+        ),
+    ] = None,
+    power_coefficient: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            metavar="LOW HIGH",
+            help="Turbines: true over tabulated power coefficient that the certificate must cover, "
+            "such as 0.99 1.01; the table's own unless given. Effort-sharing law.",
+        ),
+    ] = None,
+    equilibrium_wake: Annotated[
+        bool,
+        typer.Option(
+            "--equilibrium-wake",
+            help="Turbines: leave the frozen wake out of the pitch effectiveness that the "
+            "certificate covers: a larger wind class, for a smaller family of plants.",
+        ),
+    ] = False,
+) -> None:
+    """Declare the plants and winds that claims are about: only the signature is read."""
+
+
+def turbine_synthesis(
+    *,
+    two_step: Annotated[
+        bool,
+        typer.Option(
+            "--two-step",
+            help="Turbines: find the gains wind by wind and prove them afterwards. This is the "
+            "default unless --one-step or --objective is given. Effort-sharing law.",
+        ),
+    ] = False,
+    one_step: Annotated[
+        bool,
+        typer.Option(
+            "--one-step",
+            help="Turbines: change gains and proof together, starting from the two-step gains. "
+            "This takes about two minutes more and gives a larger wind class and faster decay; "
+            "pitch then travels more. Effort-sharing law.",
+        ),
+    ] = False,
+    objective: Annotated[
+        str | None,
+        typer.Option(
+            "--objective",
+            metavar="NAME",
+            help="Turbines: what the one-step search improves: balanced (wind class, and some "
+            "decay), wind-class, decay, calm-pitch or calm-tower; --one-step alone means "
+            "balanced. With the first three the wind class is no smaller than that of the "
+            "two-step gains, on average and at the weakest wind; with the calm ones by up to 15 "
+            "%. Effort-sharing law.",
+        ),
+    ] = None,
+) -> None:
+    """Declare how gains are found: only the signature is read."""
+
+
+# In the order in which the help lists them.
+TURBINE_OPTIONS: Groups = (
+    turbine_law,
+    turbine_filters,
+    turbine_gains,
+    turbine_claims,
+    turbine_synthesis,
+)

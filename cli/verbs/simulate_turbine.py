@@ -11,9 +11,9 @@ import typer
 
 from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, defaults_of
-from takagi.cli.options.law_options import law_in_files
 from takagi.cli.options.plant_options import time_asked
 from takagi.cli.options.simulation_options import shared_simulation
+from takagi.cli.options.turbine_options import law_in_files
 from takagi.cli.progress import progress
 from takagi.cli.verbs.simulate_campaign import campaign_options, without_campaign
 
