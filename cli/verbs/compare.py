@@ -46,7 +46,8 @@ def compare(
     laws = _law(old), _law(new)
     if any(law is not None for law in laws):
         return _laws(old, new, laws, summary, as_json=as_json)
-    from takagi.reports.baseline import as_data, as_markdown, as_text, compare_certificates
+    from takagi.reports.baseline.comparison import compare_certificates
+    from takagi.reports.baseline.words import as_data, as_markdown, as_text
     from takagi.reports.output import write_file
 
     first, second = read_baseline(old), read_baseline(new)

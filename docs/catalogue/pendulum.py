@@ -17,8 +17,8 @@ from takagi.certificates.claims.plant.certification import Certificate, certify
 from takagi.models import TSModel, load_model, sector_model
 from takagi.models.equations.step import Step
 from takagi.models.plant.plant import Plant
-from takagi.reports.figures import figure_to_svg
 from takagi.reports.figures.plant.weights import premise_curves, weights_figure
+from takagi.reports.figures.style import figure_to_svg
 from takagi.reports.page.readable_latex import readable
 from takagi.reports.sections.plant.plant import (
     derivation_steps,

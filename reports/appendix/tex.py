@@ -212,7 +212,7 @@ def assembled(
         and whether there is a table of contents.
     drawn : name -> figure.
     """
-    from takagi.reports.figures import figure_to_pdf
+    from takagi.reports.figures.style import figure_to_pdf
 
     figures = {f"{name}.pdf": figure_to_pdf(figure) for name, figure in drawn.items()}
     known = {**context, "figures": sorted(figures)}

@@ -27,7 +27,8 @@ from takagi.reports.appendix.tex import (
     with_decimals,
 )
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
-from takagi.reports.margins import Loops, Margins, disk_margin, loop_margins, loops_at_trim
+from takagi.reports.margins.margins import Margins, disk_margin, loop_margins
+from takagi.reports.margins.turbine_loops import Loops, loops_at_trim
 from takagi.reports.sections.turbine.cells import filter_of
 from takagi.reports.sections.turbine.model import power_surface, trim_drawing
 
@@ -327,7 +328,7 @@ def _curve(design: TurbineDesign) -> list[TrimPoint]:
 
 
 def _memberships(design: TurbineDesign) -> Figure:
-    from takagi.reports.figures import membership_figure
+    from takagi.reports.figures.operation import membership_figure
 
     coupling = filter_of(design)
     middle, width = coupling.speed_ramp.start, coupling.speed_ramp.width
@@ -341,7 +342,7 @@ def _memberships(design: TurbineDesign) -> Figure:
 
 def _cells(design: TurbineDesign) -> Figure | None:
     """Return the figure of the proved rates over wind; None if the claim is not proved."""
-    from takagi.reports.figures import cells_figure
+    from takagi.reports.figures.cells import cells_figure
 
     law, found = design.effort_sharing_law, design.candidate
     if law is None or found is None or found.P is None:
@@ -359,7 +360,7 @@ def _cells(design: TurbineDesign) -> Figure | None:
 
 
 def _poles(design: TurbineDesign, loops: list[TrimLoops]) -> Figure | None:
-    from takagi.reports.figures import poles_figure
+    from takagi.reports.figures.loops import poles_figure
 
     if not loops:
         return None
@@ -367,8 +368,9 @@ def _poles(design: TurbineDesign, loops: list[TrimLoops]) -> Figure | None:
 
 
 def _bode(loops: list[TrimLoops], channel: str) -> Figure | None:
-    from takagi.reports.figures import BodeLine, bode_figure
-    from takagi.reports.margins import loop_margins, loop_response
+    from takagi.reports.figures.loops import BodeLine, bode_figure
+    from takagi.reports.margins.margins import loop_margins
+    from takagi.reports.margins.response import loop_response
 
     omega = np.geomspace(3e-3, 30, 900)
     lines = []

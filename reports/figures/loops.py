@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.reports.margins import LoopResponse, Margins
+    from takagi.reports.margins.margins import Margins
+    from takagi.reports.margins.response import LoopResponse
 
 STEPS = 22
 

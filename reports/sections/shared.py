@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Checked
-from takagi.reports.margins import Margins
+from takagi.reports.margins.margins import Margins
 from takagi.reports.page.text import Section, Table, decimal, significant, with_decimals
 
 if TYPE_CHECKING:

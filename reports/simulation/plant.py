@@ -122,7 +122,8 @@ def _program_law(
     program: ControllerProgram | None,
 ) -> Callable[[], SampledProgram]:
     from takagi.reports.code.program_reading import controller_program
-    from takagi.reports.gains_file import dump_gains, plant_gain_file
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file
     from takagi.reports.loops.program_law import ProgramLaw
 
     step = scenario.sample_time

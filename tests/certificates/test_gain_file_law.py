@@ -26,7 +26,8 @@ from takagi.models.laws import (
     no_feedforward,
 )
 from takagi.models.turbine import Turbine, derated, nrel5mw
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 
 TURBINE = nrel5mw()
 

@@ -25,10 +25,12 @@ from takagi.models import ModelError
 from takagi.models.files import data_folder
 from takagi.models.plant import PlantSettings
 from takagi.models.plant_files import load_plant
-from takagi.reports.code import ProgramRun, read_controller
-from takagi.reports.gains_file import dump_gains, plant_gain_file
-from takagi.reports.sections.plant import plant_report
-from takagi.reports.simulation import simulate_plant, simulation_data
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.sections.plant.page import plant_report
+from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """

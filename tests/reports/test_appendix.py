@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.appendix import appendix_files
+from takagi.reports.appendix.design_files import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
 
 if TYPE_CHECKING:

@@ -12,8 +12,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError
-from takagi.reports.margins import DiskMargin, disk_margin, disk_of, loop_margins, loop_response
-from takagi.reports.margins.margins import scaled_bound
+from takagi.reports.margins.margins import (
+    DiskMargin,
+    disk_margin,
+    disk_of,
+    loop_margins,
+    scaled_bound,
+)
+from takagi.reports.margins.response import loop_response
 
 
 def spinning_satellite(controller: Any) -> Any:

@@ -15,19 +15,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from takagi.reports.figures import (
-    BodeLine,
-    OverlapRow,
-    ResponseLine,
-    bode_figure,
-    cells_figure,
-    decimate,
-    figure_to_png,
-    figure_to_svg,
-    overlaps_figure,
-    poles_figure,
-    response_figure,
-)
+from takagi.reports.figures.cells import OverlapRow, cells_figure, overlaps_figure
+from takagi.reports.figures.loops import BodeLine, bode_figure, poles_figure
+from takagi.reports.figures.response import ResponseLine, response_figure
+from takagi.reports.figures.style import decimate, figure_to_png, figure_to_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

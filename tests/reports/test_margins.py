@@ -14,16 +14,14 @@ from numpy.typing import NDArray
 from takagi.models import ModelError
 from takagi.models.turbine import TrimPoint, Turbine, nrel5mw, rotor_thrust, rotor_torque
 from takagi.models.turbine.trim import trim
-from takagi.reports.margins import (
+from takagi.reports.margins.margins import disk_margin, disk_of, loop_margins
+from takagi.reports.margins.response import loop_response
+from takagi.reports.margins.turbine_loops import (
     FirstOrderDrive,
     LocalGains,
     break_loops,
     closed_loop_poles,
-    disk_margin,
-    disk_of,
     linear_plant,
-    loop_margins,
-    loop_response,
     loops_at_trim,
     plant_at_trim,
 )

@@ -19,8 +19,9 @@ from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.models import Plant
 from takagi.reports.loops.proved_kinds import proved_kinds
-from takagi.reports.page import ReportFiles, decimal
-from takagi.reports.sections.plant import plant_figures, plant_report, plant_report_files
+from takagi.reports.page.assembly import ReportFiles
+from takagi.reports.page.text import decimal
+from takagi.reports.sections.plant.page import plant_figures, plant_report, plant_report_files
 from tests.reports.html_page import HtmlPage
 from tests.reports.plant_designs import design_of
 

@@ -24,21 +24,20 @@ from takagi.models.simulation import (
     validation_plant,
 )
 from takagi.models.turbine import nrel5mw
-from takagi.reports.figures import MarginLine, running_margins_figure
-from takagi.reports.margins import (
+from takagi.reports.figures.loops import MarginLine, running_margins_figure
+from takagi.reports.margins import running_loop
+from takagi.reports.margins.margins import loop_margins
+from takagi.reports.margins.response import broken_loops
+from takagi.reports.margins.running_loop import (
     WAKES,
     LoopEquilibrium,
-    broken_loops,
     linearised_loop,
     loop_equilibrium,
-    loop_margins,
-    plant_modes,
-    running_loop,
-    running_margins,
-    searched_margins,
+    slopes,
     with_inertia,
 )
-from takagi.reports.margins.running_loop import slopes
+from takagi.reports.margins.running_over_wind import plant_modes, running_margins
+from takagi.reports.margins.running_search import searched_margins
 
 Floats = NDArray[np.float64]
 

@@ -23,14 +23,11 @@ from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.files import resolve_model
 from takagi.models.laws.effort_sharing import LoopUncertainty
 from takagi.models.turbine import load_turbine
-from takagi.reports.margins import (
-    NoEquilibrium,
-    effort_of,
-    require_stable,
-    running_margins,
-    running_stability,
-    unstable_loop,
-)
+from takagi.reports.margins import running_stability
+from takagi.reports.margins.design_levers import effort_of
+from takagi.reports.margins.running_loop import NoEquilibrium
+from takagi.reports.margins.running_over_wind import running_margins
+from takagi.reports.margins.running_stability import require_stable, unstable_loop
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
 pytestmark = pytest.mark.slow

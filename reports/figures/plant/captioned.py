@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.figures import bode_figure, bode_line
+from takagi.reports.figures.loops import bode_figure, bode_line
 from takagi.reports.figures.plant.poles import responses_figure, vertex_poles_figure
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure

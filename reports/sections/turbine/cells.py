@@ -10,7 +10,8 @@ import numpy as np
 from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.reports.figures import cells_figure, membership_figure
+from takagi.reports.figures.cells import cells_figure
+from takagi.reports.figures.operation import membership_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import (
     CaptionedFigure,

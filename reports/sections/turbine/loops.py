@@ -10,17 +10,12 @@ import numpy as np
 
 from takagi.certificates.design.claim_summary import claim_summary
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.figures import BodeLine, bode_figure, bode_line, poles_figure
+from takagi.reports.figures.loops import BodeLine, bode_figure, bode_line, poles_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
-from takagi.reports.margins import (
-    Loops,
-    Margins,
-    closed_loop_poles,
-    loop_margins,
-    loop_response,
-    loops_at_trim,
-)
+from takagi.reports.margins.margins import Margins, loop_margins
+from takagi.reports.margins.response import loop_response
+from takagi.reports.margins.turbine_loops import Loops, closed_loop_poles, loops_at_trim
 from takagi.reports.page.text import CaptionedFigure, Section, significant, with_decimals
 from takagi.reports.sections.shared import margin_table
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.models.turbine.aerodynamics import tip_speed_ratio
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
-from takagi.reports.figures import power_surface_figure, trim_figure
+from takagi.reports.figures.operation import power_surface_figure, trim_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import CaptionedFigure, Section, Table, with_decimals
 

@@ -23,7 +23,7 @@ from takagi.models.simulation import (
     validation_plant,
 )
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.figures import ResponseLine, response_figure
+from takagi.reports.figures.response import ResponseLine, response_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import (
     CaptionedFigure,

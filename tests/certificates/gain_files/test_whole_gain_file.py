@@ -23,7 +23,8 @@ from takagi.certificates.document import (
 from takagi.cli.main import main
 from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
 from takagi.models.turbine import nrel5mw
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]

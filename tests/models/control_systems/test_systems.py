@@ -24,7 +24,7 @@ from takagi.models.plant_files import load_plant
 from takagi.models.simulation import BaselineLaw, plant_derivative, validation_plant
 from takagi.models.turbine import load_turbine, rotor_torque_gradient
 from takagi.models.turbine.trim import trim
-from takagi.reports.loops import plant_rate
+from takagi.reports.loops.plant_motion import plant_rate
 
 PAGE = Path(__file__).parents[3] / "docs" / "models.md"
 EXACT: Any = {"rtol": 1e-11, "atol": 1e-13}

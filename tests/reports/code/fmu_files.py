@@ -11,10 +11,11 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from takagi.reports.code import ControllerProgram, ExportSettings, read_controller
+from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.fmu import target
 from takagi.reports.code.fmu.target import export
-from takagi.reports.code.targets import Exported
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.targets import Exported, ExportSettings
 
 LIBRARY = target.library
 

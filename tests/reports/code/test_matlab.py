@@ -17,19 +17,15 @@ from scipy.io import loadmat, savemat
 from takagi.certificates import TurbineDesign
 from takagi.cli.main import main
 from takagi.models import ModelError, nrel5mw
-from takagi.reports.code import (
-    ControllerProgram,
-    ExportSettings,
-    ProgramRun,
-    baseline_program,
-    read_controller,
-)
-from takagi.reports.code.controller_program import file_word
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram, file_word
 from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.matlab.target import export
-from takagi.reports.code.program_reading import controller_program
-from takagi.reports.code.targets import certified_model
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.code.program_reading import controller_program, read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.code.targets import ExportSettings, certified_model
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 from tests.reports.code.language_document import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
 from tests.undrawn import undrawn
