@@ -106,19 +106,27 @@ class _Tables(ast.NodeTransformer):
         return node
 
 
-def names_of(formula: Formula) -> Iterator[str]:
-    """Yield the names in a formula, from left to right, without those of functions and pi."""
+def walked(formula: Formula) -> Iterator[Formula]:
+    """Yield a formula and all parts of it, from left to right."""
+    yield formula
     match formula:
-        case Name(name):
-            if name != "pi":
-                yield name
         case Operation(_, left, right):
-            if left is not None:
-                yield from names_of(left)
-            yield from names_of(right)
+            yield from () if left is None else walked(left)
+            yield from walked(right)
         case Call(_, arguments):
             for argument in arguments:
-                yield from names_of(argument)
+                yield from walked(argument)
+
+
+def names_of(formula: Formula) -> Iterator[str]:
+    """Yield the names in a formula, from left to right, without those of functions and pi."""
+    names = (one.name for one in walked(formula) if isinstance(one, Name))
+    yield from (name for name in names if name != "pi")
+
+
+def calls_of(formula: Formula) -> Iterator[Call]:
+    """Yield all calls in a formula."""
+    yield from (one for one in walked(formula) if isinstance(one, Call))
 
 
 def _formula(tree: ast.expr, text: str) -> Formula:
@@ -223,6 +231,12 @@ class Assignment:
     formula: Formula
     near: tuple[Near, ...] = ()
 
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """The formula, and those of the places where another replaces it."""
+        inside = (formula for place in self.near for formula in (place.of, place.formula))
+        return (self.formula, *inside)
+
 
 @dataclass(frozen=True, slots=True)
 class Kept:
@@ -291,6 +305,11 @@ class ControllerProgram:
     def assignments(self) -> tuple[Assignment, ...]:
         """The steps and sent values of all stages, in the order in which they are computed."""
         return tuple(one for stage in self.stages for one in stage.assignments)
+
+    def formulas(self) -> Iterator[Formula]:
+        """Yield the formulas of all kept values, steps and sent values."""
+        yield from (formula for one in self.kept for formula in (one.start, one.next))
+        yield from (formula for one in self.assignments for formula in one.formulas)
 
     def names(self) -> Iterator[str]:
         """Yield every name: constants, inputs, kept values, steps and outputs."""

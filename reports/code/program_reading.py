@@ -37,6 +37,7 @@ from takagi.reports.code.controller_program import (
     Spline,
     Stage,
     Value,
+    calls_of,
     names_of,
     parsed,
 )
@@ -57,7 +58,8 @@ def require_order(program: ControllerProgram) -> None:
     for one in program.constants:
         if one.place in RATES and numbers[one.name] < 0:
             raise ModelError(f"{one.place} is {numbers[one.name]:g}; 0 or more is needed")
-    for low, high in _limits(program):
+    calls = [call for formula in program.formulas() for call in calls_of(formula)]
+    for low, high in (call.arguments[1:] for call in calls if call.function == "limit"):
         names = [*names_of(low), *names_of(high)]
         if not set(names) <= set(numbers):
             continue
@@ -69,28 +71,6 @@ def require_order(program: ControllerProgram) -> None:
                 "program would send the upper one at all times; exchange them, or give the "
                 "gains.json that `takagi design` has written"
             )
-
-
-def _limits(program: ControllerProgram) -> Iterator[tuple[Formula, Formula]]:
-    """Yield the lower and the upper limit of every ``limit`` in a program."""
-    for kept in program.kept:
-        yield from _of(kept.start)
-        yield from _of(kept.next)
-    for one in program.assignments:
-        for formula in (one.formula, *(place.formula for place in one.near)):
-            yield from _of(formula)
-
-
-def _of(formula: Formula) -> Iterator[tuple[Formula, Formula]]:
-    match formula:
-        case Operation(_, left, right):
-            yield from (() if left is None else _of(left))
-            yield from _of(right)
-        case Call(function, arguments):
-            if function == "limit":
-                yield arguments[1], arguments[2]
-            for argument in arguments:
-                yield from _of(argument)
 
 
 # Functions whose second argument is a row of nodes, and the digits of a float of each precision.
@@ -126,26 +106,12 @@ def _rounded(value: float, bits: int) -> float:
 def _nodes(program: ControllerProgram) -> Iterator[str]:
     """Yield the names of constants that are nodes."""
     known = {one.name for one in program.constants}
-    formulas = [formula for kept in program.kept for formula in (kept.start, kept.next)]
-    for one in program.assignments:
-        formulas += [one.formula, *(place.formula for place in one.near)]
-    for formula in formulas:
-        for call in _calls(formula):
+    for formula in program.formulas():
+        for call in calls_of(formula):
             if call.function in BETWEEN_NODES and len(call.arguments) > 1:
                 row = call.arguments[1]
                 if isinstance(row, Name) and row.name in known:
                     yield row.name
-
-
-def _calls(formula: Formula) -> Iterator[Call]:
-    match formula:
-        case Operation(_, left, right):
-            yield from (() if left is None else _calls(left))
-            yield from _calls(right)
-        case Call(_, arguments):
-            yield formula
-            for argument in arguments:
-                yield from _calls(argument)
 
 
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:
@@ -241,7 +207,7 @@ class _Reading:
             hashes=document["certificate"]["sha256"],
             document=document,
         )
-        for formula in _formulas(found):
+        for formula in found.formulas():
             for name in names_of(formula):
                 if name not in known:
                     raise ModelError(f"a formula names {name!r}, which nothing in the file sets")
@@ -335,15 +301,6 @@ def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
     }
     rest, ends = known.get(signal.name, (None, None))
     return replace(signal, rest=rest, range=ends)
-
-
-def _formulas(program: ControllerProgram) -> Iterator[Formula]:
-    for one in program.kept:
-        yield from (one.start, one.next)
-    for step in program.assignments:
-        yield step.formula
-        for place in step.near:
-            yield from (place.of, place.formula)
 
 
 def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:

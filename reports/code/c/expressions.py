@@ -22,6 +22,7 @@ from takagi.reports.code.controller_program import (
     Row,
     Spline,
     Stage,
+    calls_of,
     names_of,
 )
 
@@ -258,7 +259,7 @@ ESTIMATE = "wind_estimate"
 
 def needed_names(program: ControllerProgram) -> frozenset[str]:
     """Return the names on which outputs and kept values depend; others are not written."""
-    made = {one.name: _formulas(one) for one in program.assignments}
+    made = {one.name: one.formulas for one in program.assignments}
     kept = {one.name: (one.start, one.next) for one in program.kept}
     needed: set[str] = set()
     waiting = [*(one.name for one in program.outputs), *kept]
@@ -290,11 +291,6 @@ def _read(formula: Formula, program: ControllerProgram) -> Iterator[str]:
                 yield from _read(part, program)
     else:
         yield from names_of(formula)
-
-
-def _formulas(one: Assignment) -> tuple[Formula, ...]:
-    inside = (formula for place in one.near for formula in (place.of, place.formula))
-    return (one.formula, *inside)
 
 
 def sample_function(
@@ -361,7 +357,7 @@ def assignment_lines(one: Assignment, word: str, write: Expressions) -> Iterator
         return
     # Near a quotient 0/0 the gain file's ``within`` is so small that a float cannot resolve it:
     # the step is computed in double.
-    wide = write.in_double(_formulas(one)) if write.suffix else None
+    wide = write.in_double(one.formulas) if write.suffix else None
     by, cast = (wide, f"({word}_real)") if wide else (write, "")
 
     def value(formula: Formula) -> str:
@@ -393,7 +389,7 @@ def _estimate_held(one: Assignment, stage: Stage, word: str, write: Expressions)
     conditions = []
     formula = one.formula
     if any(sent.name == ESTIMATE for sent in stage.sends):
-        for call in _calls(formula):
+        for call in calls_of(formula):
             conditions += list(_beyond(call, write))
     if isinstance(formula, Call) and formula.function == "limit":
         x, low, high = formula.arguments
@@ -410,18 +406,6 @@ def _estimate_held(one: Assignment, stage: Stage, word: str, write: Expressions)
         yield f"if ({' || '.join(conditions)}) {{"
         yield f"    status |= {word.upper()}_ESTIMATE_HELD;"
         yield "}"
-
-
-def _calls(formula: Formula) -> Iterator[Call]:
-    """Yield all calls in a formula."""
-    if isinstance(formula, Call):
-        yield formula
-        for argument in formula.arguments:
-            yield from _calls(argument)
-    elif isinstance(formula, Operation):
-        for part in (formula.left, formula.right):
-            if part is not None:
-                yield from _calls(part)
 
 
 def _beyond(call: Call, write: Expressions) -> Iterator[str]:
