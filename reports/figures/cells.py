@@ -25,7 +25,6 @@ def cells_figure(
     decay_rate: ArrayLike,
     wind_rate: ArrayLike,
     overspeed: ArrayLike,
-    title: str = "",
 ) -> Figure:
     """Return decay rate, wind class and overspeed bound per wind cell.
 
@@ -60,7 +59,6 @@ def cells_figure(
             axes.set_ylabel(label)
         wind_axis(panels[-1])
         panels[-1].set_xlim(v[0], v[-1])
-        panels[0].set_title(title)
         figure.align_ylabels(panels)
         if not sound.all():
             handles, texts = panels[0].get_legend_handles_labels()

@@ -40,7 +40,6 @@ def poles_figure(
     *,
     decay_rate: float | None = None,
     reach: float = 3.0,
-    title: str = "",
 ) -> Figure:
     """Return the poles in the complex plane, coloured by wind, and -max Re over wind.
 
@@ -71,7 +70,6 @@ def poles_figure(
             label = f"proved {decay_rate:.3g} 1/s"
             rates.axhline(decay_rate, color=COLOURS[1], linestyle="--", label=label)
             rates.legend(loc="upper left")
-        figure.suptitle(title, fontsize=10)
     return figure
 
 
@@ -133,7 +131,6 @@ def bode_figure(
     frequency: ArrayLike,
     lines: Sequence[BodeLine],
     *,
-    title: str = "",
     marks: Mapping[str, float] | None = None,
 ) -> Figure:
     """Return magnitude [dB] and phase [deg] over frequency [rad/s].
@@ -164,7 +161,6 @@ def bode_figure(
         marks_above(top, marks or {})
         for where in (marks or {}).values():
             bottom.axvline(where, color=GREY, linestyle=":", linewidth=1.0)
-        figure.suptitle(title, fontsize=10)
     return figure
 
 

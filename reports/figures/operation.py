@@ -36,7 +36,6 @@ def trim_figure(
     power: ArrayLike,
     regions: Mapping[str, float] | None = None,
     published_pitch: tuple[ArrayLike, ArrayLike] | None = None,
-    title: str = "",
 ) -> Figure:
     """Return rotor speed [rpm], pitch [deg], torque [kN m] and power [MW] over wind.
 
@@ -72,7 +71,6 @@ def trim_figure(
             )
             panels[1].legend(loc="lower right")
         region_axes(panels, v, regions or {})
-        figure.suptitle(title, fontsize=10)
     return figure
 
 
@@ -83,7 +81,6 @@ def power_surface_figure(
     *,
     trim: tuple[ArrayLike, ArrayLike] | None = None,
     band: float | None = None,
-    title: str = "",
 ) -> Figure:
     """Return c_P >= 0 over tip-speed ratio and pitch [deg], with the trim and its band.
 
@@ -121,7 +118,6 @@ def power_surface_figure(
         axes.set_ylim(beta[0], beta[-1])
         axes.grid(False)
         figure.colorbar(filled, ax=axes, label="power coefficient [-]")
-        axes.set_title(title)
     return figure
 
 
@@ -147,7 +143,6 @@ def membership_figure(
     *,
     titles: Sequence[str] = ("$h^a_1$", "$h^a_2$", "$h^a_3$", "$h^a_4$"),
     path: tuple[ArrayLike, ArrayLike] | None = None,
-    title: str = "",
 ) -> Figure:
     """Return h^a_m(omega, T_g) as filled contours with one colour scale from 0 to 1.
 
@@ -183,7 +178,6 @@ def membership_figure(
             if k % 2 == 0:
                 axes.set_ylabel("torque [kN m]")
         figure.colorbar(filled, ax=panels, label="weight [-]", aspect=30)
-        figure.suptitle(title, fontsize=10)
     return figure
 
 

@@ -90,7 +90,6 @@ def new_figure(
     width: float = WIDTH,
     height: float = HEIGHT,
     share_x: bool = False,
-    height_ratios: Sequence[float] | None = None,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and its axes row by row; call inside ``house_style()``.
 
@@ -103,7 +102,7 @@ def new_figure(
 
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    grid = figure.subplots(rows, across, sharex=share_x, squeeze=False, height_ratios=height_ratios)
+    grid = figure.subplots(rows, across, sharex=share_x, squeeze=False)
     return figure, list(grid.ravel())
 
 

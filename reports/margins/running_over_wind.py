@@ -41,8 +41,6 @@ SAMPLES_A_PERIOD = 6.0
 # Around a mode, as a share of its frequency: it is inside the crossover where |L| reaches 1 there.
 NEAR_MODE = 0.15
 
-Tell = Callable[[str], None]
-
 
 @dataclass(frozen=True, slots=True)
 class Mode:
@@ -98,7 +96,6 @@ def running_margins(
     sample_time: float = 0.02,
     computation_time: float = 0.0,
     plants: Sequence[tuple[float, str]] = PLANTS,
-    tell: Tell | None = None,
 ) -> tuple[RunningMargins, ...]:
     """Return the margins of the loop that runs: validation plant, observer, filters, sampling.
 
@@ -129,8 +126,6 @@ def running_margins(
     made = {factor: with_inertia(plant, factor) for factor, _ in plants}
     found = []
     for wind, rest in rests.items():
-        if tell is not None:
-            tell(f"margins of the loop that runs, {wind:g} m/s")
         first, *others = _sides(turbine, wind)
         for factor, wake in plants:
             at = partial(

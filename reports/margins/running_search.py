@@ -28,8 +28,6 @@ FINE = 0.2
 # linearisation in one of them makes no place.
 AROUND = 0.4
 
-Tell = Callable[[str], None]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchedMargins:

@@ -23,7 +23,6 @@ from takagi.models.turbine.wind_observer import WindObserver
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.certificates.design.turbine.settings import DesignSettings
 
 # The law's name, and what a reader of its numbers should know.
 LAW_NAMES: Mapping[str, str] = MappingProxyType(
@@ -70,7 +69,6 @@ def chosen_laws(
     turbine: Turbine,
     names: Sequence[str],
     *,
-    settings: DesignSettings | None = None,
     files: Sequence[Path] = (),
     tell: Tell | None = None,
 ) -> ChosenLaws:
@@ -79,8 +77,6 @@ def chosen_laws(
     Parameters
     ----------
     names : from ``LAW_NAMES``.
-    settings : of the design, whose law is the coherent one; None takes the defaults with gains in
-        two steps, which take seconds.
     files, tell : see ``design_turbine``.
 
     Raises
@@ -94,9 +90,8 @@ def chosen_laws(
     from takagi.certificates.design.turbine.design import design_turbine
     from takagi.certificates.design.turbine.scale import default_settings
 
-    if settings is None:
-        settings = replace(default_settings(turbine), synthesis="two-step")
-    asked = replace(settings, law="coherent")
+    # Gains in two steps take seconds.
+    asked = replace(default_settings(turbine), law="coherent", synthesis="two-step")
     design = design_turbine(turbine, asked, files=files, tell=tell)
     laws = {name: _law(name, design) for name in asked_for}
     filters = {"coherent": design.speed_filter} if design.speed_filter else {}

@@ -40,7 +40,7 @@ def bode() -> Figure:
     for wind, gain in ((12, 0.5), (20, 0.7)):
         response = gain / (1j * omega) * np.exp(-0.3j * omega)
         lines.append(BodeLine(f"{wind} m/s", response, gain, np.pi / 0.6))
-    return bode_figure(omega, lines, title="loop", marks={"tower 0.32 Hz": 2.04, "3P": 3.8})
+    return bode_figure(omega, lines, marks={"tower 0.32 Hz": 2.04, "3P": 3.8})
 
 
 @maker
