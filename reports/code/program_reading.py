@@ -251,8 +251,8 @@ class _Reading:
                 own[one["name"]],
                 one["unit"],
                 one["meaning"],
-                renamed(parsed(one["start"], self.tables), own),
-                renamed(parsed(one["next"], self.tables), own),
+                self._formula(one["start"], own),
+                self._formula(one["next"], own),
             )
             for one in part["keep"]
         )
@@ -260,12 +260,15 @@ class _Reading:
         sends = tuple(self._assignment(one, one["name"], own) for one in part["send"])
         return Stage(part["name"], kept, steps, sends)
 
+    def _formula(self, text: str, own: Mapping[str, str]) -> Formula:
+        return renamed(parsed(text, self.tables), own)
+
     def _assignment(self, one: Any, name: str, own: Mapping[str, str]) -> Assignment:
         near = tuple(
             Near(
-                renamed(parsed(place["of"], self.tables), own),
+                self._formula(place["of"], own),
                 place["within"],
-                renamed(parsed(place["formula"], self.tables), own),
+                self._formula(place["formula"], own),
             )
             for place in one.get("near", ())
         )
@@ -273,7 +276,7 @@ class _Reading:
             name,
             one["unit"],
             one["meaning"],
-            renamed(parsed(one["formula"], self.tables), own),
+            self._formula(one["formula"], own),
             near,
         )
 

@@ -24,7 +24,7 @@ from takagi.models.errors import ModelError
 from takagi.models.laws.law_words import law_words
 from takagi.models.laws.protocol import Law, Measurement
 from takagi.models.laws.sampled import SampledLaw, sampled
-from takagi.models.simulation.closed_loop import Observer
+from takagi.models.simulation.closed_loop import Observer, measured_speed
 from takagi.models.simulation.dynamics import equilibrium_state, plant_rate
 from takagi.models.simulation.turbine_plant import SimulatedTurbine
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
@@ -115,12 +115,6 @@ def _at_rest(
             if abs(state[1] - stop) < AT_REST:
                 state[1] = stop
     return None
-
-
-def measured_speed(plant: SimulatedTurbine) -> int:
-    """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
-    places = (plant.index(name) for name in ("filtered", "generator speed", "rotor speed"))
-    return next(place for place in places if place is not None)
 
 
 def _require_seen(plant: SimulatedTurbine, state: Floats, wind: float) -> None:

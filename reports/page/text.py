@@ -84,6 +84,11 @@ class Section:
         return tuple(found)
 
 
+def behind(unit: str) -> str:
+    """Return a unit as it follows a number; nothing for a pure number."""
+    return "" if unit in ("", "-") else f" {unit}"
+
+
 def with_decimals(value: float, digits: int) -> str:
     """Return a number with so many decimals; a dash for nan, a true minus sign."""
     if math.isnan(value):

@@ -15,6 +15,7 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.file_units import file_unit
+from takagi.reports.page.text import behind
 from takagi.reports.simulation.plant_scenario import (
     SETTLED,
     PlantScenario,
@@ -332,8 +333,7 @@ def _words(loop: PlantLoop, deviation: Floats) -> str:
     for variable, rest, off in zip(loop.plant.states, loop.state, deviation, strict=True):
         size, unit = file_unit(variable)
         if off:
-            behind = "" if unit in ("", "-") else f" {unit}"
-            parts.append(f"{variable.name} {float(rest + off) / size:.4g}{behind}")
+            parts.append(f"{variable.name} {float(rest + off) / size:.4g}{behind(unit)}")
     return ", ".join(parts) or "rest"
 
 

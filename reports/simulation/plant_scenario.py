@@ -13,6 +13,7 @@ from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.models.plant_simulation.signals import Noise, Pulse, Ramp, Signal, Signals, Sine, Step
 from takagi.reports.loops.plant_motion import Outside
+from takagi.reports.page.text import behind
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -140,7 +141,7 @@ def in_words(scenario: PlantScenario, plant: Plant) -> list[str]:
 
 def _words(plant: Plant, variable: Variable, signal: Signal) -> str:
     size, unit = file_unit(variable)
-    much = f"{signal.size / size:.4g}" + ("" if unit in ("", "-") else f" {unit}")
+    much = f"{signal.size / size:.4g}" + behind(unit)
 
     def at(seconds: float) -> str:
         if not seconds:

@@ -21,7 +21,7 @@ from takagi.reports.figures.style import (
     house_style,
     new_figure,
 )
-from takagi.reports.page.text import name_of, powers
+from takagi.reports.page.text import behind, name_of, powers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,7 +130,7 @@ def _dependent(
 
 
 def _range(premise: Premise) -> str:
-    unit = "" if premise.unit == "-" else f" {powers(premise.unit)}"
+    unit = behind(powers(premise.unit))
     return f"[{float(premise.lower):.5g}, {float(premise.upper):.5g}]{unit}"
 
 

@@ -23,6 +23,7 @@ from takagi.reports.page.text import (
     DASH,
     Section,
     Table,
+    behind,
     complex_words,
     name_of,
     significant,
@@ -90,7 +91,7 @@ def regulator_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
         *zip(loop.plant.inputs, found.inputs, strict=True),
     ]
     weights = [
-        f"{v.name}: {significant(float(size) / file_unit(v)[0])} {_unit(file_unit(v)[1])}".strip()
+        f"{v.name}: {significant(float(size) / file_unit(v)[0])}{behind(file_unit(v)[1])}"
         for v, size in sizes
     ]
     return Section(
@@ -137,10 +138,6 @@ def _rows(loop: PlantLoop, found: Regulator) -> tuple[tuple[str, ...], ...]:
         ]
         rows.append((f"proved start of {name_of(loop.names[k])} alone", unit, *ends))
     return tuple(rows)
-
-
-def _unit(unit: str) -> str:
-    return "" if unit == "-" else unit
 
 
 # The tolerance of the integration may make V rise by this share of its first value.
