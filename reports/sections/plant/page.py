@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from takagi.reports.output import write_folder
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 
@@ -14,21 +12,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
 
 Tell = Callable[[str], None]
-
-
-def plant_report(design: PlantDesign) -> str:
-    """Return the report as one self-contained HTML page, readable without JavaScript."""
-    return plant_report_files(design).html
-
-
-def plant_figures(design: PlantDesign, folder: str | Path) -> Path:
-    """Write the report's figures (SVG) and their data (CSV) into ``folder``; return the folder.
-
-    Raises
-    ------
-    OutputError : the folder cannot be written.
-    """
-    return write_folder(Path(folder), plant_report_files(design).figures)
 
 
 def plant_report_files(

@@ -89,10 +89,13 @@ def _facts(
         for label, (low, high) in model.box.items()
     ]
     facts += [
-        ("Largest command", f"{significant(size)}{behind(unit_of(name))}", f"of {name_of(name)}, from rest "
-         "value, for states in the ellipsoid; floating point")
+        (
+            "Largest command",
+            f"{significant(size)}{behind(unit_of(name))}",
+            f"of {name_of(name)}, from rest value, for states in the ellipsoid; floating point",
+        )
         for name, size in ([] if limits else largest_commands(loop))
-    ]  # fmt: skip
+    ]
     rest = [one for one in loops if one.place == "rest"]
     facts += [
         (
