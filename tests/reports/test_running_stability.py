@@ -16,6 +16,7 @@ from takagi.certificates.design.turbine import (
     wind_by_wind_law,
     wind_observer_design,
 )
+from takagi.certificates.design.turbine.settings import DesignSettings
 from takagi.certificates.document import effort_sharing_law_data
 from takagi.cli.options import given
 from takagi.cli.runs import makers
