@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.design.claim_summary import claim_summary
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
@@ -26,11 +26,17 @@ from takagi.reports.appendix.tex import (
     unit,
     with_decimals,
 )
-from takagi.reports.loops.turbine_local import LoopPoint, loop_points
-from takagi.reports.margins.margins import Margins, disk_margin, loop_margins
-from takagi.reports.margins.turbine_loops import Loops, loops_at_trim
-from takagi.reports.sections.turbine.cells import filter_of
-from takagi.reports.sections.turbine.model import power_surface, trim_drawing
+from takagi.reports.figures.loops import poles_figure
+from takagi.reports.loops.turbine_local import loop_points
+from takagi.reports.margins.margins import Margins
+from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
+from takagi.reports.sections.turbine.loops import ACTUATORS, LoopRow, bode_drawing, loop_rows
+from takagi.reports.sections.turbine.model import (
+    power_surface,
+    region_starts,
+    trim_curve,
+    trim_drawing,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -212,61 +218,40 @@ def _gain_row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]
     ]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TrimLoops:
-    """The linear loops at one equilibrium of the law.
-
-    Attributes
-    ----------
-    at : equilibrium, local controller, and which actuators act.
-    loops : the loops with the wake in equilibrium.
-    frozen : the loops with the frozen wake's pitch effectiveness; None where pitch does not act.
-    """
-
-    at: LoopPoint
-    loops: Loops
-    frozen: Loops | None
-
-    @property
-    def wind(self) -> float:
-        """Wind [m/s]."""
-        return self.at.wind
-
-
-def trim_loops(design: TurbineDesign) -> tuple[list[TrimLoops], tuple[float, ...]]:
+def trim_loops(design: TurbineDesign) -> tuple[list[LoopRow], tuple[float, ...]]:
     """Return the loops at the winds of the trim table, and the winds without an equilibrium."""
     points, none = loop_points(design, table_winds(design.turbine))
-    return [_loops(design, point) for point in points], none
+    return [row for point in points for row in loop_rows(design, point)], none
 
 
-def _loops(design: TurbineDesign, at: LoopPoint) -> TrimLoops:
-    def loops(effectiveness: float) -> Loops:
-        return loops_at_trim(design.turbine, at.point, at.controller, effectiveness=effectiveness)
-
-    frozen = loops(at.frozen_wake) if math.isfinite(at.frozen_wake) else None
-    return TrimLoops(at, loops(1.0), frozen)
-
-
-def margins_context(loops: Sequence[TrimLoops], none: Sequence[float]) -> dict[str, Any]:
+def margins_context(rows: Sequence[LoopRow], none: Sequence[float]) -> dict[str, Any]:
     """Return the margins table, the unstable winds, and the winds without an equilibrium."""
+    first = _first_rows(rows)
     return {
-        "margin_rows": [_margin_row(item) for item in loops],
-        "unstable": ", ".join(f"{item.wind:g}" for item in loops if item.loops.decay_rate <= 0),
+        "margin_rows": [
+            _margin_row(one, {(r.actuator, r.wake): r for r in rows if r.loop is one.loop})
+            for one in first
+        ],
+        "unstable": ", ".join(f"{r.loop.wind:g}" for r in first if r.loops.decay_rate <= 0),
         "without_equilibrium": ", ".join(f"{wind:g}" for wind in none),
     }
 
 
-def _margin_row(item: TrimLoops) -> list[Tex]:
-    torque = loop_margins(item.loops.torque) if item.at.torque_acts else None
-    pitch = loop_margins(item.loops.pitch) if item.at.pitch_acts else None
-    frozen = NONE if item.frozen is None else with_decimals(disk_margin(item.frozen.pitch).alpha, 2)
+def _first_rows(rows: Sequence[LoopRow]) -> list[LoopRow]:
+    """Return the first row of each wind, with the wake in equilibrium."""
+    return list({row.loop.wind: row for row in reversed(rows)}.values())[::-1]
+
+
+def _margin_row(one: LoopRow, every: Mapping[tuple[str, str], LoopRow]) -> list[Tex]:
+    torque, pitch = (every.get((name, "equilibrium")) for name in ("torque", "pitch"))
+    frozen = every.get(("pitch", "frozen"))
     return [
-        with_decimals(item.wind, 1),
-        escape(item.at.point.region),
-        *_margin_cells(torque),
-        *_margin_cells(pitch),
-        frozen,
-        with_decimals(item.loops.decay_rate, 4),
+        with_decimals(one.loop.wind, 1),
+        escape(one.loop.point.region),
+        *_margin_cells(None if torque is None else torque.margins),
+        *_margin_cells(None if pitch is None else pitch.margins),
+        NONE if frozen is None else with_decimals(frozen.margins.disk.alpha, 2),
+        with_decimals(one.loops.decay_rate, 4),
     ]
 
 
@@ -288,105 +273,26 @@ def _decibels(factor: float) -> Tex:
 
 
 _BODE_WINDS = (6.0, 10.0, 11.4, 12.0, 14.0, 18.0, 25.0)
-_CURVE = 120
 
 
-def drawn_figures(design: TurbineDesign, loops: list[TrimLoops]) -> dict[str, Figure]:
+def drawn_figures(design: TurbineDesign, rows: Sequence[LoopRow]) -> dict[str, Figure]:
     """Return name -> figure; a figure without content is left out."""
-    drawn: dict[str, Callable[[], Figure | None]] = {
-        "surface": lambda: _surface(design),
-        "trim": lambda: _trim(design),
-        "memberships": lambda: _memberships(design),
-        "cells": lambda: _cells(design),
-        "poles": lambda: _poles(design, loops),
-        "bode-torque": lambda: _bode(loops, "torque"),
-        "bode-pitch": lambda: _bode(loops, "pitch"),
-    }
-    figures = {name: draw() for name, draw in drawn.items()}
-    return {name: figure for name, figure in figures.items() if figure is not None}
-
-
-def _surface(design: TurbineDesign) -> Figure:
-    turbine = design.turbine
+    turbine, curve, first = design.turbine, trim_curve(design), _first_rows(rows)
     ratio = np.linspace(*turbine.power.x_range, 90)
     pitch = np.linspace(*turbine.power.y_range, 80)
-    return power_surface(design, _curve(design), ratio=ratio, pitch=pitch)
-
-
-def _trim(design: TurbineDesign) -> Figure:
-    points = _curve(design)
-    begins: dict[str, float] = {}
-    for point in points:
-        begins.setdefault(point.region, point.wind)
-    return trim_drawing(design, points, begins)
-
-
-def _curve(design: TurbineDesign) -> list[TrimPoint]:
-    turbine, setpoint = design.turbine, design.settings.speed_setpoint
-    winds = np.linspace(turbine.cut_in, turbine.cut_out, _CURVE)
-    return [trim(turbine, float(v), speed_setpoint=setpoint) for v in winds]
-
-
-def _memberships(design: TurbineDesign) -> Figure:
-    from takagi.reports.figures.operation import membership_figure
-
-    coupling = filter_of(design)
-    middle, width = coupling.speed_ramp.start, coupling.speed_ramp.width
-    speed = np.linspace(middle - 2 * width, middle + 3 * width, 121)
-    window = 4 * coupling.torque_overlap
-    torque = np.linspace(
-        coupling.minimum_torque - window, max(coupling.top_torque, coupling.rated_torque), 121
-    )
-    return membership_figure(speed, torque, coupling.memberships(speed[None, :], torque[:, None]))
-
-
-def _cells(design: TurbineDesign) -> Figure | None:
-    """Return the figure of the proved rates over wind; None if the claim is not proved."""
-    from takagi.reports.figures.cells import cells_figure
-
-    law, found = design.effort_sharing_law, design.candidate
-    if law is None or found is None or found.P is None:
-        return None
-    if design.checked.verdict is not Verdict.PROVED:
-        return None
-    peak = float(np.sqrt(np.linalg.inv(found.P)[0, 0])) / design.turbine.rated_rotor_speed
-    return cells_figure(
-        law.schedule.wind,
-        np.ones(len(found.cells), dtype=bool),
-        decay_rate=found.decay_rate,
-        wind_rate=found.wind_rate,
-        overspeed=np.full(len(found.cells), peak),
-    )
-
-
-def _poles(design: TurbineDesign, loops: list[TrimLoops]) -> Figure | None:
-    from takagi.reports.figures.loops import poles_figure
-
-    if not loops:
-        return None
-    return poles_figure([item.wind for item in loops], [item.loops.poles for item in loops])
-
-
-def _bode(loops: list[TrimLoops], channel: str) -> Figure | None:
-    from takagi.reports.figures.loops import BodeLine, bode_figure
-    from takagi.reports.margins.margins import loop_margins
-    from takagi.reports.margins.response import loop_response
-
-    omega = np.geomspace(3e-3, 30, 900)
-    lines = []
-    for item in loops:
-        acts = item.at.torque_acts if channel == "torque" else item.at.pitch_acts
-        if not acts or item.wind not in _BODE_WINDS:
-            continue
-        loop = item.loops.torque if channel == "torque" else item.loops.pitch
-        margins = loop_margins(loop)
-        # The phase at the crossover of an unstable loop is not a margin, and is not marked.
-        shown = margins.stable is not False and np.isfinite(margins.phase_frequency)
-        lines.append(
-            BodeLine(
-                f"{item.wind:g} m/s" + (" (unstable)" if margins.stable is False else ""),
-                loop_response(loop).evaluate(omega)[:, 0, 0],
-                crossover=margins.phase_frequency if shown else None,
-            )
-        )
-    return bode_figure(omega, lines) if lines else None
+    found = {
+        "surface": power_surface(design, curve, ratio=ratio, pitch=pitch),
+        "trim": trim_drawing(design, curve, region_starts(design)),
+        "memberships": memberships_drawing(design, filter_of(design)),
+    }
+    summary = claim_summary(design)
+    if summary is not None and design.checked.verdict is Verdict.PROVED:
+        found["cells"] = cells_drawing(design, summary)
+    if first:
+        winds = [row.loop.wind for row in first]
+        found["poles"] = poles_figure(winds, [row.loops.poles for row in first])
+    shown = [row for row in rows if row.loop.wind in _BODE_WINDS]
+    for actuator in ACTUATORS:
+        if any(row.actuator == actuator for row in shown):
+            found[f"bode-{actuator}"] = bode_drawing(design, shown, actuator, "equilibrium")
+    return found

@@ -55,7 +55,7 @@ def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
 
 def undrawn(patch: pytest.MonkeyPatch) -> None:
     """Let a figure be one word."""
-    patch.setattr("takagi.reports.figures.figure_to_pdf", lambda _: b"%PDF", raising=False)
+    patch.setattr("takagi.reports.figures.style.figure_to_pdf", lambda _: b"%PDF")
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
