@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, columns, house_style, new_figure, wind_axis
 
 if TYPE_CHECKING:
@@ -35,17 +34,9 @@ def cells_figure(
     decay_rate : (n,) [1/s].
     wind_rate : (n,) largest |v'| of the class [m/s^2].
     overspeed : (n,) bound on omega above its reference, as a share of rated [-]; shown in percent.
-
-    Raises
-    ------
-    ModelError : lengths that do not fit the edges.
     """
     v = np.asarray(edges, dtype=np.float64)
     sound = np.asarray(proved, dtype=bool)
-    if v.ndim != 1 or len(v) < 2 or sound.shape != (len(v) - 1,):
-        raise ModelError(
-            f"edges have shape {v.shape}, proved {sound.shape}; n + 1 edges bound n cells"
-        )
     figures = columns("cells", [decay_rate, wind_rate, overspeed], len(sound))
     labels = ("decay rate\n[1/s]", "wind class |v'|\n[m/s²]", "overspeed bound\n[%]")
     with house_style():
@@ -119,17 +110,7 @@ def overlaps_figure(rows: Sequence[OverlapRow], *, wind: tuple[float, float]) ->
     ----------
     rows : from top to bottom.
     wind : the ends of the axis [m/s].
-
-    Raises
-    ------
-    ModelError : no rows, or a range that is not increasing.
     """
-    if not rows:
-        raise ModelError("no overlaps were given; at least one row is needed")
-    for row in rows:
-        for low, high in (*row.proved, *row.left):
-            if not low < high:
-                raise ModelError(f"{row.label}: range {low:g} to {high:g} m/s; it must increase")
     with house_style():
         figure, (axes,) = new_figure(height=1.15 + 0.3 * len(rows))
         least = LEAST_SHARE * (wind[1] - wind[0])

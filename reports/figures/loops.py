@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Complex, Floats
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
@@ -49,14 +48,8 @@ def poles_figure(
     poles : one array per wind [1/s]; their number may differ.
     decay_rate : proved rate [1/s], drawn as a line in both panels.
     reach : poles further from the origin are left out of the plane [1/s]; the panel says how many.
-
-    Raises
-    ------
-    ModelError : not as many pole sets as winds, or none.
     """
     v = np.asarray(winds, dtype=np.float64)
-    if v.ndim != 1 or len(v) != len(poles) or len(v) == 0:
-        raise ModelError(f"winds have shape {v.shape}, with {len(poles)} sets of poles; one each")
     with house_style():
         figure, (plane, rates) = new_figure(1, 2, height=4.2)
         _plane(figure, plane, v, poles, reach)
@@ -142,13 +135,8 @@ def bode_figure(
         its phase margin, an open one the phase crossover with its gain margin; both figures stand
         in the legend.
     marks : labelled vertical lines [rad/s], such as ``{"tower 0.32 Hz": 2.04, "3P": 3.80}``.
-
-    Raises
-    ------
-    ModelError : a response of another length than the frequencies, or no lines.
     """
     omega = np.asarray(frequency, dtype=np.float64)
-    _check(omega, lines)
     with house_style():
         figure, (top, bottom) = new_figure(2, 1, share_x=True, height=5.0)
         active = [line for line in lines if np.any(np.abs(line.response) >= SILENT)]
@@ -162,17 +150,6 @@ def bode_figure(
         for where in (marks or {}).values():
             bottom.axvline(where, color=GREY, linestyle=":", linewidth=1.0)
     return figure
-
-
-def _check(omega: Floats, lines: Sequence[BodeLine]) -> None:
-    if not lines:
-        raise ModelError("no lines were given; a Bode plot needs at least one loop")
-    for line in lines:
-        if np.shape(line.response) != omega.shape:
-            raise ModelError(
-                f"{line.label}: response has shape {np.shape(line.response)}, but "
-                f"{omega.shape} frequencies were given"
-            )
 
 
 def _draw(top: Axes, bottom: Axes, omega: Floats, line: BodeLine, colour: str) -> None:
@@ -237,14 +214,7 @@ class MarginLine:
 
 
 def running_margins_figure(winds: Floats, lines: Sequence[MarginLine]) -> Figure:
-    """Return four panels over wind: gain, phase, delay, disk; bands reach to the least.
-
-    Raises
-    ------
-    ModelError : no lines, or arrays of another length than the winds.
-    """
-    if not lines:
-        raise ModelError("no loops were given; at least one line is needed")
+    """Return four panels over wind: gain, phase, delay, disk; bands reach to the least."""
     with house_style():
         figure, panels = new_figure(2, 2, height=5.2, share_x=True)
         for axes, (name, (label, (low, high))) in zip(panels, PANELS.items(), strict=True):

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
     COLOURS,
     SEQUENTIAL,
@@ -45,10 +44,6 @@ def trim_figure(
     rotor_speed [rad/s], pitch [rad], torque (high-speed shaft) [N m], electrical power [W] : (n,).
     regions : wind at which each region begins [m/s], such as ``{"2": 4.7, "3": 11.45}``.
     published_pitch : (wind [m/s], pitch [rad]) of a reference, drawn as dots.
-
-    Raises
-    ------
-    ModelError : an array of another length than wind.
     """
     v = np.asarray(wind, dtype=np.float64)
     omega, beta, load, energy = columns("trim", [rotor_speed, pitch, torque, power], len(v))
@@ -90,19 +85,10 @@ def power_surface_figure(
     power_coefficient : (k, n) [-], pitch along rows.
     trim : (tip-speed ratio, pitch [rad]) along the wind.
     band : half-width of the band around the trim in pitch [rad].
-
-    Raises
-    ------
-    ModelError : shapes that do not fit.
     """
     ratio = np.asarray(tip_speed_ratio, dtype=np.float64)
     beta = np.asarray(pitch, dtype=np.float64) * DEGREES
     surface = np.asarray(power_coefficient, dtype=np.float64)
-    if surface.shape != (beta.size, ratio.size):
-        raise ModelError(
-            f"c_P has shape {surface.shape}; ({beta.size}, {ratio.size}) is needed, pitch by "
-            "tip-speed ratio"
-        )
     with house_style():
         figure, (axes,) = new_figure()
         levels = np.arange(0.0, max(0.05, float(surface.max())) + 0.05, 0.05)
@@ -141,7 +127,7 @@ def membership_figure(
     torque: ArrayLike,
     memberships: ArrayLike,
     *,
-    titles: Sequence[str] = ("$h^a_1$", "$h^a_2$", "$h^a_3$", "$h^a_4$"),
+    titles: Sequence[str],
     path: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
     """Return h^a_m(omega, T_g) as filled contours with one colour scale from 0 to 1.
@@ -153,19 +139,10 @@ def membership_figure(
     memberships : (4, k, n), torque along rows.
     titles : one per panel, such as the filter's corner ``"$h^a_1$: diag(0, 1)"``.
     path : (rotor speed, torque) of the trim curve, drawn over each panel.
-
-    Raises
-    ------
-    ModelError : shapes that do not fit.
     """
     omega = np.asarray(rotor_speed, dtype=np.float64) * RPM
     load = np.asarray(torque, dtype=np.float64) / 1e3
     weights = np.asarray(memberships, dtype=np.float64)
-    if weights.shape != (4, load.size, omega.size) or len(titles) != 4:
-        raise ModelError(
-            f"memberships have shape {weights.shape} and {len(titles)} titles; needed: "
-            f"(4, {load.size}, {omega.size}), four titles"
-        )
     with house_style():
         figure, panels = new_figure(2, 2, height=5.0)
         for k, (axes, text) in enumerate(zip(panels, titles, strict=True)):

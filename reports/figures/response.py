@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
@@ -75,18 +74,8 @@ def response_figure(
     time : (n,) [s].
     rated : figures drawn as thin horizontal lines, by quantity ("torque", "rotor_speed", "power",
         SI units).
-
-    Raises
-    ------
-    ModelError : an array of another length than time, an unknown quantity in ``rated``, no or more
-        than seven lines.
     """
     t = np.asarray(time, dtype=np.float64)
-    unknown = set(rated or {}) - set(QUANTITIES)
-    if unknown:
-        raise ModelError(f"rated: unknown {sorted(unknown)}; known are {sorted(QUANTITIES)}")
-    if not 1 <= len(lines) <= len(COLOURS):
-        raise ModelError(f"{len(lines)} lines were given; 1 to {len(COLOURS)} can be told apart")
     with house_style():
         figure, panels = new_figure(len(QUANTITIES), 1, height=7.0, share_x=True)
         for axes, (quantity, (factor, label)) in zip(panels, QUANTITIES.items(), strict=True):
@@ -157,19 +146,9 @@ def scenario_figure(
 
     Laws and winds appear in the order of their first run.  ``total_points`` are shared by all
     lines: more show faster oscillations, and weigh more.
-
-    Raises
-    ------
-    ModelError : no runs, more than four laws or seven winds, or an array of another length than
-        its time.
     """
     laws = list(dict.fromkeys(run.law for run in runs))
     winds = list(dict.fromkeys(run.wind_label for run in runs))
-    if not 1 <= len(laws) <= 4 or len(winds) > len(COLOURS):
-        raise ModelError(
-            f"{len(laws)} laws and {len(winds)} winds were given; one to four laws and at most "
-            f"{len(COLOURS)} winds can be told apart"
-        )
     colours = dict(zip(winds, COLOURS, strict=False))
     points = max(80, min(1000, total_points // (len(ROWS) * len(runs))))
     with house_style():

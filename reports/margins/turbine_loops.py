@@ -24,8 +24,7 @@ A law is given by its partial derivatives at the trim, with x_I' = omega_ref - o
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from math import isfinite
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -48,9 +47,6 @@ class FirstOrderDrive:
 
     time_constant: float
 
-    def __post_init__(self) -> None:
-        _positive("pitch drive", "time_constant", self.time_constant, "s")
-
 
 @dataclass(frozen=True, slots=True)
 class SecondOrderDrive:
@@ -58,10 +54,6 @@ class SecondOrderDrive:
 
     frequency: float
     damping: float
-
-    def __post_init__(self) -> None:
-        _positive("pitch drive", "frequency", self.frequency, "rad/s")
-        _positive("pitch drive", "damping", self.damping, "-")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +72,6 @@ class Tower:
     thrust_by_speed: float
     thrust_by_pitch: float
     thrust_by_wind: float
-
-    def __post_init__(self) -> None:
-        _positive("tower", "mass", self.mass, "kg")
-        _positive("tower", "stiffness", self.stiffness, "N/m")
 
 
 def linear_plant(
@@ -113,21 +101,11 @@ def linear_plant(
     -------
     control.StateSpace; inputs ``torque [N m]``, ``pitch reference [rad]``, ``wind [m/s]``, outputs
     ``rotor speed [rad/s]``, ``pitch [rad]``.
-
-    Raises
-    ------
-    ModelError : a figure that is not finite, a negative delay, a filter corner not above 0.
     """
     import control
 
-    for name, value in (("speed", speed), ("pitch", pitch), ("wind", wind), ("torque", torque)):
-        if not isfinite(value):
-            raise ModelError(f"coefficient {name!r} is {value}; a finite number is needed")
-    if not (isfinite(delay) and delay >= 0):
-        raise ModelError(f"delay {delay} s was given; a delay is 0 or more seconds")
     core = control.ss(*_core(speed, pitch, wind, torque, drive, tower))
     if speed_filter is not None:
-        _positive("speed filter", "corner", speed_filter, "rad/s")
         lag = control.ss(-speed_filter, speed_filter, 1.0, 0.0)
         core = control.append(lag, _gain(1)) * core
     if delay > 0:
@@ -179,11 +157,6 @@ def _core(
     return A, B, np.eye(2, n), np.zeros((2, 3))
 
 
-def _positive(item: str, name: str, value: float, unit: str) -> None:
-    if not (isfinite(value) and value > 0):
-        raise ModelError(f"{item}: {name} {value} {unit} was given; it must lie above 0")
-
-
 Plant = Literal["design", "validation"]
 
 # The validation plant runs its controller every 20 ms and gives the command one sample later.
@@ -209,14 +182,6 @@ class LocalGains:
     pitch_by_speed: float = 0.0
     pitch_by_pitch: float = 0.0
     pitch_by_integral: float = 0.0
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            if not isfinite(getattr(self, field.name)):
-                raise ModelError(
-                    f"local gain {field.name!r} is {getattr(self, field.name)}; "
-                    "a finite number is needed"
-                )
 
     def controller(self) -> StateSpace:
         """Return (omega, beta) -> (T_g, beta_ref); the integrator only if something reads it."""
@@ -348,14 +313,7 @@ def closed_loop_poles(
     *,
     kind: Plant = "validation",
 ) -> tuple[Complex, ...]:
-    """Return the closed-loop poles [1/s] at each trim, slowest first.
-
-    Raises
-    ------
-    ModelError : not as many gains as trims.
-    """
-    if len(points) != len(gains):
-        raise ModelError(f"{len(points)} trims and {len(gains)} gains; one each is needed")
+    """Return the closed-loop poles [1/s] at each trim, slowest first."""
     return tuple(
         loops_at_trim(turbine, point, law, kind=kind).poles
         for point, law in zip(points, gains, strict=True)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Complex
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
 from takagi.reports.loops.plant_local import pair_poles
 
@@ -104,14 +103,7 @@ MOST_PANELS = 10
 
 
 def responses_figure(loop: PlantLoop, motions: Sequence[PlantMotion]) -> Figure:
-    """Return one panel per state (deviation), per input, and one for V over its level.
-
-    Raises
-    ------
-    ModelError : no motions.
-    """
-    if not motions:
-        raise ModelError("no motions were given; at least one is needed")
+    """Return one panel per state (deviation), per input, and one for V over its level."""
     lines = list(zip(motions, COLOURS, STYLES, strict=False))
     labels = [*loop.model.states, *(f"{v.name} [{v.unit}]" for v in loop.plant.inputs)]
     if loop.gains is None:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.plant.poles import finish_over_time
 from takagi.reports.figures.style import (
@@ -66,14 +65,7 @@ def premise_curves(model: TSModel) -> tuple[PremiseCurve, ...]:
 
 
 def weights_figure(curves: tuple[PremiseCurve, ...]) -> Figure:
-    """Return one panel per premise: w_0 and w_1 over its variable, or w_1 over two.
-
-    Raises
-    ------
-    ModelError : no curves.
-    """
-    if not curves:
-        raise ModelError("no premise varies; there are no weights to draw")
+    """Return one panel per premise: w_0 and w_1 over its variable, or w_1 over two."""
     across = 1 if len(curves) == 1 else 2
     rows = -(-len(curves) // across)
     with house_style():
@@ -222,14 +214,7 @@ def actuators_figure(blend: RunTimeBlending, curve: BlendCurve) -> Figure:
 def hand_over_figure(
     blend: RunTimeBlending, motions: Sequence[PlantMotion], effort_rest: float
 ) -> Figure:
-    """Return the effort and both actuators over time, a line for each motion.
-
-    Raises
-    ------
-    ModelError : no motions.
-    """
-    if not motions:
-        raise ModelError("no motions were given; at least one is needed")
+    """Return the effort and both actuators over time, a line for each motion."""
     given, e = blend.blending, float(blend.blending.overlap)
     lines = list(zip(motions, COLOURS, STYLES, strict=False))
     with house_style():
