@@ -36,10 +36,7 @@ from takagi.models.errors import ModelError
 from takagi.reports.margins.response import LoopResponse, largest, loop_response
 
 if TYPE_CHECKING:
-    from control import FrequencyResponseData, StateSpace, TransferFunction
-
-# Balancing rows and columns converges in a few sweeps; each sweep leaves a valid upper bound.
-SWEEPS = 12
+    from control import StateSpace, TransferFunction
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,11 +70,9 @@ class DiskMargin:
 
 
 def disk_margin(
-    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
+    loop: StateSpace | TransferFunction | LoopResponse,
 ) -> DiskMargin:
     """Return alpha_max = 1 / sup |S - 1/2| of one loop.
-
-    For a sampled response the figure presumes a stable closed loop, which samples cannot show.
 
     Raises
     ------
@@ -93,45 +88,20 @@ def disk_margin(
 
 
 def disk_of(response: LoopResponse) -> DiskMargin:
-    """Return the disk margin of all loops of a response, perturbed at once and independently.
-
-    From an upper bound of mu, so it never promises too much; exact for up to two loops.
-    """
+    """Return the disk margin of two loops, perturbed at once and independently."""
     return _smallest(response, scaled_bound)
 
 
 def scaled_bound(matrices: Complex) -> Floats:
-    """Return an upper bound of mu over diagonal complex delta: min_D sigma_max(D M D^-1).
+    """Return mu over diagonal complex delta, min_D sigma_max(D M D^-1), of matrices (k, 2, 2).
 
-    For 2 x 2 the scaling d^2 = |m21| / |m12| is optimal, since sigma_1 sigma_2 = |det M| does not
-    depend on d while sigma_1^2 + sigma_2^2 is smallest there, and the bound equals mu.  Larger
-    matrices are balanced by Osborne's sweeps: still a bound, not always the smallest.
+    The scaling d^2 = |m21| / |m12| is optimal, since sigma_1 sigma_2 = |det M| does not depend on d
+    while sigma_1^2 + sigma_2^2 is smallest there, and the bound equals mu.
 
-    Parameters
-    ----------
-    matrices : (k, m, m).
-
-    Source: Packard & Doyle (1993), sec. 5 (three blocks or fewer: equality); Osborne (1960).
+    Source: Packard & Doyle (1993), sec. 5 (three blocks or fewer: equality).
     """
-    size = matrices.shape[1]
-    if size == 1:
-        return np.asarray(np.abs(matrices[:, 0, 0]), dtype=np.float64)
-    if size == 2:
-        return _two_by_two(matrices)
-    scaled = matrices.copy()
-    off = ~np.eye(size, dtype=bool)
-    for _ in range(SWEEPS):
-        for i in range(size):
-            row = np.linalg.norm(np.where(off[i], scaled[:, i, :], 0), axis=1)
-            column = np.linalg.norm(np.where(off[i], scaled[:, :, i], 0), axis=1)
-            ratio = np.sqrt(np.divide(column, row, out=np.ones_like(row), where=row * column > 0))
-            scaled[:, i, :] *= ratio[:, None]
-            scaled[:, :, i] /= ratio[:, None]
-    return np.asarray(np.linalg.norm(scaled, ord=2, axis=(1, 2)), dtype=np.float64)
-
-
-def _two_by_two(m: Complex) -> Floats:
-    """Return the least norm over diagonal scalings; the best one makes |m_01| and |m_10| equal."""
+    m = matrices
+    assert m.shape[1:] == (2, 2)
     square = np.abs(m[:, 0, 0]) ** 2 + np.abs(m[:, 1, 1]) ** 2
     square = square + 2 * np.abs(m[:, 0, 1] * m[:, 1, 0])
     product = np.abs(m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0])
@@ -140,7 +110,7 @@ def _two_by_two(m: Complex) -> Floats:
 
 
 def _smallest(response: LoopResponse, measure: Callable[[Complex], Floats]) -> DiskMargin:
-    if response.stable is False:
+    if not response.stable:
         return DiskMargin(alpha=0.0, frequency=float("nan"))
 
     def height(omega: Floats) -> Floats:
@@ -168,8 +138,7 @@ class Margins:
 
     Attributes
     ----------
-    stable : of the closed loop; None where only a sampled response was given, and then the
-        margins hold only if it is stable.
+    stable : of the closed loop.
     gain_decrease, gain_increase : factors below and above 1 at which it becomes unstable [-];
         0 and inf where there is none.
     gain_decrease_frequency, gain_increase_frequency : where L is negative real there [rad/s];
@@ -184,7 +153,7 @@ class Margins:
     disk : symmetric disk margin.
     """
 
-    stable: bool | None
+    stable: bool
     gain_decrease: float
     gain_increase: float
     gain_decrease_frequency: float
@@ -207,7 +176,7 @@ class Margins:
 
 
 def loop_margins(
-    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
+    loop: StateSpace | TransferFunction | LoopResponse,
 ) -> Margins:
     """Return the margins of one loop L under negative feedback.
 
@@ -230,7 +199,7 @@ def loop_margins(
     crossovers = _roots(scalar, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))
     factors = _gain_factors(scalar)
     peaks = _peaks(response)
-    unstable = response.stable is False
+    unstable = not response.stable
     below = max(((g, w) for g, w in factors if g < 1), default=(0.0, float("nan")))
     above = min(((g, w) for g, w in factors if g > 1), default=(INF, float("nan")))
     phase = _phase(scalar, crossovers)

@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from takagi.models.arrays import Complex, Floats
@@ -29,12 +28,11 @@ from takagi.models.errors import ModelError
 from takagi.reports.margins.running_loop import RunningLoop, continuous
 
 if TYPE_CHECKING:
-    from control import FrequencyResponseData, StateSpace, TransferFunction
+    from control import StateSpace, TransferFunction
 
 POINTS_PER_DECADE = 150
 # A pole nearer than this to the axis, relative to the fastest pole, counts as lying at zero.
 ORIGIN = 1e-9
-MINIMUM_SAMPLES = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,22 +43,21 @@ class LoopResponse:
     ----------
     evaluate : omega (k,) [rad/s] -> L(j omega) (k, m, m).
     frequencies : increasing grid [rad/s]; begins with 0 where L(0) is finite.
-    at_infinity : L(j inf) (m, m), or None where it is not known (sampled responses); of a loop in
-        discrete time, L at ``end``.
-    stable : whether all closed-loop poles lie in the open left half-plane; None where it cannot
-        be known (sampled responses).
+    at_infinity : L(j inf) (m, m), or None where it is not known; of a loop in discrete time, L at
+        ``end``.
+    stable : whether all closed-loop poles lie in the open left half-plane.
     end : the highest frequency [rad/s]: inf, or pi / T of a loop in discrete time.
     """
 
     evaluate: Callable[[Floats], Complex]
     frequencies: Floats
     at_infinity: Complex | None
-    stable: bool | None
+    stable: bool
     end: float = float("inf")
 
 
 def loop_response(
-    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
+    loop: StateSpace | TransferFunction | LoopResponse,
     *,
     frequencies: Floats | None = None,
 ) -> LoopResponse:
@@ -68,20 +65,17 @@ def loop_response(
 
     Parameters
     ----------
-    loop : python-control system; a ``FrequencyResponseData`` is interpolated between its samples
-        by a cubic spline over log omega, and says nothing outside of them.
+    loop : python-control system.
     frequencies : grid [rad/s] instead of the one chosen from the poles.
 
     Raises
     ------
-    ModelError : not square, discrete in time, or fewer than 8 samples.
+    ModelError : not square, or discrete in time.
     """
     if isinstance(loop, LoopResponse):
         return loop
     import control
 
-    if isinstance(loop, control.FrequencyResponseData):
-        return _sampled(loop)
     system = control.ss(loop)
     if system.ninputs != system.noutputs:
         raise ModelError(
@@ -171,29 +165,6 @@ def _evaluator(A: Floats, B: Floats, C: Floats, D: Floats) -> Callable[[Floats],
         return np.asarray(C @ inner + D, dtype=np.complex128)
 
     return evaluate
-
-
-def _sampled(loop: Any) -> LoopResponse:
-    omega = np.asarray(loop.omega, dtype=np.float64)
-    samples = np.moveaxis(np.asarray(loop.frdata, dtype=np.complex128), 2, 0)
-    if samples.shape[1] != samples.shape[2]:
-        raise ModelError(
-            f"the sampled loop has {samples.shape[2]} inputs and {samples.shape[1]} outputs; "
-            "a loop is broken at as many inputs as outputs"
-        )
-    if len(omega) < MINIMUM_SAMPLES:
-        raise ModelError(
-            f"the sampled loop has {len(omega)} frequencies; at least {MINIMUM_SAMPLES} are needed"
-        )
-    start = 1 if omega[0] == 0 else 0
-    spline = CubicSpline(np.log(omega[start:]), samples[start:], axis=0)
-
-    def evaluate(frequencies: Floats) -> Complex:
-        return np.asarray(spline(np.log(frequencies)), dtype=np.complex128)
-
-    dense = np.geomspace(omega[start], omega[-1], 4 * len(omega))
-    grid = np.unique(np.concatenate([omega[start:], dense[1:-1]]))
-    return LoopResponse(evaluate=evaluate, frequencies=grid, at_infinity=None, stable=None)
 
 
 # Modal sums lose digits with the conditioning of the eigenvectors; beyond it, solve.
