@@ -115,15 +115,17 @@ def exported(word: str, program: ControllerProgram, settings: ExportSettings) ->
     )
 
 
-def certified_model(
+def certified(
     gains: Path, certificate: Path | None, program: ControllerProgram
-) -> Mapping[str, Any] | None:
-    """Return the model of a certificate, with numbers as the file has them.
+) -> tuple[Mapping[str, Any] | None, tuple[Mapping[str, Any], ...]]:
+    """Return model and claims of a gain file's certificate, with numbers as the file has them.
+
+    Claims with another hash than the gain file states are left out.
 
     Parameters
     ----------
-    certificate : None takes ``certificate.json`` in the gain file's folder if its model has the
-        hash that the gain file states, and otherwise returns None.
+    certificate : None takes ``certificate.json`` in the gain file's folder; without such a file, or
+        with one about another model, None is returned as model.
 
     Raises
     ------
@@ -133,40 +135,22 @@ def certified_model(
     """
     if not program.hashes:
         if certificate is None:
-            return None
+            return None, ()
         raise ModelError(
             f"{certificate} was given, and {gains} names no certificate: the law is not proved; "
             "leave --certificate out"
         )
     path = certificate or gains.parent / "certificate.json"
     if certificate is None and not path.is_file():
-        return None
-    model: Mapping[str, Any] = member(read_json(path), "model", str(path))
+        return None, ()
+    document = read_json(path)
+    model: Mapping[str, Any] = member(document, "model", str(path))
+    claims = member(document, "claims", str(path))
+    claims = tuple(claims) if digest(claims) == program.hashes.get("claims") else ()
     if digest(model) == program.hashes.get("model"):
-        return model
+        return model, claims
     if certificate is None:
-        return None
+        return None, claims
     raise ModelError(
         f"{path} is about another model than {gains}: the gain file names the SHA-256 of its model"
     )
-
-
-def certified_claims(
-    gains: Path, certificate: Path | None, program: ControllerProgram
-) -> tuple[Mapping[str, Any], ...]:
-    """Return the claims of the gain file's certificate; () without it, or if it has other claims.
-
-    Parameters
-    ----------
-    certificate : None takes ``certificate.json`` in the gain file's folder.  Claims are returned if
-        they have the hash that the gain file states.
-
-    Raises
-    ------
-    CertificateError : the file cannot be read.
-    """
-    path = certificate or gains.parent / "certificate.json"
-    if not program.hashes or not path.is_file():
-        return ()
-    claims = member(read_json(path), "claims", str(path))
-    return tuple(claims) if digest(claims) == program.hashes.get("claims") else ()

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.models.simulation.history import History
+    from takagi.models.turbine.data import Turbine
 
 # quantity: factor to the shown unit, label
 QUANTITIES = {
@@ -110,65 +111,42 @@ ROWS = {
     "pitch": "pitch\n[°]",
     "torque": "torque\n[p.u.]",
     "rotor_speed": "speed\n[p.u.]",
-    "power": "power\n[p.u.]",
-    "tower": "tower top\n[p.u.]",
+    "electrical_power": "power\n[p.u.]",
+    "tower_displacement": "tower top\n[p.u.]",
 }
-DEGREES = 180 / np.pi
-# Shared by all lines of the figure, so that nine simulations give no larger file than one.
-POINTS = 5_500
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ScenarioRun:
-    """One simulation of the scenario; arrays (n,), per-unit figures by their rated values.
-
-    Attributes
-    ----------
-    law, wind_label : which column, which line.
-    time [s]; wind [m/s]; pitch [rad]; torque, rotor_speed, power, tower [p.u.].
-    """
-
-    law: str
-    wind_label: str
-    time: Floats
-    wind: Floats
-    pitch: Floats
-    torque: Floats
-    rotor_speed: Floats
-    power: Floats
-    tower: Floats
 
 
 def scenario_figure(
-    runs: Sequence[ScenarioRun], *, title: str = "", total_points: int = POINTS
+    runs: Sequence[tuple[str, str, History]], turbine: Turbine, *, title: str, total_points: int
 ) -> Figure:
     """Return six rows of panels with one column per law; one line per wind, one scale per row.
 
-    Laws and winds appear in the order of their first run.  ``total_points`` are shared by all
-    lines: more show faster oscillations, and weigh more.
+    Parameters
+    ----------
+    runs : (law, wind, series); laws and winds appear in the order of their first run.
+    turbine : whose rated values are 1 p.u.
+    total_points : shared by all lines: more show faster oscillations, and weigh more.
     """
-    laws = list(dict.fromkeys(run.law for run in runs))
-    winds = list(dict.fromkeys(run.wind_label for run in runs))
+    laws = list(dict.fromkeys(law for law, _, _ in runs))
+    winds = dict.fromkeys(wind for _, wind, _ in runs)
     colours = dict(zip(winds, COLOURS, strict=False))
     points = max(80, min(1000, total_points // (len(ROWS) * len(runs))))
+    drawn = [
+        (law, wind, run.time, {**run.per_unit(turbine), "wind": run.wind, "pitch": run.pitch})
+        for law, wind, run in runs
+    ]
     with house_style():
         figure, panels = new_figure(len(ROWS), len(laws), height=8.2, share_x=True)
         for row, (quantity, label) in enumerate(ROWS.items()):
-            strip = panels[row * len(laws) : (row + 1) * len(laws)]
-            for axes, law in zip(strip, laws, strict=True):
-                for run in (run for run in runs if run.law == law):
-                    _line(axes, run, quantity, colours[run.wind_label], points)
-            _same_scale(strip)
-            strip[0].set_ylabel(label)
+            factor = 180 / np.pi if quantity == "pitch" else 1.0
+            strip = dict(zip(laws, panels[row * len(laws) :], strict=False))
+            for law, wind, time, values in drawn:
+                x, y = decimate(time, factor * values[quantity], points=points)
+                strip[law].plot(x, y, color=colours[wind], linewidth=0.9, label=wind)
+            _same_scale(list(strip.values()))
+            strip[laws[0]].set_ylabel(label)
         _finish(figure, panels, laws, title)
     return figure
-
-
-def _line(axes: Axes, run: ScenarioRun, quantity: str, colour: str, points: int) -> None:
-    (values,) = columns(f"{run.law}, {quantity}", [getattr(run, quantity)], len(run.time))
-    factor = DEGREES if quantity == "pitch" else 1.0
-    x, y = decimate(run.time, factor * values, points=points)
-    axes.plot(x, y, color=colour, linewidth=0.9, label=run.wind_label)
 
 
 def _same_scale(strip: Sequence[Axes]) -> None:

@@ -1,1 +1,1 @@
-"""The HTML reports: one folder for each, one file for each section of the page."""
+"""The HTML reports: one folder for each, and what both share."""

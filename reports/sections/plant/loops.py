@@ -31,6 +31,7 @@ from takagi.reports.page.text import (
 )
 from takagi.reports.sections.plant.gains import gain_columns
 from takagi.reports.sections.shared import margin_table
+from takagi.reports.simulation.plant_scenario import cuts_by_command
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -176,16 +177,13 @@ def motion_section(
 
 def cut_words(loop: PlantLoop, shown: Sequence[PlantMotion]) -> list[str]:
     """Return for each motion and input when its command was beyond the range, and for how long."""
-    blended = () if loop.blend is None else loop.blend.blending.actuators
-    variables = [*loop.plant.inputs, *(a.variable for a in blended)]
     found = []
     for motion in shown:
-        for k, variable in enumerate(variables):
-            cuts = [cut for cut in motion.cuts if cut.command == k]
+        for name, cuts in cuts_by_command(loop, motion).items():
             if cuts:
                 spent, first = sum(cut.end - cut.begin for cut in cuts), cuts[0].begin
                 found.append(
-                    f"{variable.name} for {significant(spent)} s from {significant(first)} s on "
+                    f"{name} for {significant(spent)} s from {significant(first)} s on "
                     f"({motion.name})"
                 )
     return found
