@@ -19,8 +19,7 @@ from takagi.lmi.gains.decay.request import decay_request
 from takagi.lmi.gains.requirements.given_limits import GivenLimits
 from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.models import TSModel
-from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
-from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

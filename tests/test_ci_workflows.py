@@ -17,7 +17,8 @@ from takagi.certificates.document import dumps
 from takagi.cli.main import main
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant, plant_files
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 from tests.test_ci_page import PLANT
 
 FOLDER = Path(__file__).parents[1] / "docs" / "ci"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def tables_data(expressions: Iterable[sp.Expr]) -> dict[str, Any]:
     """Return the splines in the expressions, by name; empty if there are none."""
-    from takagi.models.ranges.table_balls import tables_class
+    from takagi.models.ranges.tape import tables_class
 
     tables = tables_class()
     if tables is None:

@@ -12,11 +12,12 @@ from takagi.certificates.design.design import CertifiedLaw, NoDesign
 from takagi.cli.options.given import Groups, as_typed
 from takagi.cli.options.plant_options import (
     PLANT_OPTIONS,
+    budget_asked,
     noise_options,
     plant_settings,
     sampled_options,
+    time_options,
 )
-from takagi.cli.options.time_budget import budget_asked, time_options
 from takagi.cli.progress import Tell
 from takagi.models.errors import ModelError
 

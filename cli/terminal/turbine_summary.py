@@ -7,7 +7,7 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.terminal.claim_lines import claim_lines
+from takagi.cli.terminal.files import claim_lines
 from takagi.models.laws.protocol import law_words
 
 if TYPE_CHECKING:
@@ -40,8 +40,7 @@ def as_text(design: TurbineDesign) -> str:
     published law, the one for the law's own overlaps is shown, and each other one in one line.
     """
     from takagi.certificates.design.claim_summary import claim_summary
-    from takagi.reports.loops.overlap_claims import overlap_claims
-    from takagi.reports.loops.synthesis_summary import synthesis_words
+    from takagi.reports.loops.overlap_claims import overlap_claims, synthesis_words
     from takagi.reports.page.rounded_bounds import at_least
 
     verdict = design.checked.verdict.name
@@ -175,7 +174,7 @@ def _numbers(found: ClaimSummary) -> dict[str, Any]:
 
 def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:
     """Return how the gains were found, as plain data."""
-    from takagi.reports.loops.synthesis_summary import synthesis_summary
+    from takagi.reports.loops.overlap_claims import synthesis_summary
 
     found = synthesis_summary(design)
     if found is None or found.before is None or found.after is None:

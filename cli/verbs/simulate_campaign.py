@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import defaults_of, option_of
 from takagi.cli.progress import progress
 from takagi.models.errors import ModelError

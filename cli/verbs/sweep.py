@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.design_options import Model
-from takagi.cli.options.law_names import IN_FILES, law_in_files, typed_name
+from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import MAKERS

@@ -275,7 +275,7 @@ def _march(
     estimator = np.zeros(0)
     if observer is not None:
         estimator = observer.initial_state(point.rotor_speed, float(wind.speed[0]))
-    speed_at = _measured_speed(plant)
+    speed_at = measured_speed(plant)
     # The wind at half steps, for the middle of a Runge-Kutta step.
     winds = wind.at(wind.time[0] + np.arange(2 * inner * samples + 1) * (time_step / 2))
     for first in range(0, 2 * inner * samples + 1, 2 * inner):
@@ -299,7 +299,7 @@ def _march(
         before = given
 
 
-def _measured_speed(plant: SimulatedTurbine) -> int:
+def measured_speed(plant: SimulatedTurbine) -> int:
     """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
     places = (plant.index(name) for name in ("filtered", "generator speed", "rotor speed"))
     return next(place for place in places if place is not None)

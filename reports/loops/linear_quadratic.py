@@ -20,8 +20,8 @@ import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
+from takagi.reports.loops.plant_claims import SETTLED, half_widths
 from takagi.reports.loops.plant_loop import largest_commands
-from takagi.reports.loops.settling import SETTLED, half_widths
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -24,7 +24,7 @@ from takagi.models.plant_simulation.experiment import (
 )
 from takagi.models.plant_simulation.runs import WHOLE, run
 from takagi.models.plant_simulation.signals import Signals
-from takagi.reports.page.labels import name_of
+from takagi.reports.page.text import name_of
 
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant

@@ -35,7 +35,7 @@ from takagi.reports.margins.design_levers import (
     lever_changes,
     positioned,
 )
-from takagi.reports.margins.running_equilibrium import NoEquilibrium
+from takagi.reports.margins.running_loop import NoEquilibrium
 from takagi.reports.margins.running_over_wind import (
     RunningMargins,
     plant_modes,

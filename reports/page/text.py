@@ -10,6 +10,17 @@ from typing import Any
 
 from takagi.reports.page import rounded_bounds as bounds
 
+
+def name_of(label: str) -> str:
+    """Return the name without its unit."""
+    return label.split(" [")[0]
+
+
+def unit_of(label: str) -> str:
+    """Return the unit; "-" for a pure number, empty where the label has none."""
+    return label.partition(" [")[2].rstrip("]")
+
+
 LONG_CELL = 24
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 MINUS, DASH, INFINITY = "\u2212", "\u2013", "\u221e"
@@ -71,6 +82,11 @@ class Section:
             items = value if isinstance(value, (list, tuple)) else (value,)
             found += [item for item in items if isinstance(item, CaptionedFigure)]
         return tuple(found)
+
+
+def behind(unit: str) -> str:
+    """Return a unit as it follows a number; nothing for a pure number."""
+    return "" if unit in ("", "-") else f" {unit}"
 
 
 def with_decimals(value: float, digits: int) -> str:

@@ -12,8 +12,14 @@ import numpy as np
 from takagi.certificates.campaign.motion import BOUNDS
 from takagi.certificates.campaign.runs import INSIDE, Campaign
 from takagi.models.arrays import Floats
-from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure, wind_axis
-from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.figures.style import (
+    COLOURS,
+    GREY,
+    figure_to_svg,
+    house_style,
+    new_figure,
+    wind_axis,
+)
 from takagi.reports.page.markdown_table import markdown_table
 
 if TYPE_CHECKING:

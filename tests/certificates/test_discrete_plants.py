@@ -17,7 +17,7 @@ from takagi.certificates.document import dumps
 from takagi.models import ModelError
 from takagi.models.files.library import data_folder
 from takagi.models.plant_files.loader import PlantFile
-from takagi.reports.simulation import simulate_plant, simulation_data
+from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 FILE = data_folder() / "henon.toml"
 

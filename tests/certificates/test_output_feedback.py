@@ -25,10 +25,12 @@ from takagi.models import ModelError
 from takagi.models.files.library import data_folder
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant
-from takagi.reports.code import ProgramRun, read_controller
-from takagi.reports.gains_file import dump_gains, plant_gain_file
-from takagi.reports.sections.plant import plant_report
-from takagi.reports.simulation import simulate_plant, simulation_data
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.sections.plant.page import plant_report_files
+from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """
@@ -293,7 +295,7 @@ def test_wishes_that_are_not_proved_are_refused(
 
 @pytest.mark.slow
 def test_the_report_is_about_the_law_with_outputs() -> None:
-    page = plant_report(link())
+    page = plant_report_files(link()).html
 
     assert "an observer has tm in the place of the states" in page
     assert "Gains L of the observer" in page and "whose shadow on the states" in page

@@ -21,8 +21,7 @@ from takagi.certificates.design.plant import (
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model
 from takagi.models.files.library import built_in_kinds
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant import largest_commands
+from takagi.reports.loops.plant_loop import largest_commands, plant_loop
 
 X, V, U = sp.symbols("x v u", real=True)
 

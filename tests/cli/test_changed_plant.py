@@ -15,7 +15,8 @@ from takagi.certificates.design.plant import PlantDesign, certify_filed, design_
 from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
 from takagi.models.plant_files.loader import load_plant, plant_files
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 
 Capture = pytest.CaptureFixture[str]
 PENDULUM = """

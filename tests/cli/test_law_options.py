@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from takagi.cli.options.design_options import design_settings
+from takagi.cli.options.turbine_settings import design_settings
 from takagi.models import ModelError
 from takagi.models.turbine.loader import nrel5mw
 

@@ -22,7 +22,8 @@ def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The gain file of a design, without its drawings."""
     from takagi.certificates.design.plant import PlantDesign, design_plant
     from takagi.models.plant_files.loader import load_plant, plant_files
-    from takagi.reports.gains_file import dump_gains, plant_gain_file
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file
 
     plant = tmp_path_factory.mktemp("designed") / "cubic.toml"
     plant.write_text(CUBIC, encoding="utf-8")
@@ -125,7 +126,7 @@ def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
 ) -> None:
     """Where the equations cannot be written into the certificate: status 1, and it is said."""
     from takagi.certificates.claims.plant import certificate as plant_certificate
-    from takagi.reports.page import ReportFiles
+    from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 
     nothing: tuple[None, list[object], tuple[str]] = (

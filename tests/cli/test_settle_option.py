@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from takagi.cli.options import plant_settings
+from takagi.cli.options.plant_options import plant_settings
 from takagi.models import ModelError
 from takagi.models.plant_files.loader import PlantFile
 

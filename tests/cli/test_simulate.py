@@ -11,7 +11,8 @@ import pytest
 
 from takagi.cli.main import main
 from takagi.models import Turbine
-from takagi.reports.simulation import ChosenLaws, laws
+from takagi.reports.simulation import laws
+from takagi.reports.simulation.laws import ChosenLaws
 
 Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--law", "baseline", "--duration", "6")

@@ -50,7 +50,8 @@ def gains(cart: Path) -> Path:
     """u = -3 x, held within the range of the input."""
     from takagi.certificates.design.plant import PlantDesign, design_plant
     from takagi.models.plant_files.loader import load_plant, plant_files
-    from takagi.reports.gains_file import dump_gains, plant_gain_file
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file
 
     found = design_plant(load_plant(cart), files=plant_files(cart))
     assert isinstance(found, PlantDesign)

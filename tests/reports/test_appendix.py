@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.appendix import appendix_files
+from takagi.reports.appendix.design_files import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
 
 def undrawn(patch: pytest.MonkeyPatch) -> None:
     """Let a figure be one word."""
-    patch.setattr("takagi.reports.figures.figure_to_pdf", lambda _: b"%PDF", raising=False)
+    patch.setattr("takagi.reports.figures.style.figure_to_pdf", lambda _: b"%PDF")
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:

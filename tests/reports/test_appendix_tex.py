@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.appendix import appendix_files
+from takagi.reports.appendix.design_files import appendix_files
 from tests.reports.tex_runs import compiled, sound
 
 if TYPE_CHECKING:

@@ -37,7 +37,8 @@ from takagi.models.laws.pdc import PdcLaw
 from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.turbine.trim import trim
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 from tests.reports.filtered_speed import FilteredSpeed
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")

@@ -19,12 +19,8 @@ from takagi.certificates.design.turbine import (
 )
 from takagi.models import WindObserver
 from takagi.models.turbine.loader import load_turbine, nrel5mw
-from takagi.reports.margins import (
-    RunningMargins,
-    running_margins,
-    searched_margins,
-    winds_between,
-)
+from takagi.reports.margins.running_over_wind import RunningMargins, running_margins
+from takagi.reports.margins.running_search import searched_margins, winds_between
 
 LAW = Path(__file__).parents[1] / "models" / "openfast" / "swinging_law.json"
 

@@ -18,7 +18,8 @@ from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.models import ModelError
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.plant_simulation.signals import Noise, Step
-from takagi.reports.simulation import PlantScenario, simulate_plant
+from takagi.reports.simulation.plant import simulate_plant
+from takagi.reports.simulation.plant_scenario import PlantScenario
 
 FILE = """
 format = 1

@@ -17,22 +17,19 @@ from takagi.models.laws.protocol import Command, Measurement
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Diverged, History
 from takagi.models.turbine.trim import rated_wind, trim
-from takagi.reports.simulation import (
-    SCENARIOS,
-    ChosenLaws,
-    Simulation,
+from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
+from takagi.reports.simulation.runs import PlantParts, Simulation, run_simulation
+from takagi.reports.simulation.scenarios import SCENARIOS, scenario_winds
+from takagi.reports.simulation.tables import (
+    COLUMNS,
     as_csv,
     as_json,
     as_markdown,
-    chosen_laws,
-    run_simulation,
-    scenario_winds,
+    notes,
     simulation_files,
+    slug,
     table_rows,
 )
-from takagi.reports.simulation.figures import slug
-from takagi.reports.simulation.runs import PlantParts
-from takagi.reports.simulation.tables import COLUMNS, notes
 
 TURBINE = nrel5mw()
 

@@ -12,15 +12,19 @@ from collections.abc import Iterable, Iterator
 from decimal import Decimal
 
 from takagi.models.errors import ModelError
-from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
-from takagi.reports.code.identifiers import file_word, identifiers
+from takagi.reports.code.controller_program import (
+    Constant,
+    ControllerProgram,
+    Spline,
+    file_word,
+    identifiers,
+)
 from takagi.reports.code.sampling import (
     longest_sample,
     start_sample_time,
     with_long_sample,
 )
-from takagi.reports.code.structured_text.statements import Statements, real, told
-from takagi.reports.code.structured_text.words import RESERVED
+from takagi.reports.code.structured_text.statements import RESERVED, Statements, real, told
 from takagi.reports.code.targets import Exported, ExportSettings
 
 LARGEST = "1.0E30"  # no measurement in SI units is larger

@@ -6,14 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import proved_kinds
-from takagi.reports.page.labels import name_of, unit_of
 from takagi.reports.page.mathml import mathml
-from takagi.reports.page.text import Section, Table, decimal, significant
+from takagi.reports.page.text import Section, Table, decimal, name_of, significant, unit_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.loops.observed import ObservedMotion
-    from takagi.reports.loops.plant_loop import PlantLoop
+    from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
 
 FOLDED = 16
 OBSERVED_LAW = (

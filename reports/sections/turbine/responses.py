@@ -15,8 +15,8 @@ from takagi.models.simulation.scenario import Case, Result, run_case
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.simulation.wind import WindSeries, gust_wind, ramp_wind, step_wind
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.figures import ResponseLine, response_figure
-from takagi.reports.figures.captioned_figure import captioned_figure
+from takagi.reports.figures.response import ResponseLine, response_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import (
     CaptionedFigure,
     Section,

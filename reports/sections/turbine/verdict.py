@@ -12,8 +12,8 @@ from takagi.certificates.design.claim_summary import (
     running_loop_summary,
 )
 from takagi.models.laws.protocol import law_words
-from takagi.reports.figures.captioned_figure import captioned_figure
-from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
+from takagi.reports.figures.cells import OverlapRow, overlaps_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.overlap_claims import (
     OverlapClaim,
     gap_words,
@@ -33,8 +33,8 @@ from takagi.reports.page.text import (
     range_text,
     with_decimals,
 )
+from takagi.reports.sections.shared import verdict_box
 from takagi.reports.sections.turbine.drawings import wind_class_figure
-from takagi.reports.sections.verdict import verdict_box
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign

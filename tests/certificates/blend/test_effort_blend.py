@@ -19,7 +19,7 @@ from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.reports.gains_file import plant_gain_file
+from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.models.blending.plants import ROOM, plant_of

@@ -19,8 +19,8 @@ from takagi.certificates.cross_check import judge_document
 from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
 from takagi.models import Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.reports.loops import plant_rate, uncertain_ends
-from takagi.reports.simulation import simulate_plant
+from takagi.reports.loops.plant_motion import plant_rate, uncertain_ends
+from takagi.reports.simulation.plant import simulate_plant
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 

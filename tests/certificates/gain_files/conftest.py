@@ -9,7 +9,8 @@ import pytest
 from takagi.certificates.design.plant import PlantDesign, design_plant
 from takagi.certificates.document import dumps
 from takagi.models.plant_files.loader import load_plant, plant_files
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 
 TANK = """
 format = 1

@@ -20,7 +20,8 @@ from takagi.models import sector_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import load_plant, plant_files
 from takagi.reports.baseline.changes import changes
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
 
 Capture = pytest.CaptureFixture[str]

@@ -12,7 +12,9 @@ import pytest
 from takagi.cli.main import main
 from takagi.models import ModelError
 from takagi.models.turbine.loader import load_turbine
-from takagi.reports.code import ControllerProgram, baseline_program, read_controller
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import read_controller
 
 Document = dict[str, Any]
 

@@ -21,8 +21,9 @@ from takagi.certificates.checker.kernel import reader
 from takagi.certificates.design.given import effort_sharing_law_from_data
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.reports.code import ProgramRun, program_reading, targets
+from takagi.reports.code import program_reading, targets
 from takagi.reports.code.c import source
+from takagi.reports.code.run import ProgramRun
 from tests.certificates.recorded.answers import recorded
 
 Document = dict[str, Any]

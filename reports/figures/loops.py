@@ -1,4 +1,4 @@
-"""Bode plots of one loop at several winds: crossover, margins, and modes to avoid."""
+"""Linear loops over wind: poles, Bode plots, and margins of the loop that runs."""
 
 from __future__ import annotations
 
@@ -10,21 +10,82 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Complex, Floats
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
+    COLOURS,
     GREY,
+    ORDERED,
+    columns,
     decimate,
     house_style,
     marks_above,
     new_figure,
     shades,
+    wind_axis,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.reports.margins import LoopResponse, Margins
+    from takagi.reports.margins.margins import Margins
+    from takagi.reports.margins.response import LoopResponse
+
+STEPS = 22
+
+
+def poles_figure(
+    winds: ArrayLike,
+    poles: Sequence[Complex],
+    *,
+    decay_rate: float | None = None,
+    reach: float = 3.0,
+) -> Figure:
+    """Return the poles in the complex plane, coloured by wind, and -max Re over wind.
+
+    Parameters
+    ----------
+    winds : (n,) [m/s].
+    poles : one array per wind [1/s]; their number may differ.
+    decay_rate : proved rate [1/s], drawn as a line in both panels.
+    reach : poles further from the origin are left out of the plane [1/s]; the panel says how many.
+    """
+    v = np.asarray(winds, dtype=np.float64)
+    with house_style():
+        figure, (plane, rates) = new_figure(1, 2, height=4.2)
+        _plane(figure, plane, v, poles, reach)
+        slowest = np.array([-np.max(np.real(p)) for p in poles])
+        rates.plot(v, slowest, color=COLOURS[0], marker="o", markersize=3.5)
+        wind_axis(rates, ticks=6)
+        rates.set_ylabel("decay of the slowest pole [1/s]")
+        rates.set_ylim(min(0.0, 1.1 * float(slowest.min())), 1.15 * max(float(slowest.max()), 0.01))
+        if decay_rate is not None:
+            plane.axvline(-decay_rate, color=COLOURS[1], linestyle="--", linewidth=1.2)
+            label = f"proved {decay_rate:.3g} 1/s"
+            rates.axhline(decay_rate, color=COLOURS[1], linestyle="--", label=label)
+            rates.legend(loc="upper left")
+    return figure
+
+
+def _plane(figure: Figure, axes: Axes, v: Floats, poles: Sequence[Complex], reach: float) -> None:
+    from matplotlib import colormaps
+
+    every = np.concatenate([np.asarray(p, dtype=np.complex128) for p in poles])
+    wind = np.concatenate([np.full(np.size(p), w) for p, w in zip(poles, v, strict=True)])
+    near = np.abs(every) <= reach
+    # A scale of few steps stays vector art; a smooth one would be written as an image.
+    steps = colormaps[ORDERED].resampled(STEPS)
+    dots = axes.scatter(
+        every.real[near], every.imag[near], c=wind[near], cmap=steps, s=16, linewidths=0
+    )
+    axes.axvline(0.0, color=GREY, linewidth=0.9)
+    axes.set_xlabel("real part [1/s]")
+    axes.set_ylabel("imaginary part [rad/s]")
+    hidden = int(np.sum(~near))
+    if hidden:
+        text = f"{hidden} poles beyond\n{reach:g} 1/s not shown"
+        axes.text(0.02, 0.02, text, transform=axes.transAxes, fontsize=9, color=GREY)
+    figure.colorbar(dots, ax=axes, label="wind [m/s]", location="top", shrink=0.9, aspect=30)
+
 
 LEGEND_COLUMNS = 2
 # Below this gain the loop is treated as open: -200 dB is not a gain.
@@ -63,7 +124,6 @@ def bode_figure(
     frequency: ArrayLike,
     lines: Sequence[BodeLine],
     *,
-    title: str = "",
     marks: Mapping[str, float] | None = None,
 ) -> Figure:
     """Return magnitude [dB] and phase [deg] over frequency [rad/s].
@@ -75,13 +135,8 @@ def bode_figure(
         its phase margin, an open one the phase crossover with its gain margin; both figures stand
         in the legend.
     marks : labelled vertical lines [rad/s], such as ``{"tower 0.32 Hz": 2.04, "3P": 3.80}``.
-
-    Raises
-    ------
-    ModelError : a response of another length than the frequencies, or no lines.
     """
     omega = np.asarray(frequency, dtype=np.float64)
-    _check(omega, lines)
     with house_style():
         figure, (top, bottom) = new_figure(2, 1, share_x=True, height=5.0)
         active = [line for line in lines if np.any(np.abs(line.response) >= SILENT)]
@@ -94,19 +149,7 @@ def bode_figure(
         marks_above(top, marks or {})
         for where in (marks or {}).values():
             bottom.axvline(where, color=GREY, linestyle=":", linewidth=1.0)
-        figure.suptitle(title, fontsize=10)
     return figure
-
-
-def _check(omega: Floats, lines: Sequence[BodeLine]) -> None:
-    if not lines:
-        raise ModelError("no lines were given; a Bode plot needs at least one loop")
-    for line in lines:
-        if np.shape(line.response) != omega.shape:
-            raise ModelError(
-                f"{line.label}: response has shape {np.shape(line.response)}, but "
-                f"{omega.shape} frequencies were given"
-            )
 
 
 def _draw(top: Axes, bottom: Axes, omega: Floats, line: BodeLine, colour: str) -> None:
@@ -142,3 +185,57 @@ def _finish(figure: Figure, top: Axes, bottom: Axes, omega: Floats) -> None:
     top.axhline(0.0, color=GREY, linewidth=0.8)
     bottom.axhline(-180.0, color=GREY, linewidth=0.8)
     figure.legend(loc="outside lower center", ncols=LEGEND_COLUMNS)
+
+
+# Where a margin has no bound its line ends; more than these is more than enough.
+PANELS = {
+    "gain": ("gain may grow by [-]", (1.0, 10.0)),
+    "phase": ("phase [°]", (0.0, 120.0)),
+    "delay": ("delay [s]", (0.01, 20.0)),
+    "disk": ("disk $\\alpha$ [-]", (0.0, 2.0)),
+}
+LOGARITHMIC = ("gain", "delay")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarginLine:
+    """One loop over wind; arrays (n,), nan where it does not act.
+
+    Attributes
+    ----------
+    label : such as ``"torque"``.
+    nominal, least : panel -> margins, of the machine as its file says and the least of all; nan
+        where the others were not examined.
+    """
+
+    label: str
+    nominal: dict[str, Floats]
+    least: dict[str, Floats]
+
+
+def running_margins_figure(winds: Floats, lines: Sequence[MarginLine]) -> Figure:
+    """Return four panels over wind: gain, phase, delay, disk; bands reach to the least."""
+    with house_style():
+        figure, panels = new_figure(2, 2, height=5.2, share_x=True)
+        for axes, (name, (label, (low, high))) in zip(panels, PANELS.items(), strict=True):
+            for line, colour in zip(lines, COLOURS, strict=False):
+                both = [line.nominal[name], line.least[name]]
+                shown, least = columns(f"{line.label}, {name}", both, len(winds))
+                known = ~np.isnan(least)
+                axes.plot(winds, np.clip(shown, low, high), color=colour, label=line.label)
+                axes.fill_between(
+                    winds[known],
+                    np.clip(least[known], low, high),
+                    np.clip(shown[known], low, high),
+                    color=colour,
+                    alpha=0.25,
+                    linewidth=0,
+                )
+            axes.set_ylabel(label)
+            if name in LOGARITHMIC:
+                axes.set_yscale("log")
+            axes.set_ylim(low, high)
+            wind_axis(axes, ticks=6)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure

@@ -1,0 +1,133 @@
+"""Sections and tables that both reports have: verdict, premises, margins, checking, provenance."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.certificates.checker.kernel.result import Checked
+from takagi.reports.margins.margins import Margins
+from takagi.reports.page.text import Section, Table, decimal, significant, with_decimals
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.models.ts.model import TSModel
+
+
+def verdict_box(checked: Checked, content: Mapping[str, Any]) -> Section:
+    """Return the verdict box: the checker's verdict and claims, and the report's own content."""
+    return Section(
+        "verdict",
+        "Verdict",
+        {
+            "verdict": checked.verdict.name,
+            "meaning": checked.verdict.value,
+            "claims": [(c.name, c.verdict.name, c.text) for c in checked.claims],
+            **content,
+        },
+    )
+
+
+def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
+    """Return the premises of a model with their proved ranges.
+
+    ``evidence`` is the heading of the last column, which says how a range was bounded.
+    """
+    return Table(
+        caption,
+        (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), (evidence, "")),
+        tuple(
+            (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit, p.evidence)
+            for p in model.premises
+        ),
+    )
+
+
+BESIDE = (("disk: gain", "± dB"), ("disk: phase", "± °"), ("peak |S|", "-"))
+
+
+def margin_table(
+    caption: str,
+    heads: tuple[tuple[str, str], ...],
+    rows: Iterable[tuple[tuple[str, ...], Margins]],
+    *,
+    down: bool = False,
+    folded_from: int | None = None,
+) -> Table:
+    """Return a table with one row for each loop.
+
+    Parameters
+    ----------
+    heads : (heading, unit) of the columns that identify the loop.
+    rows : (cells of these columns, margins) of each loop.
+    down : also show the factor below 1 at which the loop becomes unstable.
+    folded_from : a table with more rows is folded; None for never.
+    """
+    gain = (("gain up", "dB"), ("gain down", "dB")) if down else (("gain", "dB"),)
+    factors = "factors up and down" if down else "upward factor"
+    columns = (("crossover", "rad/s"), *gain, ("phase", "°"), ("delay", "s"), *BESIDE)
+    found = tuple((*head, *_cells(m, down, len(columns))) for head, m in rows)
+    many = folded_from is not None and len(found) > folded_from
+    return Table(
+        caption,
+        (*heads, *columns),
+        found,
+        folded=f"All {len(found)} loops as a table" if many else "",
+        note=f"Gain: {factors} to instability. Disk: gain and phase may change together by this "
+        "much. Delay and phase are ∞ where the loop gain never reaches 1.",
+    )
+
+
+def _cells(m: Margins, down: bool, count: int) -> tuple[str, ...]:
+    if not m.stable:
+        return ("unstable",) * count
+    least = 20 * np.log10(m.gain_decrease) if m.gain_decrease > 0 else -np.inf
+    return (
+        significant(m.crossover),
+        with_decimals(20 * np.log10(m.gain_increase), 1),
+        *([with_decimals(least, 1)] if down else []),
+        with_decimals(float(np.degrees(m.phase)), 0),
+        significant(m.delay),
+        with_decimals(20 * np.log10(m.disk.gain_increase), 1),
+        with_decimals(float(np.degrees(m.disk.phase)), 0),
+        with_decimals(m.sensitivity_peak, 2),
+    )
+
+
+def check_section(*, compared: str, law: bool = True, needs: str = "") -> Section:
+    """Return the section that says how to check the certificate.
+
+    Parameters
+    ----------
+    compared : words (HTML) before "hash" that name the file whose hash is also compared.
+    law : whether there is a gain file for the certificate.
+    needs : a further remark on the checker (HTML).
+    """
+    return Section("check", "How to check it", {"compared": compared, "law": law, "needs": needs})
+
+
+def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) -> Section:
+    """Return versions, hashes, configuration and, with ``timings``, the time of each step."""
+    recorded = design.document["provenance"]
+    files = recorded.get("files_sha256", {})
+    hashes = [(f"certificate: {name}", value) for name, value in recorded["sha256"].items()]
+    hashes += [(f"file: {name}", value) for name, value in files.items()]
+    versions = tuple((name, str(value)) for name, value in recorded["versions"].items())
+    seconds = tuple((step, with_decimals(value, 2)) for step, value in design.seconds.items())
+    return Section(
+        "provenance",
+        "Provenance",
+        {
+            "versions": Table("Versions", (("part", ""), ("version", "")), versions),
+            "hashes": Table("SHA-256", (("of", ""), ("digest", "")), tuple(hashes)),
+            "solver": recorded.get("solver", {}),
+            "configuration": json.dumps(recorded.get("configuration", {}), indent=1),
+            "timings": Table("Time per step", (("step", ""), ("time", "s")), seconds)
+            if timings and seconds
+            else None,
+        },
+    )
