@@ -25,8 +25,7 @@ from takagi.certificates.claims.turbine.wind_class import asked_rates, calmer
 from takagi.certificates.sweep.loop_settings import LoopSettings
 from takagi.lmi.analysis.invariant_ellipsoid import invariant_ellipsoid
 from takagi.lmi.turbine.one_step.joint_step import Weights, joint_step
-from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, functions_at
-from takagi.lmi.turbine.one_step.loop_of_gains import WindCellCorners
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions, WindCellCorners, functions_at
 from takagi.models.arrays import Floats
 from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, loop_vertices
 

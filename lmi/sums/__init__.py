@@ -5,7 +5,7 @@ membership_parts, membership_shape   matrices for each rule in it; what is known
 relaxations                          sufficient LMIs, by name
 rule_pairs, slack_matrices           relaxations by pairs of rules, with slack matrices
 product_premises, simplex_products   relaxations by products of memberships or of premise weights
-relaxation_order, relaxation_sizes   which contains which; the size of each, before it is built
-membership_points a condition that every relaxation must satisfy
-corner_rules, multisets              rules as corners of premises; multisets of integers
+relaxation_sizes                     the size of each, before it is built; which contains which
+membership_points                    a condition that every relaxation must satisfy
+corner_rules                         rules as corners of premises
 """

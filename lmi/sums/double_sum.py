@@ -15,8 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.selected_items import Labels
-from takagi.lmi.condition.term import LMI, Array, Term
+from takagi.lmi.condition.term import LMI, Array, Labels, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, product_rules
 from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, changes_with_gain

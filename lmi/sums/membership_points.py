@@ -10,7 +10,7 @@ import numpy as np
 
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum
-from takagi.lmi.sums.multisets import count_of, multisets
+from takagi.lmi.sums.simplex_products import count_of, multisets
 from takagi.lmi.sums.summands import Summand
 from takagi.models.arrays import Floats, Indices
 

@@ -15,11 +15,16 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.answer_in_states import decided_lyapunov, no_lyapunov
-from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
-from takagi.lmi.varying.parameter_condition import SoughtPolynomial, unknown_lyapunov
-from takagi.lmi.varying.parameter_loop import VaryingLoop, varying_loop
+from takagi.lmi.varying.parameter_condition import (
+    SOURCES,
+    Form,
+    SoughtPolynomial,
+    check_form,
+    form_lmis,
+    unknown_lyapunov,
+)
 from takagi.lmi.varying.parameter_motion import motion_of
-from takagi.lmi.varying.parameter_space import degrees_of, polya_of
+from takagi.lmi.varying.parameter_space import VaryingLoop, degrees_of, polya_of, varying_loop
 
 
 def polynomial_lyapunov_condition(

@@ -24,21 +24,23 @@ from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Term, bounded
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
-from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, UnknownPolynomial
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.sums.summands import SumPart
-from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
 from takagi.lmi.varying.parameter_condition import (
+    SOURCES,
+    Form,
     SoughtPolynomial,
+    check_form,
     direct_lmi,
+    form_lmis,
     polynomial_lmis,
     unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.lmi.varying.parameter_motion import motion_of, still_motion
+from takagi.lmi.varying.parameter_space import VaryingLoop
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

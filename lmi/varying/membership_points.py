@@ -18,17 +18,20 @@ from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
+from takagi.lmi.polynomials.simplex_polynomials import Basis, UnknownPolynomial
 from takagi.lmi.varying.answer_in_states import decided_lyapunov
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     polynomial_lmis,
     unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import varying_loop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
-from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
+from takagi.lmi.varying.parameter_space import (
+    RateBounds,
+    degrees_of,
+    membership_rates,
+    varying_loop,
+)
 from takagi.models.arrays import Floats
 
 

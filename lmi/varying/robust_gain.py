@@ -57,11 +57,11 @@ from takagi.lmi.varying.parameter_condition import (
     polynomial_lmis,
     unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import VaryingLoop
 from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
 from takagi.lmi.varying.parameter_space import (
     RateBounds,
     Space,
+    VaryingLoop,
     degrees_of,
     membership_rates,
     polya_of,

@@ -14,10 +14,15 @@ from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.answer_in_states import decided_lyapunov, no_lyapunov
 from takagi.lmi.varying.fuzzy_condition import Question
-from takagi.lmi.varying.lyapunov_forms import Form
-from takagi.lmi.varying.parameter_loop import VaryingLoop, varying_loop
+from takagi.lmi.varying.parameter_condition import Form
 from takagi.lmi.varying.parameter_motion import kept_degrees
-from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
+from takagi.lmi.varying.parameter_space import (
+    RateBounds,
+    VaryingLoop,
+    degrees_of,
+    membership_rates,
+    varying_loop,
+)
 from takagi.models.errors import ModelError
 
 Rates: TypeAlias = Literal["corners", "slack"]

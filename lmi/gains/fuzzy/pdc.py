@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 from takagi.lmi.argument_checks import input_stack, number, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.gains.decay.condition import Controlled
-from takagi.lmi.gains.fuzzy.design import FuzzyDesign
+from takagi.lmi.gains.fuzzy.design import FuzzyDesign, searched, units_of
 from takagi.lmi.gains.fuzzy.request import FuzzyRequest, SlackKind
-from takagi.lmi.gains.fuzzy.search import searched, units_of
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of

@@ -21,7 +21,7 @@ from takagi.lmi import (
     relaxation_named,
 )
 from takagi.lmi.condition import fractions
-from takagi.lmi.sums.multisets import multisets
+from takagi.lmi.sums.simplex_products import multisets
 from takagi.models import ModelError
 from tests.lmi.sums.known import (
     bound,
