@@ -38,6 +38,7 @@ from takagi.models.errors import ModelError
 Degrees: TypeAlias = tuple[int, ...]
 
 _fraction = np.frompyfunc(Fraction, 2, 1)
+_exact = np.frompyfunc(Fraction, 1, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +287,7 @@ def contributions(unknown: UnknownPolynomial, known: Known, degrees: Degrees) ->
     t, member = np.nonzero(unknown.weights[table.first])
     scale = unknown.weights[table.first[t], member]
     # A fraction times a float is a float, so each float becomes the fraction it is.
-    scale = table.weight(exact=factor.exact)[t] * (_fraction(scale, 1) if factor.exact else scale)
+    scale = table.weight(exact=factor.exact)[t] * (_exact(scale) if factor.exact else scale)
     parts = scale[:, None, None] * factor.values[table.second[t]]
     pair = table.item[t] * unknown.weights.shape[1] + member
     pairs, place = np.unique(pair, return_inverse=True)
