@@ -37,7 +37,7 @@ from takagi.lmi.argument_checks import (
 from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.item_rounds import CHUNK, decide_by_rounds
+from takagi.lmi.decision.item_rounds import CHUNK, decide_with_few_items
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
@@ -195,15 +195,15 @@ def common_lyapunov(
     condition = _posed(scaled, alpha, step)
     # A change of states decides more cases, and in less time, than other solvers do; so other
     # solvers are called last.
-    outcome = decide_by_rounds(condition, most=1)
+    few, outcome = decide_with_few_items(condition, most=1)
     if outcome.status == "unknown":
         there = _where_the_mean_falls(A, s, alpha, step)
         if there is not None and there.found:
             return replace(there, tries=(*outcome.tries, *there.tries))
         before = (*outcome.tries, *(there.tries if there is not None else ()))
-        outcome = decide_by_rounds(condition)
+        few, outcome = decide_with_few_items(condition)
         outcome = replace(outcome, tries=(*before, *outcome.tries))
-    return answer_in_states(condition, outcome, A, s, step=step)
+    return answer_in_states(few, outcome, A, s, step=step)
 
 
 def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None) -> Answer | None:
@@ -218,8 +218,7 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
         return None
     back = np.linalg.inv(T)
     inside = back @ scaled @ T
-    condition = _posed(inside, alpha, step)
-    outcome = decide_by_rounds(condition, most=1)
+    condition, outcome = decide_with_few_items(_posed(inside, alpha, step), most=1)
     answer = answer_in_states(condition, outcome, inside, np.ones(len(T)), step=step)
     if answer.P is None:
         return answer

@@ -49,7 +49,6 @@ def decide_by_rounds(
     cap: float = 1.0,
     rows: Mapping[str, float] | None = None,
     parameters: Mapping[str, float] | None = None,
-    most: int = 99,
     time_limit: float | None = None,
 ) -> Outcome:
     """Return the unknowns with about the largest margin t <= cap over all items.
@@ -60,24 +59,44 @@ def decide_by_rounds(
     Parameters
     ----------
     cap, rows, parameters : as for ``decide``.
-    most : as for ``decide``, in each round.
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
         "unknown", and its diagnosis reports it.  None for no limit.
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
+    return some.filled(_decided(some, cap=cap, rows=rows))
+
+
+def decide_with_few_items(condition: Condition, *, most: int = 99) -> tuple[Condition, Outcome]:
+    """Return the condition of the items that the solver was given, and its outcome.
+
+    As ``decide_by_rounds``: the margin is over all items.
+
+    Parameters
+    ----------
+    most : as for ``decide``, in each round.
+    """
+    some = _Some.of(condition)
+    outcome = _decided(some, most=most)
+    return some.condition(), outcome
+
+
+def _decided(
+    some: _Some, *, cap: float = 1.0, rows: Mapping[str, float] | None = None, most: int = 99
+) -> Outcome:
+    """Return the outcome of the last round, its margin over all items."""
     tries: list[Try] = []
     for _ in range(ROUNDS):
         outcome = decide(some.condition(), cap=cap, rows=rows, most=most)
         tries += outcome.tries
         if outcome.status != "candidate":
-            return some.filled(replace(outcome, tries=tuple(tries)))
+            return replace(outcome, tries=tuple(tries))
         margins = some.margins(outcome.values)
         worst = _worst(margins, outcome.margin)
         if not some.add(margins, ENOUGH * outcome.margin):
             break
     held: Outcome = replace(outcome, margin=worst, tries=tuple(tries))
-    return some.filled(held if holds(posed, worst) else replace(held, status="unknown"))
+    return held if holds(some.whole, worst) else replace(held, status="unknown")
 
 
 @limited

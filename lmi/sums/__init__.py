@@ -1,4 +1,4 @@
-"""Double sums sum_ij h_i m_j Theta_ij as data, and the LMIs that make them negative.
+"""Double sums sum_ij h_i h_j Theta_ij as data, and the LMIs that make them negative.
 
 double_sum, summands, weighted_sum   the sum itself, and its parts
 membership_parts, membership_shape   matrices for each rule in it; what is known of the memberships

@@ -42,7 +42,6 @@ def at_points(parts: int) -> Callable[[DoubleSum], RelaxedSum]:
 
 
 def _pose(loop: DoubleSum, parts: int) -> RelaxedSum:
-    loop.require_shared("at single blends")
     shares = _whole_shares(loop.rules, loop.corners, parts)
     shares = shares[_possible(loop, shares)]
     item, i, j = np.nonzero((shares[:, :, None] * shares[:, None, :]) > 0)

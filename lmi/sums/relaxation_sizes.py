@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.double_sum import DoubleSum
-from takagi.lmi.sums.product_premises import both_rules
+from takagi.lmi.sums.product_premises import known_rules
 from takagi.lmi.sums.simplex_products import count_of, simplexes_of
 from takagi.lmi.sums.summands import SumPart
 from takagi.models.errors import ModelError
@@ -72,8 +72,6 @@ def relaxation_size(
     corners: Corners | None = None,
     *,
     size: int = 1,
-    gain_rules: int | None = None,
-    gain_corners: Corners | None = None,
     active: NDArray[np.bool_] | None = None,
     active_rules: int | None = None,
 ) -> RelaxationSize:
@@ -85,7 +83,7 @@ def relaxation_size(
     Parameters
     ----------
     name : of the relaxation.
-    rules, corners, gain_rules, gain_corners, active, active_rules : as in ``DoubleSum``.
+    rules, corners, active, active_rules : as in ``DoubleSum``.
     size : of Theta: n for PDC in continuous time, 2 n in discrete time.
 
     Raises
@@ -97,8 +95,6 @@ def relaxation_size(
         blocks=(size,),
         parts=(),
         corners=corners,
-        gain_rules=gain_rules,
-        gain_corners=gain_corners,
         active=active,
         active_rules=active_rules,
     )
@@ -118,7 +114,6 @@ def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
         return RelaxationSize(((items, n),), rules=mean)
     if name == "common-gain" and not loop.by_gain:
         return RelaxationSize(((r, n),))
-    loop.require_shared(name)
     whole = ((1, r * n),)
     if name == "product-liu-zhang":
         items, mean = _products(loop, 0)
@@ -177,14 +172,12 @@ def _members(part: SumPart, rules: float) -> float:
 
 
 def _applicable(loop: DoubleSum) -> tuple[str, ...]:
-    if loop.gain_rules is not None:
-        return ("product",)
     return tuple(name for name in CHEAP if name != "product" or loop.corners is not None)
 
 
 def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:
     """Return prod_k (D_k + d + s_k - 1 choose s_k - 1), and the mean number of rules in each."""
-    simplexes = simplexes_of(*both_rules(loop))
+    simplexes = simplexes_of(known_rules(loop))
     items = prod(count_of(simplex.corners, simplex.degree + degree) for simplex in simplexes)
     mean = prod(_polya(simplex.corners, simplex.degree + degree - 2)[1] for simplex in simplexes)
     return items, mean
