@@ -176,19 +176,14 @@ def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
     )
 
 
-def direct_lmi(sought: SoughtPolynomial, slack: tuple[Term, ...] = ()) -> LMI:
-    """Pose the module's direct form.
-
-    Parameters
-    ----------
-    slack : terms that stand for dP/dt, in the place of velocities; continuous time.
-    """
+def direct_lmi(sought: SoughtPolynomial) -> LMI:
+    """Pose the module's direct form."""
     n = sought.P.rows
     at = sought.coefficients(sought.product(sought.matrix))
     return LMI(
         name="decrease",
         blocks=(n, n) if sought.discrete else (n,),
-        terms=(*direct_terms(sought, at), *slack),
+        terms=direct_terms(sought, at),
         sign=1 if sought.discrete else -1,
         count=at.count,
         weight=sought.weight,

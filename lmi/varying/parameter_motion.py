@@ -60,7 +60,7 @@ def velocity_corners(bound: Floats) -> Floats:
     if len(moving) > MOST_MOVING:
         raise ModelError(
             f"{len(moving)} memberships move with rates of their own, more than {MOST_MOVING}; "
-            'take rates="slack", or give the model its premises, with a rate for each'
+            "give the model its premises, with a rate for each"
         )
     signs = np.array(list(product((-1.0, 1.0), repeat=len(moving) - 1)))
     found = []
