@@ -15,7 +15,6 @@ Source: Schneider (1965), Positive operators and an inertia theorem, Numerische 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from fractions import Fraction
 
@@ -24,7 +23,7 @@ import numpy as np
 from takagi.lmi.condition.evaluate import exact_matrices, fractions
 from takagi.lmi.condition.term import LMI, Array, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.refutation.adjoint import Adjoint, Block
+from takagi.lmi.refutation.adjoint import Adjoint, Block, over_one_denominator
 from takagi.models.arrays import Floats, Indices
 
 # The first test keeps only so many leading bits of the entries, which is fast.  It succeeds unless
@@ -37,7 +36,7 @@ def is_semidefinite(matrix: Array) -> bool:
 
     Both answers are exact.
     """
-    integers = _integers(matrix)
+    integers, _ = over_one_denominator(np.asarray(matrix))
     if _clearly_definite(integers):
         return True
     # M is semidefinite if its restriction to a complement of its null space is.  The kept
@@ -49,7 +48,7 @@ def is_semidefinite(matrix: Array) -> bool:
 
 def is_definite(matrix: Array) -> bool:
     """Return whether x' M x > 0 for all x other than 0; both answers are exact."""
-    integers = _integers(matrix)
+    integers, _ = over_one_denominator(np.asarray(matrix))
     return _clearly_definite(integers) or _pivots_hold(integers, zero=False)
 
 
@@ -79,14 +78,6 @@ def _without_null(integers: Array) -> Indices:
     reduced, _, rank = flint.fmpz_mat(rows).rref()
     pivots = [next(i for i in range(n) if reduced[k, i] != 0) for k in range(rank)]
     return np.setdiff1d(np.arange(n), pivots)
-
-
-def _integers(matrix: Array) -> Array:
-    exact = [Fraction(entry) for entry in matrix.flat]
-    denominator = math.lcm(*(entry.denominator for entry in exact))
-    integers = np.empty(len(exact), dtype=object)
-    integers[:] = [entry.numerator * (denominator // entry.denominator) for entry in exact]
-    return integers.reshape(matrix.shape)
 
 
 def _pivots_hold(integers: Array, *, zero: bool) -> bool:

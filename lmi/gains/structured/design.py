@@ -18,7 +18,7 @@ from takagi.lmi.argument_checks import (
     whole_number,
 )
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.gains.cost.condition import initial_factor
+from takagi.lmi.gains.cost.condition import initial_factor, weight_factor
 from takagi.lmi.gains.cost.regulator import lqr_pdc
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
@@ -72,8 +72,8 @@ def plant_for(
     C, D12 = np.zeros((r, 1, n)), np.zeros((r, 1, m))
     if objective == "cost":
         assert Q is not None and R is not None  # _check_given has checked this
-        F = _root(symmetric("Q", Q, n, definite=False))
-        G = _root(symmetric("R", R, m, definite=True))
+        F = weight_factor(symmetric("Q", Q, n, definite=False))
+        G = weight_factor(symmetric("R", R, m, definite=True))
         C = np.broadcast_to(np.concatenate([F, np.zeros((m, n))]), (r, len(F) + m, n))
         D12 = np.broadcast_to(np.concatenate([np.zeros((len(F), m)), G]), (r, len(F) + m, m))
     plant = DisturbedPlant(
@@ -98,15 +98,6 @@ def _check_given(objective: Objective, weights: Mapping[str, object], performanc
             raise ModelError(f'{name} was given, but objective is "{objective}"; leave it out')
     if objective != "hinf" and performance is not None:
         raise ModelError(f'performance was given, but objective is "{objective}"; leave it out')
-
-
-def _root(weight: Floats) -> Floats:
-    """Return F with F' F = weight; directions of eigenvalue 0 have no row."""
-    values, vectors = np.linalg.eigh(weight)
-    keep = values > 1e-14 * max(values[-1], 1e-300)
-    if not keep.any():
-        return np.zeros((1, len(weight)))
-    return np.asarray(np.sqrt(values[keep])[:, None] * vectors[:, keep].T)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

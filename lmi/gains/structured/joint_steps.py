@@ -89,15 +89,12 @@ class LocalUnits:
 
     def scaled_plant(self, plant: DisturbedPlant) -> DisturbedPlant:
         """Return the plant in these coordinates."""
-        T, tau, d, c = self.states, self.inputs, self.disturbance, self.output
-        return replace(
-            plant,
-            A=np.asarray(np.linalg.solve(T, plant.A @ T) / self.time, dtype=np.float64),
-            B=np.asarray(np.linalg.solve(T, plant.B * tau) / self.time, dtype=np.float64),
-            E=np.asarray(np.linalg.solve(T, plant.E) * (d / self.time), dtype=np.float64),
-            C=plant.C @ T / c,
-            D12=plant.D12 * tau / c,
-            D11=plant.D11 * (d / c),
+        return plant.in_units(
+            self.states,
+            self.inputs,
+            rate=self.time,
+            disturbance=self.disturbance,
+            output=self.output,
         )
 
     def scaled_gains(self, K: Floats) -> Floats:
