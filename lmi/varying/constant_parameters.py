@@ -8,7 +8,6 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import Condition
@@ -21,9 +20,7 @@ from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     check_form,
     form_lmis,
-    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_motion import motion_of
 from takagi.lmi.varying.parameter_space import VaryingLoop, degrees_of, polya_of, varying_loop
 
 
@@ -128,18 +125,8 @@ def _condition(
     loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
 ) -> Condition:
     check_form(form)
-    basis = Basis(loop.space.sizes, degrees)
     still = [np.zeros(size) for size in loop.space.sizes]
-    sought = SoughtPolynomial(
-        P=unknown_lyapunov(basis, loop.A.shape[1]),
-        basis=basis,
-        A=loop.matrix,
-        motion=motion_of(loop.space, degrees, still, loop.sample_time),
-        polya=polya,
-        axes=loop.space.axes,
-        discrete=loop.sample_time is not None,
-        weight=vertex_weight(loop.matrix.values, step=loop.sample_time),
-    )
+    sought = SoughtPolynomial.of(loop, degrees, still, polya=polya)
     slack, lmis = form_lmis(sought, form)
     return Condition(
         name=f"polynomial Lyapunov function, degree {degrees}, {form}",

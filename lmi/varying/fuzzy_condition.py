@@ -15,11 +15,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
+from takagi.lmi.polynomials.simplex_polynomials import Degrees
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
@@ -31,9 +30,7 @@ from takagi.lmi.varying.parameter_condition import (
     check_form,
     form_lmis,
     polynomial_lmis,
-    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_motion import motion_of
 from takagi.lmi.varying.parameter_space import VaryingLoop
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -79,7 +76,7 @@ class Question:
     def condition(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
         """Return the condition in the loop's states."""
         self.check(loop)
-        sought = self._sought(loop)
+        sought = SoughtPolynomial.of(loop, self.degrees, self.rates, polya=self.polya or 0)
         unknowns: tuple[Unknown, ...]
         if self.polya is None and any(self.degrees):
             unknowns, lmis = _named(sought, loop, self.relaxation)
@@ -94,19 +91,6 @@ class Question:
             lmis=lmis,
             parameters=rate_parameter(alpha, loop.sample_time),
             source=source,
-        )
-
-    def _sought(self, loop: VaryingLoop) -> SoughtPolynomial:
-        basis = Basis(loop.space.sizes, self.degrees)
-        return SoughtPolynomial(
-            P=unknown_lyapunov(basis, loop.A.shape[1]),
-            basis=basis,
-            A=loop.matrix,
-            motion=motion_of(loop.space, self.degrees, self.rates, loop.sample_time),
-            polya=self.polya or 0,
-            axes=loop.space.axes,
-            discrete=loop.sample_time is not None,
-            weight=vertex_weight(loop.matrix.values, step=loop.sample_time),
         )
 
 

@@ -31,16 +31,20 @@ discrete time.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
+from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.condition.term import LMI, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known, UnknownPolynomial
-from takagi.lmi.varying.parameter_motion import ParameterMotion
+from takagi.lmi.varying.parameter_motion import ParameterMotion, motion_of
+from takagi.lmi.varying.parameter_space import VaryingLoop
 from takagi.lmi.varying.parameter_terms import TermCoefficients, identity_like
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 
@@ -68,6 +72,33 @@ class SoughtPolynomial:
     axes: tuple[str, ...]
     discrete: bool
     weight: float
+
+    @classmethod
+    def of(
+        cls,
+        loop: VaryingLoop,
+        degrees: Degrees,
+        rates: Sequence[Floats],
+        *,
+        polya: int = 0,
+        weight: float | None = None,
+    ) -> SoughtPolynomial:
+        """Return P(h) of these degrees for a loop whose memberships keep these bounds of rates.
+
+        ``weight`` None takes the size of the loop's matrix.
+        """
+        step, matrix = loop.sample_time, loop.matrix
+        basis = Basis(loop.space.sizes, degrees)
+        return cls(
+            P=unknown_lyapunov(basis, loop.A.shape[1]),
+            basis=basis,
+            A=matrix,
+            motion=motion_of(loop.space, degrees, rates, step),
+            polya=polya,
+            axes=loop.space.axes,
+            discrete=step is not None,
+            weight=vertex_weight(matrix.values, step=step) if weight is None else weight,
+        )
 
     @property
     def now(self) -> UnknownPolynomial:

@@ -47,7 +47,7 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
+from takagi.lmi.polynomials.simplex_polynomials import Degrees, Known
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
 from takagi.lmi.varying.parameter_condition import (
@@ -55,9 +55,8 @@ from takagi.lmi.varying.parameter_condition import (
     direct_lmi,
     direct_terms,
     polynomial_lmis,
-    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
+from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import (
     RateBounds,
     Space,
@@ -277,19 +276,9 @@ class _Path:
 
     def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop
-        discrete = loop.sample_time is not None
-        kept = kept_degrees(degrees, self.rates, discrete=discrete)
-        basis = Basis(self.space.sizes, kept)
-        return SoughtPolynomial(
-            P=unknown_lyapunov(basis, self.path.A.shape[1]),
-            basis=basis,
-            A=loop.matrix,
-            motion=motion_of(self.space, kept, self.rates, loop.sample_time),
-            polya=polya,
-            axes=self.space.axes,
-            discrete=discrete,
-            weight=vertex_weight(loop.corners, step=loop.sample_time),
-        )
+        kept = kept_degrees(degrees, self.rates, discrete=loop.sample_time is not None)
+        weight = vertex_weight(loop.corners, step=loop.sample_time)
+        return SoughtPolynomial.of(loop, kept, self.rates, polya=polya, weight=weight)
 
     def condition(self, degrees: Degrees, polya: int) -> Condition:
         sought = self.sought(degrees, polya)

@@ -223,19 +223,11 @@ def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
 
 def guessed_of_variance(channel: DisturbanceChannel) -> Floats | None:
     """Return the observability Gramian with a small weight on every state; None if not found."""
-    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
-
     A, _, C, _, s = _mean(channel)
     weight = C.T @ C
     weight = weight + MORE * (np.abs(weight).max() or 1.0) * np.eye(len(A))
-    try:
-        if channel.sample_time is None:
-            P = np.asarray(solve_continuous_lyapunov(A.T, -weight), np.float64)
-        else:
-            P = np.asarray(solve_discrete_lyapunov(A.T, weight), np.float64)
-    except (np.linalg.LinAlgError, ValueError):
-        return None
-    return _in_plain_states(P, s)
+    P = _solved(A, weight, channel.sample_time)
+    return None if P is None else _in_plain_states(P, s)
 
 
 def _mean(channel: DisturbanceChannel) -> tuple[Floats, Floats, Floats, Floats, Floats]:
