@@ -45,7 +45,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov, solve_discrete_lyapunov
+from scipy.linalg import (
+    solve_continuous_are,
+    solve_continuous_lyapunov,
+    solve_discrete_are,
+    solve_discrete_lyapunov,
+)
 from scipy.optimize import minimize_scalar
 
 from takagi.lmi.analysis.disturbance.channel import DisturbanceChannel, largest_response
@@ -181,8 +186,6 @@ def gramian_with_room(
 
 def _solved(A: Floats, weight: Floats, sample_time: float | None) -> Floats | None:
     """Return P of the Lyapunov equation with -weight on its right; None where A is not stable."""
-    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
-
     poles = np.linalg.eigvals(A)
     stable = poles.real.max() < 0 if sample_time is None else np.abs(poles).max() < 1
     if not stable:
@@ -204,8 +207,6 @@ MORE = 1e-6
 
 def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
     """Return P of the Riccati equation for a gamma a little above the norm; None if not found."""
-    from scipy.linalg import solve_continuous_are, solve_discrete_are
-
     solve = solve_continuous_are if channel.sample_time is None else solve_discrete_are
     A, B, C, D, s = _mean(channel)
     size = largest_response(channel)
