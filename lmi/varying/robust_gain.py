@@ -154,7 +154,6 @@ def robust_hinf_norm(
     return _least(task, degrees_of(space, degree), polya_of(polya), scales)
 
 
-@limited
 def robust_hinf_norm_of_loop(
     model: Vertices,
     gains: ArrayLike | None,
@@ -163,8 +162,6 @@ def robust_hinf_norm_of_loop(
     degree: int | Sequence[int] = 1,
     polya: int = 0,
     rate_bounds: RateBounds = 0.0,
-    scales: ArrayLike | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the same of a loop with given gains, whose matrices are of degree 2 in h.
 
@@ -173,7 +170,7 @@ def robust_hinf_norm_of_loop(
     model : A (r, n, n), B (r, n, m) where there are gains, sample time and premises.
     gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
     channel : (E, C, D, F), (r, ., .) each: w enters by E, and y = C x + D u + F w.
-    degree, polya, rate_bounds, scales, time_limit : as for ``robust_hinf_norm``.
+    degree, polya, rate_bounds : as for ``robust_hinf_norm``.
 
     Raises
     ------
@@ -188,7 +185,7 @@ def robust_hinf_norm_of_loop(
         feedback = _Feedback(B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D)
     space = space_of(model, len(A))
     task = _Path(path, space, membership_rates(space, rate_bounds), feedback)
-    return _least(task, degrees_of(space, degree), polya_of(polya), scales)
+    return _least(task, degrees_of(space, degree), polya_of(polya), None)
 
 
 def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
