@@ -16,7 +16,7 @@
     gains/             search for gains, one kind of question a folder
     explaining/        why a design fails, and what would help
     turbine/           gains of the multi-region wind-turbine controller
-    answer, relaxation_result    what is returned
+    answer                       what is returned
     argument_checks, stabilisability    what is checked on entry
 
 Importing this package imports nothing heavy: names are looked up when they are used.  No module
@@ -31,6 +31,10 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.lmi.analysis.actuator_rates import input_rate_bound as input_rate_bound
+    from takagi.lmi.analysis.actuator_rates import with_input_states as with_input_states
+    from takagi.lmi.analysis.box_enlargement import (
+        box_enlargement_condition as box_enlargement_condition,
+    )
     from takagi.lmi.analysis.box_enlargement import max_box_enlargement as max_box_enlargement
     from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
     from takagi.lmi.analysis.common_quadratic import (
@@ -51,12 +55,9 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.analysis.disturbance.passivity import passivity as passivity
     from takagi.lmi.analysis.disturbance.passivity import passivity_condition as passivity_condition
-    from takagi.lmi.analysis.disturbance.peak_condition import (
-        peak_gain_condition as peak_gain_condition,
-    )
     from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain as peak_gain
-    from takagi.lmi.analysis.growth_condition import (
-        box_enlargement_condition as box_enlargement_condition,
+    from takagi.lmi.analysis.disturbance.peak_to_peak import (
+        peak_gain_condition as peak_gain_condition,
     )
     from takagi.lmi.analysis.loop_growth import enlarged_loops as enlarged_loops
     from takagi.lmi.analysis.norm_bounded import robust_lyapunov as robust_lyapunov
@@ -72,8 +73,9 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.tracking import tracking_function as tracking_function
     from takagi.lmi.answer import Answer as Answer
     from takagi.lmi.answer import Design as Design
+    from takagi.lmi.answer import RelaxationResult as RelaxationResult
     from takagi.lmi.answer import Try as Try
-    from takagi.lmi.condition.exact import exact_matrices as exact_matrices
+    from takagi.lmi.condition.evaluate import exact_matrices as exact_matrices
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
     from takagi.lmi.condition.statements import pose as pose
@@ -92,50 +94,54 @@ if TYPE_CHECKING:
     from takagi.lmi.decision.item_rounds import optimise_by_rounds as optimise_by_rounds
     from takagi.lmi.decision.outcome import Outcome as Outcome
     from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
+    from takagi.lmi.equalities.exact_solution import Parametrised as Parametrised
     from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
-    from takagi.lmi.equalities.parametrised import Parametrised as Parametrised
-    from takagi.lmi.equalities.parametrised import parametrised as parametrised
+    from takagi.lmi.equalities.exact_solution import parametrised as parametrised
     from takagi.lmi.explaining.explanation import Explanation as Explanation
     from takagi.lmi.explaining.weaker_requests import explain as explain
     from takagi.lmi.expressions.expression import Equation as Equation
     from takagi.lmi.expressions.expression import Expression as Expression
+    from takagi.lmi.expressions.expression import He as He
     from takagi.lmi.expressions.expression import Inequality as Inequality
-    from takagi.lmi.expressions.matrices import He as He
-    from takagi.lmi.expressions.matrices import block as block
-    from takagi.lmi.expressions.matrices import matrix as matrix
-    from takagi.lmi.expressions.matrices import trace as trace
+    from takagi.lmi.expressions.expression import block as block
+    from takagi.lmi.expressions.expression import matrix as matrix
+    from takagi.lmi.expressions.expression import trace as trace
     from takagi.lmi.gains.attraction.design import attraction_ellipsoid as attraction_ellipsoid
     from takagi.lmi.gains.attraction.design import attraction_pdc as attraction_pdc
     from takagi.lmi.gains.cost.condition import lqr_pdc_condition as lqr_pdc_condition
     from takagi.lmi.gains.cost.regulator import lqr_pdc as lqr_pdc
     from takagi.lmi.gains.decay.condition import pdc_condition as pdc_condition
+    from takagi.lmi.gains.decay.pdc import Ladder as Ladder
     from takagi.lmi.gains.decay.pdc import pdc as pdc
-    from takagi.lmi.gains.decay.relaxation_table import Ladder as Ladder
-    from takagi.lmi.gains.decay.relaxation_table import relaxation_ladder as relaxation_ladder
+    from takagi.lmi.gains.decay.pdc import relaxation_ladder as relaxation_ladder
     from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc as hinf_pdc
-    from takagi.lmi.gains.disturbance.energy_gain_sums import (
+    from takagi.lmi.gains.disturbance.energy_gain import (
         hinf_pdc_condition as hinf_pdc_condition,
     )
     from takagi.lmi.gains.disturbance.output_variance import h2_pdc as h2_pdc
-    from takagi.lmi.gains.disturbance.output_variance_sums import (
+    from takagi.lmi.gains.disturbance.output_variance import (
         h2_pdc_condition as h2_pdc_condition,
     )
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc as peak_pdc
-    from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition as peak_pdc_condition
+    from takagi.lmi.gains.disturbance.peak_gain import peak_pdc_condition as peak_pdc_condition
     from takagi.lmi.gains.fuzzy.design import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc as fuzzy_pdc
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
     from takagi.lmi.gains.given.condition import closed_loop_condition as closed_loop_condition
-    from takagi.lmi.gains.given.ladder import closed_loop_ladder as closed_loop_ladder
     from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
+    from takagi.lmi.gains.given.largest_decay import closed_loop_ladder as closed_loop_ladder
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
+    from takagi.lmi.gains.observer import secant_vertices as secant_vertices
     from takagi.lmi.gains.output_feedback.condition import (
         hinf_output_feedback_condition as hinf_output_feedback_condition,
     )
     from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,
+    )
+    from takagi.lmi.gains.output_feedback.controller import (
+        mixed_sensitivity as mixed_sensitivity,
     )
     from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
     from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
@@ -154,12 +160,7 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.scheduled_controller import (
         dynamic_output_feedback as dynamic_output_feedback,
     )
-    from takagi.lmi.gains.output_feedback.weighted_loop import (
-        mixed_sensitivity as mixed_sensitivity,
-    )
-    from takagi.lmi.gains.requirements.rate_limits import with_input_states as with_input_states
-    from takagi.lmi.gains.secant_vertices import secant_vertices as secant_vertices
-    from takagi.lmi.gains.structured.answer import StructuredDesign as StructuredDesign
+    from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
     from takagi.lmi.gains.structured.slack_matrix import (
         structured_pdc_condition as structured_pdc_condition,
@@ -167,12 +168,11 @@ if TYPE_CHECKING:
     from takagi.lmi.parameter_search.largest_parameter import Extreme as Extreme
     from takagi.lmi.parameter_search.largest_parameter import extreme_parameter as extreme_parameter
     from takagi.lmi.parameter_search.parameter_sweep import sweep as sweep
-    from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov as PolynomialLyapunov
+    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov as PolynomialLyapunov
     from takagi.lmi.refutation.alternative import Alternative as Alternative
-    from takagi.lmi.refutation.objective_limit import objective_below as objective_below
     from takagi.lmi.refutation.refutation import exact_no as exact_no
+    from takagi.lmi.refutation.refutation import objective_below as objective_below
     from takagi.lmi.refutation.refutation import rigorous_no as rigorous_no
-    from takagi.lmi.relaxation_result import RelaxationResult as RelaxationResult
     from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum

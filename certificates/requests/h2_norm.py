@@ -64,7 +64,7 @@ class H2Norm:
         self, loop: ClaimedLoop, path: tuple[Floats, Floats, Floats, Floats]
     ) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Lyapunov equation, and the norm that P proves."""
-        from takagi.lmi.analysis.disturbance.gramian import gramian_with_room
+        from takagi.lmi.analysis.disturbance.guessed_function import gramian_with_room
 
         A, B, C, D = path
         if len(A) > 1 or (loop.sample_time is None and D.any()):

@@ -72,7 +72,7 @@ class L2Gain:
 
     def _of_one_vertex(self, loop: ClaimedLoop, path: Path) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Riccati equation, and the gain that P should prove."""
-        from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
+        from takagi.lmi.analysis.disturbance.guessed_function import bounded_real, norm_seen
 
         if len(path[0]) > 1 or loop.sample_time is not None:
             return

@@ -75,7 +75,7 @@ class Peak:
         self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path
     ) -> Attempt | None:
         """Return the bound proved by P of one vertex's Lyapunov equation; None if there is no P."""
-        from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
+        from takagi.lmi.analysis.disturbance.guessed_function import OneVertex
 
         vertex = OneVertex.of(*(part[0] for part in path), step=loop.sample_time)
         rate = vertex.best_rate() if self.decay_rate is None else self.decay_rate

@@ -12,7 +12,7 @@ from takagi.certificates.requests.loop.decimals import rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 
 if TYPE_CHECKING:
-    from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
+    from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov
 
 
 def scheduled_function(

@@ -5,18 +5,26 @@ r"""Common quadratic Lyapunov function: one P for all vertices.
 
 with V = x' P x and rho = e^(-alpha T), T the sample time.  The second is linear in P as it is, half
 the size of its Schur form; for a blend of vertices it holds because |P^1/2 A x|^2 is convex in A.
+
+States in which the mean of the vertices decays equally in all directions.
+
+For a loop of high gain the condition number of P may be that of the gains squared, in any units of
+the states. The margin is then below a solver's tolerance. In states where the P of the mean's
+Lyapunov equation is |x|^2, the mean decays equally in all directions, and vertices near the mean
+almost equally. This only gives coordinates; nothing is claimed from it.
+
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.7 (Lyapunov's equation).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.mean_states import states_of_mean
 from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
@@ -29,11 +37,44 @@ from takagi.lmi.argument_checks import (
 from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.diagnosis import advice_about_limit, asks_for_decay, binding_items
-from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.decision.vertex_rounds import CHUNK, decide_by_rounds
+from takagi.lmi.decision.item_rounds import CHUNK, decide_with_few_items
+from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
+
+
+def states_of_mean(A: Floats, alpha: float, step: float | None) -> Floats | None:
+    """Return T of x = T xhat; None where the mean does not decay at the rate alpha [1/s]."""
+    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
+
+    one = np.eye(A.shape[1])
+    if step is None:
+        mean = A.mean(axis=0) + alpha * one
+        falls = np.linalg.eigvals(mean).real.max() < 0
+    else:
+        mean = A.mean(axis=0) / np.sqrt(rate_parameter(alpha, step)["contraction"])
+        falls = np.abs(np.linalg.eigvals(mean)).max() < 1
+    if not falls:
+        return None
+    try:
+        with warnings.catch_warnings():
+            # A solution with large rounding errors is detected below, and by the checks of the
+            # caller.
+            warnings.simplefilter("ignore")
+            if step is None:
+                P = solve_continuous_lyapunov(mean.T, -one)
+            else:
+                P = solve_discrete_lyapunov(mean.T, one)
+        P = (P + P.T) / 2
+        if not (np.isfinite(P).all() and np.diag(P).min() > 0):
+            return None
+        size = np.sqrt(np.diag(P))
+        # Shaped, so that the factor is accurate row by row.
+        R = np.linalg.cholesky(P / size / size[:, None]).T * size
+        T = np.linalg.inv(R)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    return T if np.isfinite(T).all() else None
 
 
 def common_lyapunov_condition(
@@ -151,18 +192,18 @@ def common_lyapunov(
     hopeless = slow_vertex(scaled, alpha, step=step)
     if hopeless is not None:
         return _no_by_one_vertex(scaled, alpha, s, hopeless, step)
-    pose = common_lyapunov_condition if step is None else _sampled(scaled, step)
+    condition = _posed(scaled, alpha, step)
     # A change of states decides more cases, and in less time, than other solvers do; so other
     # solvers are called last.
-    condition, outcome = decide_by_rounds(scaled, alpha, pose, most=1)
+    few, outcome = decide_with_few_items(condition, most=1)
     if outcome.status == "unknown":
         there = _where_the_mean_falls(A, s, alpha, step)
         if there is not None and there.found:
             return replace(there, tries=(*outcome.tries, *there.tries))
         before = (*outcome.tries, *(there.tries if there is not None else ()))
-        condition, outcome = decide_by_rounds(scaled, alpha, pose)
+        few, outcome = decide_with_few_items(condition)
         outcome = replace(outcome, tries=(*before, *outcome.tries))
-    return answer_in_states(condition, outcome, A, s, step=step)
+    return answer_in_states(few, outcome, A, s, step=step)
 
 
 def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None) -> Answer | None:
@@ -177,8 +218,7 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
         return None
     back = np.linalg.inv(T)
     inside = back @ scaled @ T
-    pose = common_lyapunov_condition if step is None else _sampled(inside, step)
-    condition, outcome = decide_by_rounds(inside, alpha, pose, most=1)
+    condition, outcome = decide_with_few_items(_posed(inside, alpha, step), most=1)
     answer = answer_in_states(condition, outcome, inside, np.ones(len(T)), step=step)
     if answer.P is None:
         return answer
@@ -187,16 +227,12 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
     return replace(answer, P=P / s / s[:, None], coordinates=None)
 
 
-def _sampled(A: Floats, step: float) -> Callable[..., Condition]:
-    """Return the builder in discrete time, with the margin's weight that suits all of A."""
-    size = _capped(float(np.sqrt((motion(A, step) ** 2).sum(axis=(1, 2)).max())))
-
-    def pose(vertices: Floats, *, decay_rate: float, weight: float) -> Condition:
-        return common_lyapunov_condition(
-            vertices, decay_rate=decay_rate, weight=size, sample_time=step
-        )
-
-    return pose
+def _posed(A: Floats, alpha: float, step: float | None) -> Condition:
+    """Return the condition, with a margin's weight that is cheap for very many vertices."""
+    # The Frobenius norm bounds the spectral one.
+    largest = float(np.sqrt((motion(A, step) ** 2).sum(axis=(1, 2)).max()))
+    weight = _capped(largest) if step is not None else 2.0 * largest if largest > 0 else 1.0
+    return common_lyapunov_condition(A, decay_rate=alpha, weight=weight, sample_time=step)
 
 
 def answer_in_states(

@@ -11,7 +11,6 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Equality, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.constant_data import Letter, number_text
 from takagi.lmi.expressions.expression import (
     Equation,
     Expression,
@@ -19,7 +18,7 @@ from takagi.lmi.expressions.expression import (
     expression_of,
     pieces_at,
 )
-from takagi.lmi.expressions.piece import Piece
+from takagi.lmi.expressions.piece import Letter, Piece, number_text
 from takagi.models.errors import ModelError
 
 Statement: TypeAlias = Inequality | Equation

@@ -19,8 +19,7 @@ from takagi.lmi.condition.evaluate import (
     shares,
     smallest_eigenvalues,
 )
-from takagi.lmi.condition.selected_items import selected_items
-from takagi.lmi.condition.term import LMI, Condition
+from takagi.lmi.condition.term import LMI, Condition, selected_items
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.program import cone_program
@@ -39,6 +38,8 @@ ENOUGH = 0.5
 MISSED = 1e-7
 # Numbers in one piece of the items that are evaluated together; bounds the memory.
 PIECE = 1_000_000
+# Vertices whose eigenvalues are found together, for the same reason.
+CHUNK = 20_000
 
 
 @limited
@@ -63,18 +64,39 @@ def decide_by_rounds(
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
+    return some.filled(_decided(some, cap=cap, rows=rows))
+
+
+def decide_with_few_items(condition: Condition, *, most: int = 99) -> tuple[Condition, Outcome]:
+    """Return the condition of the items that the solver was given, and its outcome.
+
+    As ``decide_by_rounds``: the margin is over all items.
+
+    Parameters
+    ----------
+    most : as for ``decide``, in each round.
+    """
+    some = _Some.of(condition)
+    outcome = _decided(some, most=most)
+    return some.condition(), outcome
+
+
+def _decided(
+    some: _Some, *, cap: float = 1.0, rows: Mapping[str, float] | None = None, most: int = 99
+) -> Outcome:
+    """Return the outcome of the last round, its margin over all items."""
     tries: list[Try] = []
     for _ in range(ROUNDS):
-        outcome = decide(some.condition(), cap=cap, rows=rows)
+        outcome = decide(some.condition(), cap=cap, rows=rows, most=most)
         tries += outcome.tries
         if outcome.status != "candidate":
-            return some.filled(replace(outcome, tries=tuple(tries)))
+            return replace(outcome, tries=tuple(tries))
         margins = some.margins(outcome.values)
         worst = _worst(margins, outcome.margin)
         if not some.add(margins, ENOUGH * outcome.margin):
             break
     held: Outcome = replace(outcome, margin=worst, tries=tuple(tries))
-    return some.filled(held if holds(posed, worst) else replace(held, status="unknown"))
+    return held if holds(some.whole, worst) else replace(held, status="unknown")
 
 
 @limited
@@ -260,3 +282,20 @@ def _identity(X: Unknown) -> Floats:
 def _random(X: Unknown, random: np.random.Generator) -> Floats:
     value = random.normal(size=(X.count, X.rows, X.cols))
     return value + value.transpose(0, 2, 1) if X.symmetric else value
+
+
+def first_vertices(A: Floats) -> Indices:
+    """Return which vertices to begin with: the slowest and the farthest from the mean."""
+    if len(A) <= ALL_AT_ONCE:
+        return np.arange(len(A))
+    symmetric = A + A.transpose(0, 2, 1)
+    slowest = np.argsort(-_largest(symmetric))[: FIRST // 2]
+    distance = np.abs(A - A.mean(axis=0)).sum(axis=(1, 2))
+    return np.unique(np.concatenate([slowest, np.argsort(-distance)[: FIRST // 2]]))
+
+
+def _largest(symmetric: Floats) -> Floats:
+    pieces = [
+        np.linalg.eigvalsh(symmetric[k : k + CHUNK])[:, -1] for k in range(0, len(symmetric), CHUNK)
+    ]
+    return np.concatenate(pieces)

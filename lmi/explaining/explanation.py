@@ -2,10 +2,88 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
 
-from takagi.lmi.decision.diagnosis import Share, shares_in_words
-from takagi.lmi.explaining.uncontrollable_blend import UncontrollableBlend
+import numpy as np
+from scipy.optimize import nnls
+
+from takagi.lmi.answer import Answer
+from takagi.lmi.condition.term import Array
+from takagi.lmi.decision.outcome import Share, shares_in_words
+from takagi.models import Premise, TSModel
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+# Multipliers of about one direction, and a mode that is out of reach to solver accuracy.
+ONE_DIRECTION, REACH = 1e-3, 1e-3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UncontrollableBlend:
+    """At sum_i h_i A_i, sum_i h_i B_i the mode of this eigenvalue is moved by no input.
+
+    Attributes
+    ----------
+    weights : (r,) h.
+    eigenvalue : lambda, with v' A(h) = lambda v' and v' B(h) = 0 to solver accuracy.
+    direction : (n,) v, its largest entry 1.
+    """
+
+    weights: Floats
+    eigenvalue: float
+    direction: Floats
+
+    def __str__(self) -> str:
+        order = [k for k in np.argsort(-self.weights) if self.weights[k] > 1e-3]
+        blend = " + ".join(f"{self.weights[k]:.3g} rule {k + 1}" for k in order)
+        return f"at {blend} no input moves the mode at {self.eigenvalue:.4g}, by any gains"
+
+
+def uncontrollable_blend(answer: Answer, model: Any) -> UncontrollableBlend | None:
+    """Return the blend that explains a no to gains, where its multipliers are of one direction v.
+
+    Given v, h and lambda solve the linear equations sum_i h_i A_i' v = lambda v and
+    sum_i h_i B_i' v = 0 with h >= 0, sum h = 1: nonnegative least squares.  Memberships are taken
+    to be free; where they are products a blend may never occur.  Floating point, no proof.
+    """
+    Z = answer.multipliers.get("Q positive definite")
+    if Z is None or answer.coordinates is None or len(answer.coordinates) != Z.shape[1]:
+        return None
+    values, vectors = np.linalg.eigh(Z[0])
+    if values[-1] <= 0 or (len(values) > 1 and values[-2] > ONE_DIRECTION * values[-1]):
+        return None
+    s, v = answer.coordinates, vectors[:, -1]
+    A, B = np.asarray(model.A, dtype=np.float64), np.asarray(model.B, dtype=np.float64)
+    scaled_A, scaled_B = A * s / s[:, None], B / s[:, None]
+    size = float(np.abs(scaled_A).max()) or 1.0
+    reach = np.einsum("rnm,n->mr", scaled_B, v) / np.abs(scaled_B).max(axis=(0, 1))[:, None]
+    drift = np.einsum("rnk,n->kr", scaled_A, v) / size
+    # Unknowns h, and lambda / size as the difference of two nonnegative numbers.
+    both = np.zeros((len(v) + len(reach) + 1, len(A) + 2))
+    both[: len(v), : len(A)], both[len(v) : -1, : len(A)] = drift, reach
+    both[: len(v), -2], both[: len(v), -1] = -v, v
+    both[-1, : len(A)] = 1.0
+    found, residual = nnls(both, np.eye(len(both))[-1])
+    eigenvalue = float(found[-2] - found[-1]) * size
+    if residual > REACH or not _slow(eigenvalue, answer):
+        return None
+    weights, direction = found[: len(A)], v / s
+    return UncontrollableBlend(
+        weights / weights.sum(), eigenvalue, direction / direction[np.argmax(np.abs(direction))]
+    )
+
+
+def _slow(eigenvalue: float, answer: Answer) -> bool:
+    """Return whether the mode is slower than the condition asks for: then there is no solution."""
+    asked = {} if answer.condition is None else answer.condition.parameters
+    if "contraction" in asked:
+        return eigenvalue**2 >= asked["contraction"] - REACH
+    return eigenvalue >= -asked.get("alpha", 0.0) - REACH * max(1.0, abs(eigenvalue))
+
 
 # Items that are named in words.
 NAMED = 4
@@ -108,3 +186,111 @@ def _advice(told: Explanation) -> list[str]:
     else:
         lines.append(f"a smaller box: {told.box:.0%} of it about its middle is enough")
     return lines + [str(one) for one in told.premises]
+
+
+STACKS = ("A", "B", "C", "D", "E")
+
+
+def on_smaller_box(model: Any, share: Fraction) -> Any:
+    """Return the model with every premise on that share of its range, about the middle.
+
+    The vertices of a model with premises are multilinear in them, so this is the same plant on
+    the smaller box.  Without premises the vertices move to their mean; of an array, the array.
+    """
+    if isinstance(model, TSModel) and model.premises:
+        for number in reversed(range(len(model.premises))):
+            model = with_narrower_premise(model, number, share)
+        return model
+    move = _towards_mean(float(share))
+    if not hasattr(model, "A"):
+        return move(np.asarray(model, dtype=np.float64))
+    if isinstance(model, TSModel):
+        return _rebuilt(model, move, ())
+    kept = {
+        name: getattr(model, name) for name in ("states", "sample_time") if hasattr(model, name)
+    }
+    stacks = {
+        name: move(np.asarray(getattr(model, name), dtype=np.float64))
+        for name in STACKS
+        if getattr(model, name, None) is not None
+    }
+    return SimpleNamespace(**kept, **stacks)
+
+
+def with_narrower_premise(model: TSModel, number: int, share: Fraction) -> TSModel:
+    """Return the model with one premise on that share of its range, about the middle.
+
+    With share 0 the premise is a constant, which costs no rule.
+
+    Raises
+    ------
+    ModelError : no such premise, or a share outside 0 ... 1.
+    """
+    if not 0 <= number < len(model.premises):
+        raise ModelError(f"premise {number} of {len(model.premises)}; count from 0")
+    if not 0 <= share <= 1:
+        raise ModelError(f"share is {float(share):g}; it must lie in 0 ... 1")
+    premise = model.premises[number]
+    if len(premise.corners) == 1:
+        return model
+    middle, half = (premise.lower + premise.upper) / 2, (premise.upper - premise.lower) / 2
+    narrow = Premise(
+        premise.name,
+        middle - share * half,
+        middle + share * half,
+        unit=premise.unit,
+        latex=premise.latex,
+        evidence=f"{float(share):.4g} of {premise.evidence}",
+        evaluate=premise.evaluate,
+        sampled=premise.sampled,
+        domain=premise.domain,
+    )
+    premises = (*model.premises[:number], narrow, *model.premises[number + 1 :])
+    t = float(share)
+    corners = np.array([[1 + t, 1 - t], [1 - t, 1 + t]])[: 1 if share == 0 else 2] / 2
+    shape = tuple(len(one.corners) for one in model.premises)
+    order = np.ravel_multi_index(np.array(model.rules).T, shape)
+
+    def move(stack: Array) -> Array:
+        tensor = np.empty_like(stack)
+        tensor[order] = stack
+        tensor = tensor.reshape(*shape, *stack.shape[1:])
+        moved = np.moveaxis(np.tensordot(corners, tensor, axes=(1, number)), 0, number)
+        return moved.reshape(-1, *stack.shape[1:])
+
+    return _rebuilt(model, move, premises)
+
+
+def _towards_mean(share: float) -> Callable[[Array], Array]:
+    def move(stack: Array) -> Array:
+        if stack.ndim != 3:
+            return stack
+        mean = stack.mean(axis=0)
+        return np.asarray(mean + share * (stack - mean))
+
+    return move
+
+
+def _rebuilt(
+    model: TSModel, move: Callable[[Array], Array], premises: tuple[Premise, ...]
+) -> TSModel:
+    stacks = {name: getattr(model, name) for name in STACKS}
+    moved = {
+        name: move(stack) if stack.shape[1] and stack.shape[2] else None
+        for name, stack in stacks.items()
+    }
+    return TSModel(
+        move(model.A),
+        moved["B"],
+        C=moved["C"],
+        D=moved["D"],
+        E=moved["E"],
+        states=model.states,
+        inputs=model.inputs or None,
+        outputs=model.outputs or None,
+        disturbances=model.disturbances or None,
+        premises=premises,
+        sample_time=model.sample_time,
+        name=model.name,
+        source=model.source,
+    )

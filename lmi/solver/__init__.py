@@ -1,10 +1,8 @@
 """The only calls of a solver: cone data in, numbers out.
 
-solve             the solvers that are tried, one after another
+solve             the solvers that are tried, one after another; units of a program's solution
 sdpa_solver, cvxpy_solvers    others, where they are installed
-solver_choice, incidence, elimination_order    which is first, and explicit zeros that make clarabel
-                  quicker
-rescaled          the same program in units of its own solution
+incidence         which is first, and explicit zeros that make clarabel quicker
 time_limit        a limit on all calls of one question
 """
 

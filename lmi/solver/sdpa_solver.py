@@ -25,8 +25,7 @@ import scipy.sparse as sp
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import Cone
 from takagi.lmi.cone.program import ConeProgram, Raw
-from takagi.lmi.solver.incidence import incidence
-from takagi.lmi.solver.solver_choice import sdpa_iteration
+from takagi.lmi.solver.incidence import incidence, sdpa_iteration
 from takagi.lmi.solver.time_limit import remaining, stopped
 from takagi.models.arrays import Floats, Indices
 

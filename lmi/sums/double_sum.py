@@ -1,4 +1,4 @@
-r"""The sum of h_i m_j Theta_ij that a law with memberships leads to, as terms of an LMI.
+r"""The sum of h_i h_j Theta_ij that a law with memberships leads to, as terms of an LMI.
 
 Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
 that of the gain.  A relaxation (``relaxations``) only needs weighted sums of the Theta_ij, not
@@ -15,8 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.selected_items import Labels
-from takagi.lmi.condition.term import LMI, Array, Term
+from takagi.lmi.condition.term import LMI, Array, Labels, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, product_rules
 from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, changes_with_gain
@@ -30,19 +29,17 @@ RelaxedSum: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DoubleSum:
-    """sum_ij h_i m_j Theta_ij < 0 for all memberships h of the vertices, m of the gains.
+    """sum_ij h_i h_j Theta_ij < 0 for all memberships h.
 
     Attributes
     ----------
-    rules : r, the number of rules of the vertices.
+    rules : r, the number of rules.
     blocks : sizes of Theta's diagonal blocks.
     parts, fixed : Theta_ij is the sum of these parts with unknowns and of these known blocks.
     weight : the margin that Theta must have when the other LMIs have margin 1.
     name : prefix of the LMIs' names, where a condition has more than one double sum.
     corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
         where the memberships are not known to be products.
-    gain_rules : g; None where the gains have the rules and the memberships of the vertices, m = h.
-    gain_corners : as ``corners``, for the gains' own rules.  Premises of one name are the same.
     active : (r, r), False where h_i h_j = 0 at every state; None where nothing is known.
     active_rules : at most this many h_i differ from zero at one state; None where nothing is known.
     """
@@ -54,14 +51,10 @@ class DoubleSum:
     weight: float = 1.0
     name: str = ""
     corners: Corners | None = None
-    gain_rules: int | None = None
-    gain_corners: Corners | None = None
     active: NDArray[np.bool_] | None = None
     active_rules: int | None = None
 
     def __post_init__(self) -> None:
-        if self.gain_corners is not None and self.gain_rules is None:
-            object.__setattr__(self, "gain_rules", product_rules(self.gain_corners).rules)
         for part in self.parts:
             for side, array in (("left", part.left), ("right", part.right)):
                 if array is not None:
@@ -69,14 +62,12 @@ class DoubleSum:
             self._check_member(part)
         for known in self.fixed:
             self._check_length("a fixed block", known.value)
-        self._check_corners("vertices", self.corners, self.rules)
-        self._check_corners("gains", self.gain_corners, self.gains)
+        if self.corners is not None and product_rules(self.corners).rules != self.rules:
+            raise ModelError(
+                f"corners: {product_rules(self.corners).rules} rules, but there are {self.rules}; "
+                "give one row for each rule"
+            )
         self._check_active()
-
-    @property
-    def gains(self) -> int:
-        """Return g, the number of rules of the gains."""
-        return self.rules if self.gain_rules is None else self.gain_rules
 
     @property
     def size(self) -> int:
@@ -108,15 +99,6 @@ class DoubleSum:
         keep = self.active[i, j]
         return i[keep], j[keep]
 
-    def require_shared(self, relaxation: str) -> None:
-        """Raise ModelError where the gains' memberships are not those of the vertices."""
-        if self.gain_rules is not None:
-            raise ModelError(
-                f"relaxation {relaxation} pairs the rules of the vertices with those of the gains, "
-                f"but there are {self.rules} and {self.gains} with memberships of their own; take "
-                '"product" or "product-<d>"'
-            )
-
     def lmi(
         self,
         name: str,
@@ -140,9 +122,7 @@ class DoubleSum:
         # A part that is the same for all (i, j) enters once, times the sum of the weights.
         total = sum((summand.totals(count) for summand in summands), np.zeros(count))
         varying = [part for part in self.parts if not part.same]
-        terms = [
-            term_of(part, summand, self.gains, scale) for summand in summands for part in varying
-        ]
+        terms = [term_of(part, summand, scale) for summand in summands for part in varying]
         terms += [same_term(part, total, scale, printed) for part in self.parts if part.same]
         constants = [
             constant
@@ -163,38 +143,30 @@ class DoubleSum:
         )
 
     def _check_length(self, what: str, array: Array) -> None:
-        r, g = self.rules, self.gains
-        if array.shape[:-2] not in ((1,), (r,), (r, g)):
+        r = self.rules
+        if array.shape[:-2] not in ((1,), (r,), (r, r)):
             raise ModelError(
-                f"{what} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {g}, ., .) is "
+                f"{what} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {r}, ., .) is "
                 "needed"
             )
 
     def _check_member(self, part: SumPart) -> None:
-        r, g, count = self.rules, self.gains, part.unknown.count
+        r, count = self.rules, part.unknown.count
         if not isinstance(part.member, str):
-            fits = part.member.shape == (r, g) and 0 <= part.member.min()
+            fits = part.member.shape == (r, r) and 0 <= part.member.min()
             fits = fits and int(part.member.max()) < count
         else:
-            fits = {"first": True, "vertex": count == r, "gain": count == g}[part.member]
+            fits = part.member == "first" or count == r
         if not fits:
             raise ModelError(
-                f"part {part.unknown.name} has {count} members for {r} rules of the vertices, {g} "
-                f"of the gains; one for each rule, or a table ({r}, {g}) of members is needed"
-            )
-
-    def _check_corners(self, whose: str, corners: Corners | None, rules: int) -> None:
-        if corners is not None and product_rules(corners).rules != rules:
-            raise ModelError(
-                f"corners of the {whose}: {product_rules(corners).rules} rules, but there are "
-                f"{rules}; give one row for each rule"
+                f"part {part.unknown.name} has {count} members for {r} rules; one for each rule, "
+                f"or a table ({r}, {r}) of members is needed"
             )
 
     def _check_active(self) -> None:
         given, most = self.active, self.active_rules
         if given is None and most is None:
             return
-        self.require_shared("with knowledge of which rules act together")
         if most is not None and not 1 <= most <= self.rules:
             raise ModelError(f"active_rules is {most}; 1 ... {self.rules} rules can act at a time")
         r = self.rules

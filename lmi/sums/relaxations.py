@@ -78,7 +78,6 @@ def wang_tanaka_griffin(loop: DoubleSum) -> RelaxedSum:
 
     Source: Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1), theorem 3.
     """
-    loop.require_shared("wang-tanaka-griffin")
     return (), pair_lmis(loop)
 
 
@@ -91,7 +90,6 @@ def tanaka_wang(loop: DoubleSum) -> RelaxedSum:
     Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and
     Wang (2001), theorem 9.
     """
-    loop.require_shared("tanaka-wang")
     n, one, s = loop.size, np.eye(loop.size)[None], loop.most_active
     Y = slack_unknown(loop, "Y", n)
     more = Term(
@@ -120,7 +118,6 @@ def tuan(loop: DoubleSum) -> RelaxedSum:
 
     Source: Tuan, Apkarian, Narikiyo and Yamamoto (2001), IEEE Trans. Fuzzy Systems 9(2).
     """
-    loop.require_shared("tuan")
     first, second = loop.pairs()
     if not len(first):
         return (), (rule_lmi(loop),)

@@ -22,7 +22,7 @@ def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
     return loop.lmi(
         "rule",
         # With a single gain nothing depends on j.
-        (Summand(i, np.minimum(i, loop.gains - 1), np.ones(r), names=("i", "i")),),
+        (Summand(i, i, np.ones(r), names=("i", "i")),),
         slack,
         count=r,
         label=lambda item: f"rule {item + 1} of {r}",

@@ -13,7 +13,7 @@ from takagi.models.arrays import Floats, Indices
 
 Weights: TypeAlias = Floats
 # Which member of its unknown a part takes: the first, that of the vertex, that of the gain; or a
-# table (r, g) of members.
+# table (r, r) of members.
 Member: TypeAlias = Literal["first", "vertex", "gain"] | Indices
 
 
@@ -24,7 +24,7 @@ class SumPart:
     Attributes
     ----------
     left : (1, p, X.rows) for the same in all, (r, p, X.rows) by the vertex's rule i, or
-        (r, g, p, X.rows) by both rules.
+        (r, r, p, X.rows) by both rules.
     right : the same, (., X.cols, q); None for a scalar X, then left is (., p, q).
     member : which member of X.
     at, plus_transpose, parameter : as in ``Term``.
@@ -66,7 +66,7 @@ class SumPart:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class KnownBlock:
-    """A known block of Theta_ij: (1, p, q), (r, p, q) by the vertex's rule, or (r, g, p, q)."""
+    """A known block of Theta_ij: (1, p, q), (r, p, q) by the vertex's rule, or (r, r, p, q)."""
 
     value: Array
     at: Position | None = (0, 0)
@@ -101,5 +101,5 @@ class Summand:
 
 
 def changes_with_gain(array: Array) -> bool:
-    """Return whether an array (1, ., .), (r, ., .) or (r, g, ., .) changes along its axis of g."""
+    """Return whether an array (1, ., .), (r, ., .) or (r, r, ., .) changes with its second rule."""
     return array.ndim == 4 and not bool((array == array[:, :1]).all())

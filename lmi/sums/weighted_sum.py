@@ -14,7 +14,7 @@ from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, Weights
 from takagi.models.arrays import Indices
 
 
-def term_of(part: SumPart, summand: Summand, gains: int, scale: float) -> Term:
+def term_of(part: SumPart, summand: Summand, scale: float) -> Term:
     """Return scale times the summand's sum of one part.
 
     If one side of the unknown is the same for all rules, contributions to one item with one member
@@ -29,10 +29,10 @@ def term_of(part: SumPart, summand: Summand, gains: int, scale: float) -> Term:
         right = None if right is None else _picked(right, summand)
     elif right is None or len(right) == 1:
         items, members, key = _keys(items, members, part.unknown.count)
-        left = _gathered(left, summand, weight, key, len(items), gains)
+        left = _gathered(left, summand, weight, key, len(items))
     elif len(left) == 1:
         items, members, key = _keys(items, members, part.unknown.count)
-        right = _gathered(right, summand, weight, key, len(items), gains)
+        right = _gathered(right, summand, weight, key, len(items))
     else:
         left, right = _scaled(weight, _picked(left, summand)), _picked(right, summand)
     return Term(
@@ -83,8 +83,7 @@ def constant_of(
         if summand.item is None:
             found = _scaled(weight, _picked(value, summand))
         else:
-            gains = value.shape[1]
-            found = _gathered(value, summand, weight, summand.item, count, gains)
+            found = _gathered(value, summand, weight, summand.item, count)
         yield Constant(
             value=found,
             at=known.at,
@@ -117,12 +116,10 @@ def _picked(array: Array, summand: Summand) -> Array:
     return array if len(array) == 1 else np.asarray(array[summand.i])
 
 
-def _gathered(
-    array: Array, summand: Summand, weight: Weights, key: Indices, count: int, gains: int
-) -> Array:
+def _gathered(array: Array, summand: Summand, weight: Weights, key: Indices, count: int) -> Array:
     """Return (count, p, q): sum of weight_t array_t over the contributions t of one key."""
     if array.ndim == 4:
-        flat, source = array.reshape(-1, *array.shape[2:]), summand.i * gains + summand.j
+        flat, source = array.reshape(-1, *array.shape[2:]), summand.i * array.shape[1] + summand.j
     else:
         flat = array
         source = summand.i if len(array) > 1 else np.zeros_like(summand.i)

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_gain
+from takagi.lmi.gains.cost.regulator import guaranteed_cost_gain
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains

@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.answer import Answer
-from takagi.lmi.condition.rate_of_values import rate_of_values
+from takagi.lmi.condition.evaluate import rate_of_values
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.diagnosis import advice_about_limit, binding_items
-from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.polynomials.polynomial_lyapunov import PolynomialLyapunov
-from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.varying.parameter_loop import VaryingLoop
+from takagi.lmi.decision.outcome import Outcome, advice_about_limit, binding_items
+from takagi.lmi.polynomials.simplex_polynomials import Basis, PolynomialLyapunov
+from takagi.lmi.varying.parameter_space import VaryingLoop
 from takagi.models.arrays import Floats
 
 

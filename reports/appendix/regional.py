@@ -228,7 +228,7 @@ def _observer(design: TurbineDesign) -> Condition:
 
 def _effort(design: TurbineDesign) -> Condition:
     """Return the guaranteed-cost condition of the first wind node; all nodes share its form."""
-    from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_condition
+    from takagi.lmi.gains.cost.regulator import guaranteed_cost_condition
     from takagi.lmi.turbine.effort import EffortSettings
 
     if design.effort is None:

@@ -168,13 +168,8 @@ DEAR |= {"products, liu-zhang": partial(by_products, "product-liu-zhang")}
 DEAR |= {f"cost, {name}": partial(by_cost, name) for name in ("tanaka-wang", "tuan", "kim-lee")}
 DEAR |= {"region, liu-zhang": partial(by_region, "liu-zhang")}
 DEAR |= {
-    f"fuzzy, |dh/dt| <= {rate}, {rates}": partial(by_sums_of_functions, limit, rate, rates=rates)
-    for rates, rate, limit in (
-        ("corners", 1.0, 1.606),
-        ("slack", 1.0, 1.550),
-        ("corners", 0.1, 3.080),
-        ("corners", 0.0, 5.206),
-    )
+    f"fuzzy, |dh/dt| <= {rate}": partial(by_sums_of_functions, limit, rate)
+    for rate, limit in ((1.0, 1.606), (0.1, 3.080), (0.0, 5.206))
 }
 DEAR |= {
     f"fuzzy, sampled, {name}": partial(by_sampled_functions, limit, name)

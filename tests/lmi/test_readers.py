@@ -23,7 +23,7 @@ from takagi.lmi import (
     pdc_condition,
 )
 from takagi.lmi.condition import fractions, lmi_value, smallest_eigenvalues
-from takagi.lmi.condition.selected_items import Labels
+from takagi.lmi.condition.term import Labels
 from takagi.lmi.cone import pack, unpack
 from takagi.lmi.cone.assemble import assemble
 from takagi.models import ModelError, TSModel

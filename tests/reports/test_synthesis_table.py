@@ -10,7 +10,7 @@ import pytest
 from takagi.certificates import TurbineDesign
 from takagi.certificates.design.turbine import EffortSharingGainDesign
 from takagi.lmi.turbine import OneStepDesign
-from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions
 from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.reports.loops.overlap_claims import synthesis_summary, synthesis_words
 from takagi.reports.page.assembly import render

@@ -31,7 +31,7 @@ _WISHES = {
 def obstacle(found: FoundGains, plant: Plant, model: TSModel, asked: PlantSettings) -> str:
     """Return the sentence; empty where the answer does not say which inequalities stop it."""
     from takagi.certificates.design.plant.plain_words import stuck_blend
-    from takagi.lmi.decision.diagnosis import binding_shares
+    from takagi.lmi.decision.outcome import binding_shares
 
     answer = found.design.answer
     if answer.found:

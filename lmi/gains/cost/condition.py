@@ -194,8 +194,8 @@ def lqr_pdc_condition(
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     r, n, m = B.shape
-    F = _factor(symmetric("Q", Q, n, definite=False))
-    G = _factor(symmetric("R", R, m, definite=True))
+    F = weight_factor(symmetric("Q", Q, n, definite=False))
+    G = weight_factor(symmetric("R", R, m, definite=True))
     S = Unknown("S", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
     W = Unknown("W", n, n, symmetric=True)
@@ -251,7 +251,7 @@ def _cost_bound(W: Unknown, S: Unknown, factor: Array) -> LMI:
     )
 
 
-def _factor(weight: Array) -> Array:
+def weight_factor(weight: Array) -> Array:
     """Return F, (rank, size), with F' F = weight."""
     eigenvalues, vectors = np.linalg.eigh(weight)
     # Smaller eigenvalues of a singular weight are rounding, and may be negative.

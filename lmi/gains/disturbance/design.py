@@ -13,8 +13,7 @@ from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import optimise
-from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.decision.outcome import Outcome, not_least
+from takagi.lmi.decision.outcome import Outcome, binding_items, not_least
 from takagi.lmi.gains.disturbance.coordinates import (
     WEIGHTS,
     DisturbanceCoordinates,

@@ -2,25 +2,114 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Array, Condition
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.decay.condition import size_of_motion, theta_weight
-from takagi.lmi.gains.fuzzy.limits import effort_lmi, scale_lmis
 from takagi.lmi.gains.fuzzy.sums import SoughtGains, continuous_sums, discrete_sums
-from takagi.lmi.gains.requirements.closed_loop import gain_unknown
+from takagi.lmi.gains.requirements.closed_loop import gain_symbol, gain_unknown
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.varying.fuzzy_condition import rate_slack, slack_unknown
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats
+
+LARGEST_SLACK = 16.0
+
+
+def effort_lmi(sought: SoughtGains, nu: Unknown, *, discrete: bool) -> LMI:
+    """Pose [[P_i, M_j'], [M_j, nu I]] >= 0: |u|^2 <= nu V; G_j + G_j' - S_i in discrete time."""
+    r, n, m = sought.rules, sought.P.rows, sought.M.rows
+    i, j = (index.ravel() for index in np.indices((r, r)))
+    one = np.eye(n)[None]
+    own = sought.members[i]
+    gains = j if sought.M.count > 1 else np.zeros_like(j)
+    slacks = j if sought.G.count > 1 else np.zeros_like(j)
+    first: tuple[Term, ...] = (
+        Term(unknown=sought.P, left=one, right=one, members=own, symbol=f"{sought.P.symbol}_i"),
+    )
+    if discrete:
+        first = (
+            Term(
+                unknown=sought.P,
+                left=-one,
+                right=one,
+                members=own,
+                latex=("-", ""),
+                symbol=f"{sought.P.symbol}_i",
+            ),
+            Term(
+                unknown=sought.G,
+                left=one,
+                right=one,
+                members=slacks,
+                plus_transpose=True,
+                symbol=sought.slack_symbol,
+            ),
+        )
+    inputs = np.eye(m)[None]
+    return LMI(
+        name="input effort",
+        blocks=(n, m),
+        terms=(
+            *first,
+            Term(
+                unknown=sought.M,
+                left=inputs,
+                right=one,
+                at=(1, 0),
+                members=gains,
+                symbol=gain_symbol(sought.M),
+            ),
+            Term(unknown=nu, left=inputs, at=(1, 1), latex=("", "I")),
+        ),
+        count=r * r,
+        strict=False,
+        index=rf"i, j = 1, \dots, {r}",
+    )
+
+
+def scale_lmis(sought: SoughtGains) -> tuple[LMI, ...]:
+    """Pose 0 < P_i <= I, and |G| <= 16, which only keeps the slack finite."""
+    P, G = sought.P, sought.G
+    one = np.eye(P.rows)[None]
+    every, each = np.arange(P.count), np.arange(G.count)
+    own = Term(unknown=P, left=one, right=one, members=every, symbol=f"{P.symbol}_i")
+    bound = Constant(value=LARGEST_SLACK * one, latex=f"{LARGEST_SLACK:g} I")
+    return (
+        LMI(
+            name=f"{P.symbol} positive definite",
+            blocks=(P.rows,),
+            terms=(own,),
+            count=P.count,
+            index=rf"i = 1, \dots, {P.count}",
+        ),
+        LMI(
+            name=f"scale of {P.symbol}",
+            blocks=(P.rows,),
+            terms=(own,),
+            constants=(Constant(value=-one, latex="-I"),),
+            sign=-1,
+            count=P.count,
+            strict=False,
+            index=rf"i = 1, \dots, {P.count}",
+        ),
+        LMI(
+            name="scale of G",
+            blocks=(P.rows, P.rows),
+            terms=(Term(unknown=G, left=one, right=one, at=(0, 1), members=each),),
+            constants=(bound, replace(bound, at=(1, 1))),
+            count=G.count,
+            strict=False,
+        ),
+    )
+
 
 SlackKind: TypeAlias = Literal["common", "rules"]
 
@@ -37,7 +126,6 @@ class FuzzyRequest:
     sample_time : T in s; None for continuous time.
     relaxation : name of the double-sum relaxation.
     slack : G the same in all rules, or one a rule.
-    bounded : dP/dt by one slack matrix X, in the place of the corners of the velocities.
     """
 
     A: Array
@@ -47,7 +135,6 @@ class FuzzyRequest:
     sample_time: float | None
     relaxation: str
     slack: SlackKind
-    bounded: bool
 
     @property
     def discrete(self) -> bool:
@@ -85,10 +172,6 @@ class FuzzyRequest:
         sums: tuple[DoubleSum, ...]
         if self.discrete:
             sums = discrete_sums(sought)
-        elif self.bounded:
-            X = slack_unknown(sought.P.rows)
-            sums = continuous_sums(sought, (), eps, self.kappa, (X, self.rates[0]))
-            more, lmis = (X,), (*lmis, *rate_slack(sought.P, X))
         else:
             motion = continuous_motion(self.space, self._degrees(), self.rates)
             sums = continuous_sums(sought, motion.velocities, eps, self.kappa)

@@ -2,32 +2,200 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.answer import Design
-from takagi.lmi.argument_checks import whole_number
+from takagi.lmi.answer import Answer, Design, GainsWithAnswer
+from takagi.lmi.argument_checks import (
+    input_stack,
+    sample_time_of,
+    symmetric,
+    vertex_stack,
+    whole_number,
+)
 from takagi.lmi.cone.balance import state_units
+from takagi.lmi.gains.cost.condition import initial_factor, weight_factor
 from takagi.lmi.gains.cost.regulator import lqr_pdc
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
-from takagi.lmi.gains.disturbance.disturbed_plant import Performance
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of
 from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
-from takagi.lmi.gains.structured.answer import StructuredDesign, found_at, unsettled, without
-from takagi.lmi.gains.structured.descent_start import descended, shown
-from takagi.lmi.gains.structured.disturbed_plant import plant_for
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
-from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStart, slack_start
+from takagi.lmi.gains.structured.local_search import (
+    LocalSearch,
+    LocalStart,
+    LocalStep,
+    descended,
+    shown,
+    slack_start,
+)
 from takagi.lmi.gains.structured.structure import check_movable, structure_of
 from takagi.lmi.gains.structured.sums import Objective
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
+
+
+def plant_for(
+    model: Controlled,
+    objective: Objective,
+    *,
+    Q: ArrayLike | None,
+    R: ArrayLike | None,
+    deviations: ArrayLike,
+    performance: Performance | None,
+    sample_time: float | None,
+) -> tuple[DisturbedPlant, Floats]:
+    """Return the plant, and L of the covariance L L' of x(0).
+
+    For "cost" the output is z = [F x; G u] with Q = F' F, R = G' G, so that |z|^2 is the cost's
+    integrand.
+
+    Raises
+    ------
+    ModelError : an argument that the objective needs is missing, or one that it does not use is
+        given; otherwise as ``lqr_pdc`` and ``hinf_pdc``.
+    """
+    _check_given(objective, {"Q": Q, "R": R}, performance)
+    A = vertex_stack(model).astype(np.float64)
+    n = A.shape[1]
+    if objective == "hinf":
+        return plant_of(model, performance, sample_time), np.eye(n)
+    B = input_stack(model, A).astype(np.float64)
+    r, _, m = B.shape
+    C, D12 = np.zeros((r, 1, n)), np.zeros((r, 1, m))
+    if objective == "cost":
+        assert Q is not None and R is not None  # _check_given has checked this
+        F = weight_factor(symmetric("Q", Q, n, definite=False))
+        G = weight_factor(symmetric("R", R, m, definite=True))
+        C = np.broadcast_to(np.concatenate([F, np.zeros((m, n))]), (r, len(F) + m, n))
+        D12 = np.broadcast_to(np.concatenate([np.zeros((len(F), m)), G]), (r, len(F) + m, m))
+    plant = DisturbedPlant(
+        A=A,
+        B=B,
+        E=np.zeros((r, n, 1)),
+        C=C,
+        D12=D12,
+        D11=np.zeros((r, C.shape[1], 1)),
+        sample_time=sample_time_of(model, sample_time),
+        premises=tuple(getattr(model, "premises", ())),
+        rules=tuple(getattr(model, "rules", ())),
+    )
+    return plant, np.asarray(initial_factor(deviations, n), dtype=np.float64)
+
+
+def _check_given(objective: Objective, weights: Mapping[str, object], performance: object) -> None:
+    for name, value in weights.items():
+        if objective == "cost" and value is None:
+            raise ModelError(f'objective is "cost", but there is no {name}; give Q and R')
+        if objective != "cost" and value is not None:
+            raise ModelError(f'{name} was given, but objective is "{objective}"; leave it out')
+    if objective != "hinf" and performance is not None:
+        raise ModelError(f'performance was given, but objective is "{objective}"; leave it out')
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class StructuredDesign(GainsWithAnswer):
+    """Structured gains, their value, and the loss due to the structure.
+
+    Attributes
+    ----------
+    gains : (r, m, n), K_i = F_i C for u = -sum_i h_i K_i x; None unless found.
+    output_gains : (r, m, p), F_i for u = -sum_i h_i F_i C x, exactly zero off the pattern.
+    P : (n, n) for V = x' P x; None unless found.
+    objective : "decay_rate", "cost" or "hinf".
+    value : decay rate in 1/s, mean cost, or gamma, that P shows for these gains.
+    unstructured : the best value known without the structure, one gain a rule; nan if unknown.
+    loss : relative loss of the value due to the structure, at least 0: 1 - value / unstructured of
+        a decay rate, value / unstructured - 1 of a cost or gamma.
+    relaxation : name of the double-sum relaxation.
+    steps : the accepted steps from all starts, in order.
+    answer : the answer of the last LMI, in which the returned gains are fixed and P is unknown.
+    """
+
+    gains: Floats | None = None
+    output_gains: Floats | None = None
+    P: Floats | None = None
+    objective: Objective
+    value: float
+    unstructured: float
+    loss: float
+    relaxation: str
+    steps: tuple[LocalStep, ...]
+    answer: Answer
+
+
+def found_at(
+    search: StepSearch, spot: StructuredPoint, unstructured: float, local: LocalSearch
+) -> StructuredDesign:
+    """Return the design of the best spot.
+
+    Parameters
+    ----------
+    unstructured : the best value known without the structure.
+    """
+    value = spot.value
+    ratio = value / unstructured
+    P = spot.P
+    if search.objective == "decay_rate":
+        # A decay rate does not depend on the size of P: the least eigenvalue is brought to 1 ... 2,
+        # by a power of two, which rounds no entry.
+        P = P / np.exp2(np.floor(np.log2(np.linalg.eigvalsh(P)[0])))
+    answer = replace(
+        spot.outcome.as_answer(spot.condition, None),
+        status="candidate",
+        P=P,
+        decay_rate=value if search.objective == "decay_rate" else None,
+        gain=value if search.objective == "hinf" else None,
+        tries=tuple(search.tries),
+    )
+    return StructuredDesign(
+        gains=search.structure.gains(spot.F),
+        output_gains=spot.F[search.structure.group],
+        P=P,
+        objective=search.objective,
+        value=value,
+        unstructured=unstructured,
+        loss=1.0 - ratio if search.sense > 0 else ratio - 1.0,
+        relaxation=search.relaxation,
+        steps=tuple(local.steps),
+        answer=answer,
+    )
+
+
+def unsettled(local: LocalSearch) -> Answer:
+    """Return the answer for the case that no start led to a stable loop."""
+    rate = local.reached()
+    return Answer(
+        status="unknown",
+        margin=-np.inf,
+        diagnosis=(
+            f"from no start were gains of this structure found; the largest decay rate of one "
+            f"quadratic function was {rate:.6g} 1/s: let the law see more, share fewer gains, "
+            "raise gain_bound, shrink the box, or take a richer relaxation"
+        ),
+        tries=tuple(local.search.tries),
+    )
+
+
+def without(search: StepSearch, answer: Answer, steps: tuple[LocalStep, ...]) -> StructuredDesign:
+    """Return a design without gains."""
+    return StructuredDesign(
+        objective=search.objective,
+        value=float("nan"),
+        unstructured=float("nan"),
+        loss=float("nan"),
+        relaxation=search.relaxation,
+        steps=steps,
+        answer=answer,
+    )
+
 
 # Tolerances of the unstructured H-infinity designs that serve as starts. Near the least gamma the
 # feedback gains grow without bound, and a projection of such large gains is a poor start.
@@ -176,9 +344,9 @@ def _best(
 def _bound(gain_bound: float | None) -> float | None:
     if gain_bound is None:
         return None
-    from takagi.lmi.gains.disturbance.request import positive
+    from takagi.lmi.gains.disturbance.request import positive_number
 
-    return positive("gain_bound", gain_bound)
+    return positive_number("gain_bound", gain_bound)
 
 
 def _check_modes(search: StepSearch, names: tuple[str, ...]) -> None:

@@ -136,7 +136,7 @@ def synthesis_table(design: TurbineDesign) -> Table | None:
 
 def _activity(design: TurbineDesign, law: EffortSharingLaw) -> tuple[float, float]:
     """Return the means over wind of the pitch rate [rad/s] and the tower speed [m/s]."""
-    from takagi.lmi.turbine.one_step.motion import motion
+    from takagi.lmi.turbine.one_step.value import motion
 
     moved = motion(design.turbine, law)
     share = np.diff(law.schedule.wind) / np.ptp(law.schedule.wind)

@@ -22,7 +22,7 @@ from takagi.lmi import (
 )
 from takagi.lmi.gains.requirements import limits_of
 from takagi.lmi.parameter_search import ParameterPencil, excluded_from
-from takagi.lmi.parameter_search.multiplier_bound import adjoint
+from takagi.lmi.parameter_search.largest_parameter import adjoint
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from takagi.lmi.turbine import (
     OneStepDesign,
     one_step_gains,
 )
-from takagi.lmi.turbine.one_step.motion import motion
+from takagi.lmi.turbine.one_step.value import motion
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
