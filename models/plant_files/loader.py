@@ -58,16 +58,6 @@ def load_plant(name_or_path: str | Path) -> Plant:
     return PlantFile.of(name_or_path).model
 
 
-def plant_files(name_or_path: str | Path) -> list[Path]:
-    """Return the files that ``load_plant`` reads: the TOML file, then its tables.
-
-    Raises
-    ------
-    ModelError : as ``load_plant`` does for the name, the file, and the names of its tables.
-    """
-    return PlantFile.of(name_or_path).files
-
-
 @dataclass(frozen=True, eq=False)
 class PlantFile:
     """A plant's file, read once; the plant and the settings are made on demand.
@@ -113,7 +103,7 @@ class PlantFile:
 
     @property
     def files(self) -> list[Path]:
-        """The file and its tables, as ``plant_files`` returns them."""
+        """The file, then its tables: all files that ``load_plant`` reads."""
         from takagi.models.plant_files.sections import table_path
 
         given = self.entry.tables.items()

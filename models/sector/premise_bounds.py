@@ -281,13 +281,8 @@ def _over(expression: sp.Expr, problem: Problem) -> str:
     return f", over {', '.join(problem.equations.named(varying))}{shape}"
 
 
-def check_rule_count(premises: Sequence[Premise], most_rules: int) -> int:
-    """Return the number of rules that the premises make.
-
-    Raises
-    ------
-    ModelError : more than ``most_rules``, with the premises ranked by what they cost.
-    """
+def check_rule_count(premises: Sequence[Premise], most_rules: int) -> None:
+    """Raise ModelError at more than ``most_rules`` rules, the premises ranked by what they cost."""
     count = counted(premises)
     if count.rules > most_rules:
         raise ModelError(
@@ -295,4 +290,3 @@ def check_rule_count(premises: Sequence[Premise], most_rules: int) -> int:
             f"{most_rules}; each premise doubles them, and a narrow one is the cheapest to do "
             f"without (as an uncertainty, or by a smaller box): {count.words}"
         )
-    return count.rules

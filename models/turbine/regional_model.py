@@ -54,7 +54,7 @@ class Kind:
     index: int
 
 
-KINDS = {
+KINDS: dict[Slope, Kind] = {
     "speed": Kind("a", "1/s", "dT_r/domega / J", "speed", 0),
     "pitch": Kind("b", "1/s^2/rad", "dT_r/dbeta / J", "pitch", 1),
     "wind": Kind("d", "1/s/m", "dT_r/dv / J", "wind", 2),

@@ -21,13 +21,13 @@ Capture = pytest.CaptureFixture[str]
 def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The gain file of a design, without its drawings."""
     from takagi.certificates.design.plant import PlantDesign, design_plant
-    from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.models.plant_files.loader import PlantFile, load_plant
     from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.gains_file.plant import plant_gain_file
 
     plant = tmp_path_factory.mktemp("designed") / "cubic.toml"
     plant.write_text(CUBIC, encoding="utf-8")
-    found = design_plant(load_plant(plant), files=plant_files(plant))
+    found = design_plant(load_plant(plant), files=PlantFile.of(plant).files)
     assert isinstance(found, PlantDesign)
     return dump_gains(plant_gain_file(found))
 

@@ -49,11 +49,11 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def gains(cart: Path) -> Path:
     """u = -3 x, held within the range of the input."""
     from takagi.certificates.design.plant import PlantDesign, design_plant
-    from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.models.plant_files.loader import PlantFile, load_plant
     from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.gains_file.plant import plant_gain_file
 
-    found = design_plant(load_plant(cart), files=plant_files(cart))
+    found = design_plant(load_plant(cart), files=PlantFile.of(cart).files)
     assert isinstance(found, PlantDesign)
     content = plant_gain_file(found)
     content["law"] |= {"K": [[[3.0]]] * len(content["law"]["K"])}

@@ -325,12 +325,12 @@ def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) 
 
 
 def design_of_file(path: Path) -> PlantDesign:
-    from takagi.models.plant_files.loader import load_plant, plant_files
+    from takagi.models.plant_files.loader import PlantFile, load_plant
 
     def one(model: Any) -> Any:
         return np.array([GAIN] * len(model.A))
 
-    return certify_plant(load_plant(path), one, PlantSettings(), files=plant_files(path))
+    return certify_plant(load_plant(path), one, PlantSettings(), files=PlantFile.of(path).files)
 
 
 def dumped(document: Data) -> str:

@@ -23,7 +23,7 @@ from takagi.certificates.document import (
     plant_data,
 )
 from takagi.models import sector_model
-from takagi.models.plant_files.loader import load_plant, plant_files
+from takagi.models.plant_files.loader import PlantFile, load_plant
 
 LISTED = 'measured = ["y"]'
 PLANT = f"""
@@ -59,7 +59,7 @@ def certified(folder: Path, listed: str, measured: list[str]) -> Path:
     """A certificate for the file with this field; its law, with these outputs, is proved."""
     path = filed(folder, listed)
     model = sector_model(load_plant(path))
-    data = plant_data(model) | content_of(plant_files(path))
+    data = plant_data(model) | content_of(PlantFile.of(path).files)
     gains = pdc_law_data(model, np.ones((2, 1, 1))) | law_members(data)
     L = np.array([[[4.0, 0.0][: len(measured)]]])
     gains["observer"] = observer_member(L, measured, at_estimate=False)
