@@ -95,12 +95,10 @@ def simulate_campaign(
     requests = [name for text in texts for name in (campaign.STANDARD if text == "all" else [text])]
     asked = [campaign.beyond_of(request) for request in requests]
     runs = (RUNS_BEYOND if asked else RUNS) if options["runs"] is None else options["runs"]
-    numbers = {
-        "duration": campaign.DURATION if duration is None else duration,
-        "seed": options["seed"] or 0,
-    }
+    duration = campaign.DURATION if duration is None else duration
+    seed: int = options["seed"] or 0
     # Before the certificate is checked, which takes seconds.
-    campaign.require_numbers(runs, **numbers)
+    campaign.require_numbers(runs, duration=duration, seed=seed)
     if out is not None:
         require_folder_place(out, files=campaigns.FILES, folders=("figures", RESULTS))
     path: Path = options["certificate"]
@@ -117,7 +115,8 @@ def simulate_campaign(
                 Path(folder),
                 asked or [campaign.INSIDE],
                 runs=runs,
-                **numbers,
+                duration=duration,
+                seed=seed,
                 workers=options["workers"],
                 tell=tell,
             )
