@@ -9,7 +9,8 @@ of ``PLANTS`` (inertia and wake, the ends of what a certificate covers) at whole
 pitch begins to act.  An unstable loop is refused with its wind and with the part that makes it so:
 the first one without which the loop is stable there.
 
-A stable loop whose margins are below those of ``least_margins`` is noted, with wind, mode and cure.
+A stable loop whose margins are below those of ``loops_over_wind`` is noted, with wind, mode and
+cure.
 
 A law with a fast wind filter is for a wind that is measured (docs/laws.md): a loop that the
 turbine's default filter makes stable is not refused, but noted.
