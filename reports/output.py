@@ -8,8 +8,6 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
-from takagi.models.files.flushed_folder import flush_folder
-
 
 class OutputError(OSError):
     """A file could not be written.  The message says which, why and what to do.
@@ -122,7 +120,7 @@ def _stage_and_rename(folder: Path, files: Mapping[PurePosixPath, bytes], made: 
                 current = folder / part
                 os.replace(Path(staging) / part, current)
         current = folder
-        flush_folder(folder)
+        _flush_folder(folder)
     except OutputError:
         raise
     except OSError as error:
@@ -135,6 +133,21 @@ def _write_through(path: Path, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    """Write the entries of a folder to disk.
+
+    A new or renamed file survives a power failure only after its folder is flushed too.  Windows
+    cannot open folders and needs no flush.
+    """
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 _ADVICE = {

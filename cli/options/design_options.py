@@ -6,7 +6,6 @@ The options are declared once, as annotated types, and used by all verbs that ma
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
@@ -265,17 +264,14 @@ def _check_positive(name: str, value: float | None) -> None:
 
 def _setpoint(written: str, turbine: Turbine) -> float:
     """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
-    from takagi.models.files.units import to_si
+    from takagi.models.files.units import to_si, typed_figure
     from takagi.models.turbine.trim import reference_speed
 
-    found = re.fullmatch(r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", written)
-    if found is None or not found.group(2):
-        raise ModelError(
-            f"option --speed-setpoint: {written!r} was given; a number with its unit is needed, "
-            "such as 11.5rpm or 1.2rad/s"
-        )
     try:
-        speed = to_si(float(found.group(1)), found.group(2), "rad/s")
+        value, unit = typed_figure(written)
+        if not unit:
+            raise ModelError("a number with its unit is needed, such as 11.5rpm or 1.2rad/s")
+        speed = to_si(value, unit, "rad/s")
         reference_speed(turbine, turbine.cut_in, speed_setpoint=speed)
     except ModelError as error:
         raise ModelError(f"option --speed-setpoint {written}: {error}") from error

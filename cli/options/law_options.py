@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -129,23 +128,17 @@ def _require(holds: bool, words: str) -> None:
 
 def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
     """Return the torque [N m] of a text such as 34.5kNm, or of a share of rated torque, 80%."""
-    from takagi.models.files.units import to_si
+    from takagi.models.files.units import to_si, typed_figure
     from takagi.models.turbine.derating import derated
 
-    found = re.fullmatch(
-        r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*([^\s\d.].*?)\s*", written
-    )
-    if found is None:
-        raise ModelError(
-            f"option --torque-setpoint: {written!r} was given; a number with its unit is needed, "
-            "such as 34.5kNm or 80%"
-        )
-    value, unit = float(found.group(1)), found.group(2)
     try:
+        value, unit = typed_figure(written)
+        if not unit:
+            raise ModelError("a number with its unit is needed, such as 34.5kNm or 80%")
         if unit == "%":
             torque = round(value / 100 * turbine.rated_torque, 6)
         else:
-            torque = to_si(value, {"Nm": "N m", "kNm": "kN m"}.get(unit, unit), "N m")
+            torque = to_si(value, unit, "N m")
         derated(turbine, torque, speed_setpoint=speed_setpoint)
     except ModelError as error:
         raise ModelError(f"option --torque-setpoint {written}: {error}") from error

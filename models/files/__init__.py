@@ -3,7 +3,6 @@
 toml_document        a TOML file that can say where in it something is wrong
 units                    units as text: of any plant, of a turbine file
 csv_table, coefficient_table    tables from CSV
-flushed_folder       a folder whose entries are safe on disk
 library              the models that come with the package, by name
 """
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from takagi.models.turbine.aerodynamics import rotor_power as rotor_power
     from takagi.models.turbine.aerodynamics import rotor_thrust as rotor_thrust
     from takagi.models.turbine.aerodynamics import rotor_torque as rotor_torque
     from takagi.models.turbine.aerodynamics import rotor_torque_gradient as rotor_torque_gradient
