@@ -139,7 +139,7 @@ def campaign_figure(report: CampaignReport) -> Figure:
     """
     names: Sequence[str] = BOUNDS
     if report.inside is not None:
-        title, limit = f"{sentence(report.inside)}; the bound is 1", 1.1
+        title, limit = f"{report.inside.runs} runs inside the certified class; the bound is 1", 1.1
         shares = np.array([[_largest(share) or 0.0] for share in report.inside.share])
         parts = {"largest share of the bound": shares[:, 0]}
     else:

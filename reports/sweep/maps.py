@@ -89,11 +89,13 @@ def sweep_figure(sweep: Sweep) -> Figure | None:
         for panel, (column, lines) in zip(panels, drawn.items(), strict=False):
             for line, colour in zip(lines, shades(len(lines)), strict=True):
                 panel.plot(axis.values, line, color=colour, marker="o", markersize=4)
-            panel.set(title=column.replace("_", " "), xlabel=axis.label)
+            margin = 0.03 * (axis.values[-1] - axis.values[0])
+            limits = (axis.values[0] - margin, axis.values[-1] + margin)
+            panel.set(title=column.replace("_", " "), xlabel=axis.label, xlim=limits)
             if column == DECADES:
                 panel.set_yscale("log")
             else:
-                panel.set_ylim(bottom=0.0)
+                panel.set_ylim(0.0, 1.08 * float(np.nanmax(lines)) or 1.0)
         for panel in panels[len(drawn) :]:
             panel.set_axis_off()
         for k in range(0, len(starts), -(-len(starts) // MOST_LABELS)) if len(starts) > 1 else ():
