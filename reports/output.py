@@ -122,7 +122,7 @@ def _stage_and_rename(folder: Path, files: Mapping[PurePosixPath, bytes], made: 
                 current = folder / part
                 os.replace(Path(staging) / part, current)
         current = folder
-        flush_folder(folder)
+        _flush_folder(folder)
     except OutputError:
         raise
     except OSError as error:
@@ -135,6 +135,21 @@ def _write_through(path: Path, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    """Write the entries of a folder to disk.
+
+    A new or renamed file survives a power failure only after its folder is flushed too.  Windows
+    cannot open folders and needs no flush.
+    """
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 _ADVICE = {

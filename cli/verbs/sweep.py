@@ -18,8 +18,7 @@ from takagi.cli.runs.makers import MAKERS
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
-    from takagi.certificates.sweep.axis import Axis
-    from takagi.certificates.sweep.sweep import Sweep
+    from takagi.certificates.sweep.sweep import Axis, Sweep
     from takagi.models.turbine.loader import TurbineFile
 
 
@@ -106,8 +105,7 @@ def _law(name: str) -> str:
 
 
 def _axes(law: str, over: Sequence[str]) -> Sequence[Axis]:
-    from takagi.certificates.sweep.axis import parse_axes
-    from takagi.certificates.sweep.sweep import LAWS
+    from takagi.certificates.sweep.sweep import LAWS, parse_axes
 
     if not over:
         raise ModelError(

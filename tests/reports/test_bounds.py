@@ -21,6 +21,7 @@ def test_the_text_stays_on_the_safe_side(value: float, digits: int) -> None:
     assert Fraction(at_least(value, digits)) <= exact <= Fraction(at_most(value, digits))
     above = Fraction(at_most_to(value, digits))
     assert above - Fraction(1, 10**digits) < exact <= above
+    assert 0 <= Fraction(at_most_to(value, digits)) - exact < Fraction(1, 10**digits)
 
 
 @given(st.floats(1e-3, 1e3), st.integers(1, 4))
