@@ -89,6 +89,8 @@ def test_what_is_false_is_not_proved(change: Data) -> None:
         {"polya": -1},
         {"P": []},
         {"P": [{"powers": [[1, 0]], "matrix": [[1]]}] * 2},
+        {"P": [{"powers": [[1, 0], [0, 1]], "matrix": [[1]]}] * 2},
+        {"P": [{"powers": "1", "matrix": [[1]]}] * 2},
         {"P": [{"powers": [[2, -1]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1]]}]},
         {"P": [{"powers": [[1, 0]], "matrix": [[1]]}, {"powers": [[0, 1]], "matrix": [[1, 2]]}]},
     ],

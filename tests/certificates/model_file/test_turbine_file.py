@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -223,3 +224,24 @@ def test_the_wake_between_the_winds_of_a_law(
         return
     with pytest.raises(OtherModel, match="pitch effectiveness at 12 m/s"):
         turbine_file.compare_turbine(rotor["model"], law, TURBINE)
+
+
+@pytest.mark.parametrize("wind", ["3", "4", "4.5", "6", "7.9", "8", "9"])
+def test_a_column_is_linear_between_its_winds_and_constant_beyond(wind: str) -> None:
+    winds, values = [4, 6, 8], [1, -3, 5]
+    columns = [list(map(Fraction, column)) for column in (winds, values)]
+
+    found = turbine_file._between(Fraction(wind), *columns)
+    assert float(found) == pytest.approx(np.interp(float(wind), winds, values), abs=1e-12)
+
+
+@pytest.mark.parametrize("off", ["-1e-13", "0", "1e-13"])
+def test_an_entry_at_an_edge_of_the_table_lies_inside(off: str) -> None:
+    """Knots are rounded: the entry they were made from may lie beyond them by 1e-12."""
+    breaks = list(map(Fraction, (3, 4, 5)))
+    low, high = (turbine_file._held(end + Fraction(off), breaks) for end in (breaks[0], breaks[-1]))
+
+    assert breaks[0] < low < breaks[0] + Fraction("1e-15")
+    assert breaks[-1] - Fraction("1e-15") < high < breaks[-1]
+    for inside in ("3.0000001", "4", "4.9999999"):
+        assert turbine_file._held(Fraction(inside), breaks) == Fraction(inside)
