@@ -18,10 +18,9 @@ from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
+    failing_winds,
 )
-from takagi.certificates.claims.turbine.failing_winds import failing_winds
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
-from takagi.certificates.claims.turbine.wind_class import WindClass
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate, WindClass
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.document.certificate_file import (
     certificate_document,

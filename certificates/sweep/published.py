@@ -21,8 +21,7 @@ from takagi.certificates.claims.turbine.published import (
     published_law_data,
     with_overlaps,
 )
-from takagi.certificates.design.turbine.published_law import designed_law
-from takagi.certificates.design.turbine.regions import regional_design
+from takagi.certificates.design.turbine.published_law import designed_law, regional_design
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.certificates.sweep.axis import AxisKind

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
+from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
 from takagi.reports.figures import cells_figure
 from takagi.reports.figures.captioned_figure import captioned_figure
 from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals

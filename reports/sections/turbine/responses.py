@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.laws.law_words import law_words
 from takagi.models.laws.protocol import Law
 from takagi.models.simulation import (
