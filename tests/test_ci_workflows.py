@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import dumps
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.main import main
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant_files.loader import PlantFile, load_plant

@@ -26,8 +26,9 @@ from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
+    failing_winds,
 )
-from takagi.certificates.claims.turbine.failing_winds import failing_winds
+from takagi.certificates.claims.turbine.largest_wind_error import WindClass
 from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
     published_candidate,
@@ -35,9 +36,7 @@ from takagi.certificates.claims.turbine.published import (
     published_law_data,
     with_overlaps,
 )
-from takagi.certificates.claims.turbine.wind_class import WindClass
-from takagi.certificates.design.turbine.published_law import designed_law
-from takagi.certificates.design.turbine.regions import regional_design
+from takagi.certificates.design.turbine.published_law import designed_law, regional_design
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.document.certificate_file import (
     certificate_document,

@@ -26,7 +26,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.document.provenance import provenance
+from takagi.certificates.document.certificate_file import provenance
 from takagi.models.errors import ModelError
 
 # To be increased where a function returns something else for the same inputs.

@@ -62,8 +62,8 @@ def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
     ------
     ModelError : an option that makes no sense for the law or the turbine; names the option.
     """
-    from takagi.certificates.design.turbine.limits import check_limits
     from takagi.certificates.design.turbine.scale import default_settings
+    from takagi.certificates.design.turbine.settings import check_limits
     from takagi.lmi.turbine.effort import EffortSettings
 
     given = {**defaults_of(TURBINE_OPTIONS), **options}

@@ -95,7 +95,7 @@ def certify(
     difference = None if old is None else compared(old, document, checked, share)
     warned = ""
     if gains is not None:
-        from takagi.certificates.controller.given_file import told
+        from takagi.certificates.controller.content import told
 
         differs = told(document, gains) if gains_out is None else ""
         warned = "\n".join((*found.notes, *([differs] if differs else ())))
@@ -129,7 +129,7 @@ def _bound(
     """Return the certificate bound to the gain file that was given, or to the one written anew."""
     if gains is None:
         return document
-    from takagi.certificates.controller.given_file import bound_to_file, refreshed
+    from takagi.certificates.controller.content import bound_to_file, refreshed
 
     own = document.get("controller")
     if gains_out is None:

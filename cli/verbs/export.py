@@ -147,7 +147,7 @@ def _code(
 
 
 def _coq(certificate: Path, coq: Path) -> int:
-    from takagi.certificates.coq import coq_file
+    from takagi.certificates.coq.coq_export import coq_file
     from takagi.certificates.cross_check.kernel.reading import Refusal, load
     from takagi.cli.output_place import require_file_place
     from takagi.cli.progress import progress

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from catalogue.github import github
 from catalogue.pendulum_bounds import bounds_table, table
-from takagi.certificates.claims.plant.certification import Certificate, certify
+from takagi.certificates.claims.certification import Certificate, certify
 from takagi.models import TSModel, load_model, sector_model
 from takagi.models.equations.equations import Step
 from takagi.models.plant.plant import Plant

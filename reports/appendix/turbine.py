@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.claim_summary import claim_summary
-from takagi.certificates.design.turbine.result import TurbineDesign
+from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Figure as DataFigure

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.claims.plant.useful_overshoot import USEFUL
+from takagi.certificates.claims.certification import USEFUL
 from takagi.models.arrays import Floats
 from takagi.reports.loops.proved_kinds import proved_claims
 

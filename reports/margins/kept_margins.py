@@ -18,9 +18,12 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    wind_by_wind_law,
+    wind_observer_design,
+)
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import law_words

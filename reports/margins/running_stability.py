@@ -25,10 +25,13 @@ from dataclasses import dataclass, replace
 from math import degrees, pi
 from typing import TypeAlias
 
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    wind_by_wind_law,
+    wind_observer_design,
+)
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.turbine_plant import validation_plant

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.design.given.runnable_law import law_from_gains
+from takagi.certificates.design.given.turbine_law import law_from_gains
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Law

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import DesignSettings
-from takagi.certificates.design.turbine import default_settings
-from takagi.certificates.design.turbine.limits import check_limits
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import check_limits
 from takagi.lmi.turbine import EffortSettings
 from takagi.models import ModelError, Turbine, nrel5mw
 from takagi.models.files.library import resolve_model

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay, H2Norm, L2Gain, Peak, Poles
 from takagi.lmi import (
     EigenvalueRegion,

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, TurbineDesign, law_from_gains
-from takagi.certificates.claims.turbine import published_law_data
-from takagi.certificates.design.turbine import designed_law
-from takagi.certificates.document import effort_sharing_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
+from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule, no_feedforward
@@ -148,7 +148,7 @@ def test_laws_of_the_paper_come_back_with_their_turbine(
     data["partial"]["pitch"][3] += 1e-9
     # The models are made once: they are what is compared, not how they are made.
     made = [law.partial, law.full]
-    monkeypatch.setattr("takagi.certificates.design.given.runnable_law._schedules", lambda *_: made)
+    monkeypatch.setattr("takagi.certificates.design.given.turbine_law._schedules", lambda *_: made)
     with pytest.raises(CertificateError, match=r"not made for this turbine: partial\.pitch"):
         law_from_gains(stored(data, tmp_path), TURBINE)
 

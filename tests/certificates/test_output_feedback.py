@@ -14,13 +14,9 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import (
-    PlantDesign,
-    certify_filed,
-    certify_plant,
-    design_plant,
-)
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import certify_filed, certify_plant, design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
 from takagi.models.files.library import data_folder
 from takagi.models.plant.design_settings import PlantSettings
@@ -246,7 +242,7 @@ def test_a_forged_observer_in_the_certificate_is_noticed() -> None:
     """L is a part of the law: its hash, and the inequality, go with it."""
     from copy import deepcopy
 
-    from takagi.certificates.document import certificate_document
+    from takagi.certificates.document.certificate_file import certificate_document
 
     document: Any = deepcopy(link().document)
     document["gains"]["observer"]["L"][0][0][0] *= -1

@@ -26,7 +26,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from takagi.certificates.design.turbine import default_settings
+from takagi.certificates.design.turbine.scale import default_settings
 from takagi.lmi.turbine import EffortSettings, effort_gains
 from takagi.models import Turbine, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw

@@ -11,7 +11,8 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, check, check_document
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.design.plant import PlantDesign, certify_filed, design_plant
+from takagi.certificates.design.plant.design import certify_filed, design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
 from takagi.models.plant_files.loader import PlantFile, load_plant

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.certificates.design.turbine import LAWS
+from takagi.certificates.design.turbine.settings import LAWS
 from takagi.cli.main import main
 from takagi.cli.options.turbine_options import IN_FILES, law_in_files, typed_name
 

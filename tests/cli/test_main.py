@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.cli.command import guard
 from takagi.cli.main import VERBS, Verb, main
 from takagi.models import ModelError

@@ -20,7 +20,8 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture(scope="module")
 def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The gain file of a design, without its drawings."""
-    from takagi.certificates.design.plant import PlantDesign, design_plant
+    from takagi.certificates.design.plant.design import design_plant
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import PlantFile, load_plant
     from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.gains_file.plant import plant_gain_file
@@ -125,7 +126,7 @@ def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
     verb: str, cubic: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the equations cannot be written into the certificate: status 1, and it is said."""
-    from takagi.certificates.claims.plant import certificate as plant_certificate
+    from takagi.certificates.claims import certification as plant_certificate
     from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 

@@ -21,7 +21,7 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture(scope="module")
 def certificate(finished: TurbineDesign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The default design's certificate as a file."""
-    from takagi.certificates.document import dumps
+    from takagi.certificates.document.certificate_file import dumps
 
     path = tmp_path_factory.mktemp("campaign") / "certificate.json"
     path.write_text(dumps(finished.document), encoding="utf-8")

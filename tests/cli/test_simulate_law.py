@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError
-from takagi.certificates.document import effort_sharing_law_data
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.cli.main import main
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw

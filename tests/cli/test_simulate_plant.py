@@ -48,7 +48,8 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def gains(cart: Path) -> Path:
     """u = -3 x, held within the range of the input."""
-    from takagi.certificates.design.plant import PlantDesign, design_plant
+    from takagi.certificates.design.plant.design import design_plant
+    from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant_files.loader import PlantFile, load_plant
     from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.gains_file.plant import plant_gain_file

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from takagi.certificates import Checked, Claim, Verdict
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import (
     CertificateComparison,

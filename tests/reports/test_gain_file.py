@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.document import dumps
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.trim import trim
 from takagi.reports.gains_file.envelope import dump_gains

@@ -14,8 +14,9 @@ import sympy as sp
 from pydantic import ValidationError
 
 from takagi.certificates.checker import check
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import dumps
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file, plant_gain_file_schema

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Claim, TurbineDesign, Verdict
-from takagi.certificates.design.claim_summary import claim_summary
-from takagi.certificates.document import dumps
+from takagi.certificates.design.turbine.result import claim_summary
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models.laws.protocol import Measurement
 from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points

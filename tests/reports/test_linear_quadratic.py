@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_loop import plant_loop

@@ -179,7 +179,7 @@ def test_the_default_law_has_margins_and_not_any(
 
     Each loop is measured once, for both thresholds; reduced, at whole winds.
     """
-    from takagi.certificates.document import dumps
+    from takagi.certificates.document.certificate_file import dumps
     from takagi.reports.gains_file.envelope import dump_gains
     from takagi.reports.gains_file.turbine import gain_file
 

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.plant_simulation.signals import Noise, Step

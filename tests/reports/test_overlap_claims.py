@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
-from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.result import claim_summary
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models import nrel5mw
 from takagi.models.laws.published.coupling_filter import coupling_filter

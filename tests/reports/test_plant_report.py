@@ -15,7 +15,8 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.assembly import ReportFiles

@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 from matplotlib.figure import Figure
 
-from takagi.certificates.design.plant import certify_plant
+from takagi.certificates.design.plant.design import certify_plant
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.figures.plant.proved_set import pairs, section, set_figure
 from takagi.reports.loops.plant_loop import PlantLoop, plant_loop

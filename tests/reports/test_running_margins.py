@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.models import ModelError, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Command, Measurement, SampledLaw

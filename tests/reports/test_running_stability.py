@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates.design import design
-from takagi.certificates.design.turbine import (
-    default_settings,
-    speed_filter,
+from takagi.certificates.design.turbine.effort_sharing_gains import (
     wind_by_wind_law,
     wind_observer_design,
 )
+from takagi.certificates.design.turbine.result import speed_filter
+from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.certificates.document import effort_sharing_law_data
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import Interval, ModelError, Turbine, nrel5mw

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.certificates.design.turbine import EffortSharingGainDesign
+from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
 from takagi.lmi.turbine import OneStepDesign
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions
 from takagi.lmi.turbine.one_step.value import ReachedValues

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.simulation.plant import simulate_plant

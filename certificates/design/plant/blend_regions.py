@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.document.plant_blend import blend_of, unknown_premises
+from takagi.certificates.document.plant_text import blend_of, unknown_premises
 from takagi.models.arrays import Indices
 from takagi.models.blending.blending import SHARE
 from takagi.models.errors import ModelError

@@ -10,7 +10,7 @@ from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked, Verdict
-    from takagi.certificates.claims.plant.certification import Certificate
+    from takagi.certificates.claims.certification import Certificate
     from takagi.lmi import Design
     from takagi.models.laws.pdc import OutputFeedback, PdcLaw
     from takagi.models.plant.design_settings import PlantSettings

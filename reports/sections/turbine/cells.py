@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
+from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.figures.cells import cells_figure

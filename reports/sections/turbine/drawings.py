@@ -23,7 +23,7 @@ from takagi.reports.figures.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.claim_summary import ClaimSummary
+    from takagi.certificates.design.turbine.result import ClaimSummary
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures.loops import BodeLine, bode_figure, bode_line, poles_figure
 from takagi.reports.figures.style import captioned_figure

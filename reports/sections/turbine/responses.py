@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.laws.protocol import Law, law_words
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.scenario import Case, Result, run_case

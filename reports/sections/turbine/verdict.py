@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.claim_summary import (
+from takagi.certificates.design.turbine.result import (
     ClaimSummary,
     claim_summary,
     running_loop_summary,

@@ -16,8 +16,9 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.both_checkers import second, verdicts
@@ -334,7 +335,7 @@ def design_of_file(path: Path) -> PlantDesign:
 
 
 def dumped(document: Data) -> str:
-    from takagi.certificates.document import dumps
+    from takagi.certificates.document.certificate_file import dumps
 
     return dumps(document)
 

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.loops.plant_loop import plant_loop

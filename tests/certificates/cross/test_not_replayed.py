@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates import Certificate, certify
-from takagi.certificates.audit import cross_checked_document
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.replay.claim_kinds import (
     KINDS,

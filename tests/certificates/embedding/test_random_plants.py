@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, Output, Parameter, Plant, Variable, sector_model
 from takagi.models.ranges.expression_range import expression_range, expression_value
 from takagi.models.ts.premise import round_outward

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
     Curve,
     Domain,

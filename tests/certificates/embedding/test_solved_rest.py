@@ -12,16 +12,17 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict, check
-from takagi.certificates.audit import cross_checked_document
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import Refusal
-from takagi.certificates.cross_check import loads as read_numbers
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.kernel.reading import loads as read_numbers
 from takagi.certificates.cross_check.plant.plant import read_plant as read_trees
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document import embedding_claim, plant_data
+from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
 from tests.solved_rest_plants import ARM, FAN, MAGNET, PLANTS

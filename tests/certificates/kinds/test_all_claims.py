@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify, check
-from takagi.certificates.requests import ClaimedLoop, attempts_at_all
+from takagi.certificates.requests.attempts import attempts_at_all
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant

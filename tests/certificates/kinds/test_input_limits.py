@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import ClaimedLoop, InputLimits
+from takagi.certificates.requests import InputLimits
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import input_rate_bound, pdc
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import load_plant

@@ -11,17 +11,11 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker import check, read_text
-from takagi.certificates.checker.files.file_measured import compare_measured
 from takagi.certificates.checker.files.model_content import OtherModel
-from takagi.certificates.document import (
-    certificate_document,
-    content_of,
-    dumps,
-    law_members,
-    observer_member,
-    pdc_law_data,
-    plant_data,
-)
+from takagi.certificates.checker.files.plant_parts import compare_measured
+from takagi.certificates.document.certificate_file import certificate_document, content_of, dumps
+from takagi.certificates.document.model_data import pdc_law_data
+from takagi.certificates.document.plant_embedding import law_members, observer_member, plant_data
 from takagi.models import sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
 

@@ -13,8 +13,10 @@ from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel, model_content
 from takagi.certificates.design.given.kept_model import law_for
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import content_of, dumps, plant_and_claim
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import content_of, dumps
+from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.cli.main import main
 from takagi.models import sector_model
 from takagi.models.plant.design_settings import PlantSettings

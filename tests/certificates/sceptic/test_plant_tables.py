@@ -17,7 +17,7 @@ from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.arithmetic.interval import point
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.plant.table import Table, read_table
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Surface, interpolate_curve, sector_model
 from takagi.models.plant_files.loader import load_plant
 from takagi.models.splines.surface import interpolate

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import FuzzyDecay, H2Norm, L2Gain, ObservedFeedback, ObserverError
 from takagi.models import Interval, ModelError, Output, Plant, TSModel, Variable, sector_model
 from takagi.models.blending.substitution import blended_model

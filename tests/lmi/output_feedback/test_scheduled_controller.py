@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import certify
-from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.requests import Decay
 from takagi.lmi import (
     DynamicController,

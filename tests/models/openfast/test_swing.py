@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.reader import read_json
-from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.models import Floats, WindObserver
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import SampledLaw

@@ -67,6 +67,6 @@ def test_the_place_of_theorems_is_looked_at_before_they_are_made(
     def never(document: Document) -> None:
         pytest.fail("the work has begun")
 
-    monkeypatch.setattr("takagi.certificates.coq.coq_file", never)
+    monkeypatch.setattr("takagi.certificates.coq.coq_export.coq_file", never)
     assert main(["export", str(certificate), "--coq", str(tmp_path)]) == 2
     assert "this is a folder, and a file was expected" in capsys.readouterr().err

@@ -1,13 +1,31 @@
-"""The section ``[blending]`` of a plant file against the blend of a certificate.
+"""Parts of a plant's file that are compared one by one.
 
 The file has the plant with its two actuators. The certificate has the blended plant: one more state
 (the effort), its rate as the input in place of the actuators, and signals. Here the written
 descriptions are compared. The claim ``effort-blend`` proves that they give the equations.
+
+The field ``measured`` of a plant file against the law of a certificate.
+
+The field lists the outputs that a law has instead of the states.  A certificate may be about a law
+with other outputs, or with all states; then it is not about the law that the file asks for.
+
+The section ``[reference]`` of a plant file against the references of a certificate.
+
+The file states which state or output follows which signal.  In the certificate the signal is a
+disturbance, the integral a state, and h(x) - r the equation of the integral.  Here they are written
+in the form of the file, so that the comparison is the same as for all other entries.
+
+The uncertain parameters of a plant file, in the form of the file's signals.
+
+A parameter with a range, ``m = { range = [0.9, 1.1], unit = "kg" }`` or ``m = "[0.9, 1.1] kg"``, is
+a signal of the certificate that no law knows.  Its rest is its value; without a value, the middle
+of its range.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -221,3 +239,169 @@ def _per_second(unit: str) -> str:
         return "1/s"
     top, slash, bottom = unit.partition("/")
     return f"{top}/({bottom.strip('()')} s)" if slash else f"{unit}/s"
+
+
+def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
+    """Compare what the law measures with what the plant file lists; the order means nothing.
+
+    Without gains there is no law, and nothing is compared.
+
+    Parameters
+    ----------
+    file : what the file at ``path`` says, numbers and texts as ``read_toml`` returns them.
+
+    Raises
+    ------
+    OtherModel : the law measures other outputs; with names.
+    """
+    if not isinstance(gains, dict):
+        return
+    theirs = _names(file["measured"], "measured", path) if "measured" in file else None
+    ours = None
+    if "observer" in gains:
+        own = gains["observer"]
+        given = own.get("measured") if isinstance(own, dict) else None
+        ours = _names(given, "gains.observer.measured", path)
+    if theirs == ours:
+        return
+    if ours is None:
+        why = f"the law has all states, the field measured lists {_told(theirs)} alone"
+    elif theirs is None:
+        why = f"the law measures {_told(ours)}, without the field measured it has all states"
+    elif more := ours - theirs:
+        why = f"the law measures {_told(more)}, which the field measured does not list"
+    else:
+        why = f"the field measured lists {_told(theirs - ours)}, which the law does not measure"
+    raise OtherModel(f"{path}: not the certificate's plant: {why}")
+
+
+def _names(listed: Any, where: str, path: Path) -> set[str]:
+    """Return the names; an entry of a file is a name, or a table with a name."""
+    entries = listed if isinstance(listed, list) else [None]
+    names = [one.get("name") if isinstance(one, dict) else one for one in entries]
+    found = {name for name in names if type(name) is str}  # a number of the reader is a str too
+    if not all(type(name) is str for name in names):
+        raise OtherModel(f"{path}: not the certificate's plant: {where} is no list of names")
+    return found
+
+
+def _told(names: set[str] | None) -> str:
+    return ", ".join(ascii(name)[1:-1] for name in sorted(names or ())) or "nothing"
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names)) or "none"
+
+
+@dataclass(frozen=True)
+class FileReferences:
+    """Reference -> its entry in the file, and its integral in the certificate."""
+
+    entries: Mapping[str, Mapping[str, Any]]
+    integral: Mapping[str, str]
+    path: Path
+
+    @classmethod
+    def of(cls, file: Mapping[str, Any], model: Any, path: Path) -> FileReferences:
+        """Return both.
+
+        Raises
+        ------
+        OtherModel : they are not those of one another, or a section is malformed.
+        """
+        given = file.get("reference", {})
+        listed = model.get("references", [])
+        if not isinstance(given, dict) or not all(isinstance(e, dict) for e in given.values()):
+            raise OtherModel(
+                f"{path}: not the certificate's plant: [reference] is no section there"
+            )
+        ours = listed if isinstance(listed, list) else []
+        named = {
+            str(one.get("reference")): str(one.get("integral"))
+            for one in ours
+            if isinstance(one, dict)
+        }
+        if sorted(given) != sorted(named):
+            raise OtherModel(
+                f"{path}: not the certificate's plant: references are {_listed(given)} there, "
+                f"{_listed(named)} in the certificate"
+            )
+        return cls(given, named, path)
+
+    @property
+    def integrals(self) -> dict[str, Any]:
+        """The integral states, in the format of the file: rest 0, no range."""
+        return {self.integral[name]: {} for name in self.entries}
+
+    def signals(
+        self, states: Mapping[str, Any], outputs: Mapping[str, Any], plant: PlantNodes
+    ) -> dict[str, Any]:
+        """The signals, in the format of the file; each rests at the value of what follows it.
+
+        The rest is that of the certificate, which proves that the integral is constant there.
+        """
+        rests = {v.name: plant.graph.value(v.rest) for v in plant.disturbances}
+        found: dict[str, Any] = {}
+        for name, entry in self.entries.items():
+            followed = entry.get("follow")
+            own = outputs.get(followed, states.get(followed)) if isinstance(followed, str) else None
+            if not isinstance(own, dict):
+                raise OtherModel(
+                    f"{self.path}: not the certificate's plant: reference.{name}.follow is no "
+                    "state or output there"
+                )
+            unit = entry.get("unit", own.get("unit", "-"))
+            found[name] = {"unit": unit, "range": entry.get("range"), "si rest": rests.get(name)}
+        return found
+
+    def equations(self, outputs: Mapping[str, Any]) -> dict[str, str]:
+        """The equations of the integrals."""
+        found = {}
+        for name, entry in self.entries.items():
+            followed = str(entry["follow"])
+            output = outputs.get(followed)
+            h = output.get("expression") if isinstance(output, dict) else followed
+            found[self.integral[name]] = f"({h}) - {name}"
+        return found
+
+
+LARGEST = 100  # exponent of ten, in a figure
+FIGURE = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*"
+RANGE = re.compile(rf"\s*\[{FIGURE},{FIGURE}\](.*)", re.ASCII)
+
+
+def uncertain_in(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return name -> unit, range and rest, of the parameters that have a range."""
+    return {
+        name: signal
+        for name, entry in parameters.items()
+        for signal in [_signal(entry)]
+        if signal is not None
+    }
+
+
+def _signal(entry: Any) -> dict[str, Any] | None:
+    if isinstance(entry, str):
+        found = RANGE.fullmatch(entry)
+        if found is None:
+            return None
+        entry = {"range": [Decimal(found[1]), Decimal(found[2])], "unit": found[3].strip() or "-"}
+    elif isinstance(entry, list):
+        entry = {"range": entry}
+    if not isinstance(entry, dict) or entry.get("range") is None:
+        return None
+    ends = entry["range"]
+    rest = entry.get("value")
+    if rest is None and isinstance(ends, list) and len(ends) == 2:
+        rest = _middle(*ends)
+    return {"unit": entry.get("unit", "-"), "range": ends, "rest": rest}
+
+
+def _middle(low: Any, high: Any) -> Fraction | None:
+    """Return (low + high)/2; None for ends that are no finite numbers of usual size."""
+    if any(isinstance(end, bool) or not isinstance(end, int | Decimal) for end in (low, high)):
+        return None
+    ends = [Decimal(low), Decimal(high)]
+    if not all(end.is_finite() and abs(end.adjusted()) <= LARGEST for end in ends):
+        return None
+    return (Fraction(ends[0]) + Fraction(ends[1])) / 2

@@ -21,7 +21,7 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Plant
 from takagi.certificates.checker.turbine.running_loop.inputs import STATED, Machine, Sides, Span
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
-from takagi.certificates.claims.turbine.running_loop.candidate import (
+from takagi.certificates.claims.turbine.running_candidate import (
     SIZES,
     Subject,
     running_candidate,

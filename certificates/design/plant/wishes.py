@@ -5,7 +5,7 @@ states of (largest rate of change in the box, with inputs at their limits) / (ha
 depends on the ranges of states and inputs only: a fast pole, for example of a winding, has no
 effect.  The set is the largest ellipsoid in which all limits hold.  The last rate is taken before
 one at which some state with a range, alone, may start less than three fifths as far off rest as in
-the largest set of all (another share by ``wished_effort``).  States without a range do not count,
+the largest set of all (another share by ``PRICES``).  States without a range do not count,
 because the slowest law may allow them any start, which was not asked for.
 
 Other plants: the rates go from 1/128 to 1/2 of the plant's own fastest pole at a vertex (in
@@ -18,21 +18,40 @@ rates from 1/32 to 2 of 1/t, with t the time in which the inputs, at their limit
 the states with a range from rest to its end (``reach_rates``).
 
 None of these measures depends on units.
+
+Starts for a design that needs some, where none were given.
+
+A damping, a fastest pole, a bound on gains, or the largest decay rate with limited inputs: each
+means something only together with the states from which the limits are to be kept.  The starts
+taken are a share of the largest box, in the proportions of the states' ranges, from which any
+gains keep all limits.
+
+The words small, moderate and large effort, in numbers.
+
+small      inputs may use half of their ranges; a rate is taken only if it leaves four fifths of the
+           largest set; without limits of inputs gains of half the norm are tried at the same rate
+moderate   inputs may use their ranges, a rate may cost two fifths of the set (or double commands)
+large      a rate may cost seven tenths of the set (or make commands four times as large); without
+           limits of inputs rates four times as high are tried
+
+A limit that is given by name, ``input_limit``, is kept as it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
-    from takagi.certificates.design.plant.wished_effort import Price
     from takagi.lmi import Design
+    from takagi.models.plant.design_settings import Effort, PlantSettings
     from takagi.models.ts.model import TSModel
 
 HALVINGS = 7
@@ -177,3 +196,77 @@ def starts_alone(design: Design) -> Floats:
 
 def _floats(values: object) -> Floats:
     return np.asarray(values, dtype=np.float64)
+
+
+# Tried in this order, until there are gains.
+SHARES = (0.5, 0.25, 0.125)
+
+
+def needs_starts(asked: PlantSettings) -> bool:
+    """Return whether limited inputs need starts for what is asked, and none were given."""
+    wishes = (asked.damping, asked.fastest, asked.gain_bound)
+    return not asked.initial and (
+        asked.decay_rate == "max" or any(wish is not None for wish in wishes)
+    )
+
+
+def largest_set(model: TSModel, box: Floats, input_limit: Floats) -> Design:
+    """Return the design whose set holds the largest multiple of the box.
+
+    Raises
+    ------
+    ModelError : a state has no range, and so nothing says in which proportion it may start.
+    """
+    from takagi.lmi import attraction_pdc
+
+    missing = [name for name, half in zip(model.states, box, strict=True) if np.isinf(half)]
+    if missing:
+        first = missing[0].partition(" [")[0]
+        raise ModelError(
+            f"state {first} has neither a range nor a start, and with limited inputs damping, "
+            f'fastest, gain_bound and decay_rate = "max" need one; give {first} a range, or '
+            f"initial = {{ {first} = half-width }}"
+        )
+    return attraction_pdc(
+        model, input_limit=input_limit, state_box=box, saturation=None, measure=box
+    )
+
+
+def largest_multiple(design: Design, box: Floats) -> float:
+    """Return a number whose multiple of the box is inside {x' P x <= 1}, the largest within it."""
+    from takagi.lmi.gains.requirements.limits import corners_of_box
+
+    corners = corners_of_box(box)
+    values = np.einsum("ki,ij,kj->k", corners, np.asarray(design.require()[1]), corners)
+    return float(1 / np.sqrt(values.max()))
+
+
+@dataclass(frozen=True, slots=True)
+class Price:
+    """What a wish allows.
+
+    Attributes
+    ----------
+    room : share of an input's range that commands may use.
+    starts_kept : share of the largest set's starts that a faster loop must leave.
+    commands : how many times as large a doubled rate may make the commands.
+    """
+
+    room: float
+    starts_kept: float
+    commands: float
+
+
+PRICES: dict[Effort, Price] = {
+    "small": Price(room=0.5, starts_kept=0.8, commands=1.5),
+    "moderate": Price(room=1.0, starts_kept=0.6, commands=2.0),
+    "large": Price(room=1.0, starts_kept=0.3, commands=4.0),
+}
+# Shares of the largest gain's norm that a small effort tries, least first.
+SMALLER = (0.5, 0.7, 0.85)
+
+
+def gain_size(design: Design) -> float:
+    """Return the largest spectral norm of a gain, in the units of the model."""
+    gains = np.asarray(design.require()[0])
+    return float(np.linalg.norm(gains, 2, axis=(1, 2)).max())
