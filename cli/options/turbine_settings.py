@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -151,17 +150,14 @@ def _require(holds: bool, words: str) -> None:
 
 def _setpoint(written: str, turbine: Turbine) -> float:
     """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
-    from takagi.models.files.units import to_si
+    from takagi.models.files.units import to_si, typed_figure
     from takagi.models.turbine.trim import reference_speed
 
-    found = re.fullmatch(r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", written)
-    if found is None or not found.group(2):
-        raise ModelError(
-            f"option --speed-setpoint: {written!r} was given; a number with its unit is needed, "
-            "such as 11.5rpm or 1.2rad/s"
-        )
     try:
-        speed = to_si(float(found.group(1)), found.group(2), "rad/s")
+        value, unit = typed_figure(written)
+        if not unit:
+            raise ModelError("a number with its unit is needed, such as 11.5rpm or 1.2rad/s")
+        speed = to_si(value, unit, "rad/s")
         reference_speed(turbine, turbine.cut_in, speed_setpoint=speed)
     except ModelError as error:
         raise ModelError(f"option --speed-setpoint {written}: {error}") from error
@@ -170,23 +166,17 @@ def _setpoint(written: str, turbine: Turbine) -> float:
 
 def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
     """Return the torque [N m] of a text such as 34.5kNm, or of a share of rated torque, 80%."""
-    from takagi.models.files.units import to_si
+    from takagi.models.files.units import to_si, typed_figure
     from takagi.models.turbine.trim import derated
 
-    found = re.fullmatch(
-        r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*([^\s\d.].*?)\s*", written
-    )
-    if found is None:
-        raise ModelError(
-            f"option --torque-setpoint: {written!r} was given; a number with its unit is needed, "
-            "such as 34.5kNm or 80%"
-        )
-    value, unit = float(found.group(1)), found.group(2)
     try:
+        value, unit = typed_figure(written)
+        if not unit:
+            raise ModelError("a number with its unit is needed, such as 34.5kNm or 80%")
         if unit == "%":
             torque = round(value / 100 * turbine.rated_torque, 6)
         else:
-            torque = to_si(value, {"Nm": "N m", "kNm": "kN m"}.get(unit, unit), "N m")
+            torque = to_si(value, unit, "N m")
         derated(turbine, torque, speed_setpoint=speed_setpoint)
     except ModelError as error:
         raise ModelError(f"option --torque-setpoint {written}: {error}") from error

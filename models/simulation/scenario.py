@@ -6,7 +6,7 @@ A case is one law in one wind; its result is the record and these numbers.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import degrees
 
 import numpy as np
@@ -26,19 +26,6 @@ REFERENCE_FREQUENCY = 1.0
 # A constant-power law lowers torque a little at overspeed; that is not the loops' quarrel.
 PITCH_ACTIVE = np.radians(0.5)
 TORQUE_LOW = 0.95
-
-TITLES = {
-    "duration": "duration [s]",
-    "energy": "energy [kWh]",
-    "mean_power": "mean electrical power [kW]",
-    "overspeed": "largest overspeed [%]",
-    "speed_deviation": "speed deviation [% of rated]",
-    "pitch_travel": "pitch travel [deg]",
-    "pitch_rate": "mean pitch rate [deg/s]",
-    "both_active": "pitch active and torque below rated [%]",
-    "torque_rate": "torque rate, rms [kN m/s]",
-    "tower_del": "tower fore-aft DEL [MN m]",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +55,6 @@ class Metrics:
     both_active: float
     torque_rate: float
     tower_del: float
-
-    def row(self) -> dict[str, float]:
-        """Return the numbers by title with unit, in a table's order."""
-        return {TITLES[field.name]: getattr(self, field.name) for field in fields(self)}
 
 
 def measure(history: History, turbine: Turbine, *, skip: float = 60.0) -> Metrics:
