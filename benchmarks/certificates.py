@@ -27,7 +27,7 @@ from numpy.typing import NDArray  # noqa: E402
 from takagi.certificates import DesignSettings, certify, design_turbine  # noqa: E402
 from takagi.certificates.checker import check  # noqa: E402
 from takagi.certificates.document.certificate_file import dumps  # noqa: E402
-from takagi.certificates.requests import ClaimedLoop  # noqa: E402
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import max_decay_rate, pdc  # noqa: E402
 from takagi.models import Premise, TSModel, nrel5mw  # noqa: E402
 

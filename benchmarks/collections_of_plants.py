@@ -101,7 +101,7 @@ def plants_in(folder: Path, most: int) -> Iterator[tuple[str, dict[str, Floats]]
 def certified(folder: Path, most: int) -> None:
     """Print what the checkers say of every default design, then the counts."""
     from takagi.certificates import certify
-    from takagi.certificates.cross_check import judge_document
+    from takagi.certificates.cross_check.opinion import judge_document
     from takagi.certificates.requests import H2Norm, L2Gain, Peak
     from takagi.lmi import h2_pdc, hinf_pdc, peak_pdc
     from takagi.models import ModelError, TSModel

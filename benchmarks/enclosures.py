@@ -38,14 +38,15 @@ from mpmath import iv  # noqa: E402
 from scipy.interpolate import BSpline, PPoly  # noqa: E402
 
 from takagi.models import interpolate_curve, table_function  # noqa: E402
-from takagi.models.ranges import Interval, sampled_bounds  # noqa: E402
+from takagi.models.intervals.interval import Interval
 from takagi.models.ranges.ball_form import PRECISION  # noqa: E402
-from takagi.models.ranges.box_side import (
+from takagi.models.ranges.ball_operations import (
     halved,  # noqa: E402
     side_of,  # noqa: E402
 )
+from takagi.models.ranges.expression_range import expression_range  # noqa: E402
+from takagi.models.ranges.sampled import sampled_bounds  # noqa: E402
 from takagi.models.ranges.tape import tape_of  # noqa: E402
-from takagi.models.sector import expression_range  # noqa: E402
 from takagi.models.splines.table_function import TableFunction  # noqa: E402
 
 TOLERANCE = Fraction(1, 10**9)

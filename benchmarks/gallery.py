@@ -24,8 +24,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import control
 import numpy as np
 
-from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
-from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.figures.style import (
+    COLOURS,
+    GREY,
+    STYLES,
+    decimate,
+    figure_to_svg,
+    house_style,
+    new_figure,
+)
 from takagi.reports.page.rounded_bounds import at_least
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -14,13 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from takagi.lmi.gains.decay.design import decided
-from takagi.lmi.gains.decay.relaxation_table import relaxation_ladder
+from takagi.lmi.gains.decay.pdc import relaxation_ladder
 from takagi.lmi.gains.decay.request import decay_request
-from takagi.lmi.gains.requirements.requirements import GivenLimits
+from takagi.lmi.gains.requirements.limits import GivenLimits
 from takagi.lmi.sums.membership_points import at_points, number_of_points
 from takagi.models import TSModel
-from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
-from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.figures.style import COLOURS, GREY, figure_to_svg, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

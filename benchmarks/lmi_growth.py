@@ -23,8 +23,12 @@ import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
 from measure import PAGE, placed, table  # noqa: E402
 from problems import scattered_rules, stable_vertices  # noqa: E402
 
-from takagi.reports.figures.style import COLOURS, house_style, new_figure  # noqa: E402
-from takagi.reports.figures.writing import figure_to_svg  # noqa: E402
+from takagi.reports.figures.style import (  # noqa: E402
+    COLOURS,
+    figure_to_svg,  # noqa: E402
+    house_style,
+    new_figure,
+)
 
 FIGURES = Path(__file__).resolve().parents[1] / "docs" / "figures"
 SEED = 1

@@ -18,8 +18,8 @@ from takagi.certificates.requests import (
     GainRounding,
     ObserverError,
     Poles,
-    Request,
 )
+from takagi.certificates.requests.request import Request
 from takagi.lmi import EigenvalueRegion
 from takagi.models import Plant, Premise, TSModel, load_model, nrel5mw
 

@@ -50,7 +50,7 @@ def main() -> None:
 def row(name: str) -> str:
     """Return the table's row of one plant."""
     from takagi.certificates import certify
-    from takagi.certificates.cross_check import judge_document
+    from takagi.certificates.cross_check.opinion import judge_document
     from takagi.certificates.requests import L2Gain
     from takagi.lmi import hinf_fixed_order
     from tests.lmi.fixed_order.plants import PRINTED, best_of_hifoo, hifoo, plant

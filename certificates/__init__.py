@@ -21,48 +21,34 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from takagi.certificates.checker.kernel.refusal import CertificateError
-    from takagi.certificates.checker.kernel.result import Checked, Claim, Verdict
-    from takagi.certificates.checker.replay.certificate import check
-    from takagi.certificates.claims.plant.certification import (
-        Certificate,
-        certify,
-        load_certificate,
-    )
-    from takagi.certificates.design.given.runnable_law import law_from_gains
-    from takagi.certificates.design.turbine.design import design_turbine
-    from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.certificates.design.turbine.settings import DesignSettings
-
-__all__ = [
-    "Certificate",
-    "CertificateError",
-    "Checked",
-    "Claim",
-    "DesignSettings",
-    "TurbineDesign",
-    "Verdict",
-    "certify",
-    "check",
-    "design_turbine",
-    "law_from_gains",
-    "load_certificate",
-]
+    from takagi.certificates.checker.kernel.refusal import CertificateError as CertificateError
+    from takagi.certificates.checker.kernel.result import Checked as Checked
+    from takagi.certificates.checker.kernel.result import Claim as Claim
+    from takagi.certificates.checker.kernel.result import Verdict as Verdict
+    from takagi.certificates.checker.replay.certificate import check as check
+    from takagi.certificates.claims.certification import Certificate as Certificate
+    from takagi.certificates.claims.certification import certify as certify
+    from takagi.certificates.claims.certification import load_certificate as load_certificate
+    from takagi.certificates.design.given.turbine_law import law_from_gains as law_from_gains
+    from takagi.certificates.design.turbine.design import design_turbine as design_turbine
+    from takagi.certificates.design.turbine.result import TurbineDesign as TurbineDesign
+    from takagi.certificates.design.turbine.settings import DesignSettings as DesignSettings
 
 _HOME = {
-    "Certificate": "claims.plant.certification",
+    "Certificate": "claims.certification",
     "CertificateError": "checker.kernel.refusal",
     "Checked": "checker.kernel.result",
     "Claim": "checker.kernel.result",
     "DesignSettings": "design.turbine.settings",
     "TurbineDesign": "design.turbine.result",
     "Verdict": "checker.kernel.result",
-    "certify": "claims.plant.certification",
+    "certify": "claims.certification",
     "check": "checker.replay.certificate",
     "design_turbine": "design.turbine.design",
-    "law_from_gains": "design.given.runnable_law",
-    "load_certificate": "claims.plant.certification",
+    "law_from_gains": "design.given.turbine_law",
+    "load_certificate": "claims.certification",
 }
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> object:
@@ -72,4 +58,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return __all__

@@ -31,6 +31,10 @@ from takagi.models.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from takagi.lmi.analysis.actuator_rates import input_rate_bound as input_rate_bound
+    from takagi.lmi.analysis.actuator_rates import with_input_states as with_input_states
+    from takagi.lmi.analysis.box_enlargement import (
+        box_enlargement_condition as box_enlargement_condition,
+    )
     from takagi.lmi.analysis.box_enlargement import max_box_enlargement as max_box_enlargement
     from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
     from takagi.lmi.analysis.common_quadratic import (
@@ -51,12 +55,9 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.analysis.disturbance.passivity import passivity as passivity
     from takagi.lmi.analysis.disturbance.passivity import passivity_condition as passivity_condition
-    from takagi.lmi.analysis.disturbance.peak_condition import (
-        peak_gain_condition as peak_gain_condition,
-    )
     from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain as peak_gain
-    from takagi.lmi.analysis.growth_condition import (
-        box_enlargement_condition as box_enlargement_condition,
+    from takagi.lmi.analysis.disturbance.peak_to_peak import (
+        peak_gain_condition as peak_gain_condition,
     )
     from takagi.lmi.analysis.loop_growth import enlarged_loops as enlarged_loops
     from takagi.lmi.analysis.norm_bounded import robust_lyapunov as robust_lyapunov
@@ -74,7 +75,7 @@ if TYPE_CHECKING:
     from takagi.lmi.answer import Design as Design
     from takagi.lmi.answer import RelaxationResult as RelaxationResult
     from takagi.lmi.answer import Try as Try
-    from takagi.lmi.condition.exact import exact_matrices as exact_matrices
+    from takagi.lmi.condition.evaluate import exact_matrices as exact_matrices
     from takagi.lmi.condition.express import expressed as expressed
     from takagi.lmi.condition.region import EigenvalueRegion as EigenvalueRegion
     from takagi.lmi.condition.statements import pose as pose
@@ -93,50 +94,54 @@ if TYPE_CHECKING:
     from takagi.lmi.decision.item_rounds import optimise_by_rounds as optimise_by_rounds
     from takagi.lmi.decision.outcome import Outcome as Outcome
     from takagi.lmi.equalities.exact_solution import ExactSolution as ExactSolution
+    from takagi.lmi.equalities.exact_solution import Parametrised as Parametrised
     from takagi.lmi.equalities.exact_solution import exact_solution as exact_solution
-    from takagi.lmi.equalities.parametrised import Parametrised as Parametrised
-    from takagi.lmi.equalities.parametrised import parametrised as parametrised
+    from takagi.lmi.equalities.exact_solution import parametrised as parametrised
     from takagi.lmi.explaining.explanation import Explanation as Explanation
     from takagi.lmi.explaining.weaker_requests import explain as explain
     from takagi.lmi.expressions.expression import Equation as Equation
     from takagi.lmi.expressions.expression import Expression as Expression
+    from takagi.lmi.expressions.expression import He as He
     from takagi.lmi.expressions.expression import Inequality as Inequality
-    from takagi.lmi.expressions.matrices import He as He
-    from takagi.lmi.expressions.matrices import block as block
-    from takagi.lmi.expressions.matrices import matrix as matrix
-    from takagi.lmi.expressions.matrices import trace as trace
+    from takagi.lmi.expressions.expression import block as block
+    from takagi.lmi.expressions.expression import matrix as matrix
+    from takagi.lmi.expressions.expression import trace as trace
     from takagi.lmi.gains.attraction.design import attraction_ellipsoid as attraction_ellipsoid
     from takagi.lmi.gains.attraction.design import attraction_pdc as attraction_pdc
     from takagi.lmi.gains.cost.condition import lqr_pdc_condition as lqr_pdc_condition
     from takagi.lmi.gains.cost.regulator import lqr_pdc as lqr_pdc
     from takagi.lmi.gains.decay.condition import pdc_condition as pdc_condition
+    from takagi.lmi.gains.decay.pdc import Ladder as Ladder
     from takagi.lmi.gains.decay.pdc import pdc as pdc
-    from takagi.lmi.gains.decay.relaxation_table import Ladder as Ladder
-    from takagi.lmi.gains.decay.relaxation_table import relaxation_ladder as relaxation_ladder
+    from takagi.lmi.gains.decay.pdc import relaxation_ladder as relaxation_ladder
     from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc as hinf_pdc
-    from takagi.lmi.gains.disturbance.energy_gain_sums import (
+    from takagi.lmi.gains.disturbance.energy_gain import (
         hinf_pdc_condition as hinf_pdc_condition,
     )
     from takagi.lmi.gains.disturbance.output_variance import h2_pdc as h2_pdc
-    from takagi.lmi.gains.disturbance.output_variance_sums import (
+    from takagi.lmi.gains.disturbance.output_variance import (
         h2_pdc_condition as h2_pdc_condition,
     )
     from takagi.lmi.gains.disturbance.peak_gain import peak_pdc as peak_pdc
-    from takagi.lmi.gains.disturbance.peak_gain_sums import peak_pdc_condition as peak_pdc_condition
+    from takagi.lmi.gains.disturbance.peak_gain import peak_pdc_condition as peak_pdc_condition
+    from takagi.lmi.gains.fuzzy.design import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc as fuzzy_pdc
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
-    from takagi.lmi.gains.fuzzy.search import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.given.condition import closed_loop_condition as closed_loop_condition
-    from takagi.lmi.gains.given.ladder import closed_loop_ladder as closed_loop_ladder
     from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
+    from takagi.lmi.gains.given.largest_decay import closed_loop_ladder as closed_loop_ladder
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
+    from takagi.lmi.gains.observer import secant_vertices as secant_vertices
     from takagi.lmi.gains.output_feedback.condition import (
         hinf_output_feedback_condition as hinf_output_feedback_condition,
     )
     from takagi.lmi.gains.output_feedback.controller import OutputFeedback as OutputFeedback
     from takagi.lmi.gains.output_feedback.controller import (
         hinf_output_feedback as hinf_output_feedback,
+    )
+    from takagi.lmi.gains.output_feedback.controller import (
+        mixed_sensitivity as mixed_sensitivity,
     )
     from takagi.lmi.gains.output_feedback.fixed_order import FixedOrderDesign as FixedOrderDesign
     from takagi.lmi.gains.output_feedback.fixed_order import hinf_fixed_order as hinf_fixed_order
@@ -155,11 +160,6 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.scheduled_controller import (
         dynamic_output_feedback as dynamic_output_feedback,
     )
-    from takagi.lmi.gains.output_feedback.weighted_loop import (
-        mixed_sensitivity as mixed_sensitivity,
-    )
-    from takagi.lmi.gains.requirements.rate_limits import with_input_states as with_input_states
-    from takagi.lmi.gains.secant_vertices import secant_vertices as secant_vertices
     from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
     from takagi.lmi.gains.structured.slack_matrix import (
@@ -176,8 +176,6 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.corner_rules import ProductRules as ProductRules
     from takagi.lmi.sums.corner_rules import product_rules as product_rules
     from takagi.lmi.sums.double_sum import DoubleSum as DoubleSum
-    from takagi.lmi.sums.double_sum import KnownBlock as KnownBlock
-    from takagi.lmi.sums.double_sum import SumPart as SumPart
     from takagi.lmi.sums.membership_shape import neighbouring_rules as neighbouring_rules
     from takagi.lmi.sums.membership_shape import product_bounds as product_bounds
     from takagi.lmi.sums.membership_shape import with_overlap as with_overlap
@@ -185,6 +183,8 @@ if TYPE_CHECKING:
     from takagi.lmi.sums.relaxation_sizes import RelaxationSize as RelaxationSize
     from takagi.lmi.sums.relaxation_sizes import relaxation_size as relaxation_size
     from takagi.lmi.sums.relaxations import relaxation_named as relaxation_named
+    from takagi.lmi.sums.summands import KnownBlock as KnownBlock
+    from takagi.lmi.sums.summands import SumPart as SumPart
     from takagi.lmi.sums_of_squares.attraction_level import AttractionLevel as AttractionLevel
     from takagi.lmi.sums_of_squares.attraction_level import attraction_level as attraction_level
     from takagi.lmi.sums_of_squares.attraction_level import (

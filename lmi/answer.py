@@ -1,7 +1,4 @@
-"""The returned answer: a candidate, a no, or neither, with how it was found.
-
-One relaxation in a search: its cost and its result.
-"""
+"""The returned answer: a candidate, a no, or neither, with how it was found."""
 
 from __future__ import annotations
 

@@ -3,17 +3,16 @@
     sections/         the HTML reports: one folder for turbines, one for plants
     page/             the elements of every HTML page
     appendix/         the LaTeX appendix
-    figures/          one figure a file, from plain arrays
+    figures/          figures from plain arrays
     loops/            a design's loops as numbers, used by all outputs
     margins/          robustness of linear loops
     gains_file/       the gain file
     simulation/       laws in the same winds, a plant from chosen starts
     sweep/            the files of a finished sweep, or of a campaign of random runs
     baseline/         comparison of a certificate with an earlier one
-    csv_text          tables as CSV
     ci_formats        the results of a check as JUnit, SARIF and Markdown
     design_folder     the folder that ``takagi design`` leaves, and the appendix's
-    output            write a file or a folder completely or not at all; what an error means
+    output            write a file or a folder completely or not at all; tables as CSV
 
 Importing this package imports nothing else.
 """

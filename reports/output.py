@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import errno
+import io
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
-
-from takagi.models.files.flushed_folder import flush_folder
 
 
 class OutputError(OSError):
@@ -122,7 +122,7 @@ def _stage_and_rename(folder: Path, files: Mapping[PurePosixPath, bytes], made: 
                 current = folder / part
                 os.replace(Path(staging) / part, current)
         current = folder
-        flush_folder(folder)
+        _flush_folder(folder)
     except OutputError:
         raise
     except OSError as error:
@@ -135,6 +135,21 @@ def _write_through(path: Path, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    """Write the entries of a folder to disk.
+
+    A new or renamed file survives a power failure only after its folder is flushed too.  Windows
+    cannot open folders and needs no flush.
+    """
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
 
 
 _ADVICE = {
@@ -156,3 +171,25 @@ def explain(error: OSError) -> str:
     what = _ADVICE.get(error.errno or 0, error.strerror or str(error))
     path = error.filename2 or error.filename
     return f"{os.fsdecode(path)}: {what}" if isinstance(path, str | bytes | os.PathLike) else what
+
+
+def flush_folder(folder: Path) -> None:
+    """Write the entries of a folder to disk.
+
+    A new or renamed file survives a power failure only after its folder is flushed too.  Windows
+    cannot open folders and needs no flush.
+    """
+    if os.name != "posix":
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def csv_text(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """Return a line of headings and one a row; None is empty, lines end in a line feed."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([head, *rows])
+    return text.getvalue()

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.design.plant import certify_plant
+from takagi.certificates.design.plant.design import certify_plant
 from takagi.models import ModelError, Plant, load_model
-from takagi.models.blending import blending_of
-from takagi.models.plant import PlantSettings
+from takagi.models.blending.blending import blending_of
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.entries import ActuatorEntry, EffortEntry
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "blending.md").read_text(encoding="utf-8")
@@ -46,7 +46,7 @@ def test_the_vessel_is_proved_under_one_gain(tmp_path: Path) -> None:
 
 def test_the_opening_that_is_worked_out_on_the_page(tmp_path: Path) -> None:
     """-0.8 bar/s at 3 bar: the vent is open by 0.8; the supply idles."""
-    from takagi.models.blending import RunTimeBlending
+    from takagi.models.blending.run_time import RunTimeBlending
 
     plant = vessel(tmp_path, example())
     blending = blending_of(plant)

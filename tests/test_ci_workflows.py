@@ -12,12 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import dumps
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.main import main
-from takagi.models.plant import PlantSettings
-from takagi.models.plant_files import load_plant, plant_files
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import PlantFile, load_plant
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 from tests.test_ci_page import PLANT
 
 FOLDER = Path(__file__).parents[1] / "docs" / "ci"
@@ -56,7 +58,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = work / "plant.toml"
     asked = PlantSettings(decay_rate=0.2)
     # As `takagi design` does, without its drawings.
-    found = design_plant(load_plant(path), asked, files=plant_files(path))
+    found = design_plant(load_plant(path), asked, files=PlantFile.of(path).files)
     assert isinstance(found, PlantDesign) and found.proved
     (work / "build").mkdir()
     (work / "build" / "certificate.json").write_text(dumps(found.document), encoding="utf-8")

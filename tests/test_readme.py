@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.cli.verb_table import VERBS
+from takagi.cli.main import VERBS
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

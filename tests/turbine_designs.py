@@ -20,9 +20,9 @@ from unittest.mock import patch
 from takagi.certificates import DesignSettings, TurbineDesign, design_turbine
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.turbine.running_loop.running_claim import StatedCell
-from takagi.certificates.claims.turbine.running_loop import running_loop_claim
+from takagi.certificates.claims.turbine import running_loop_claim
 from takagi.models import nrel5mw
-from takagi.models.turbine import model_files
+from takagi.models.turbine.loader import model_files
 
 RECORDED = Path(__file__).with_name("turbine_design_cells.json")
 

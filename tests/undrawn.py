@@ -12,7 +12,7 @@ import pytest
 def undrawn() -> Iterator[None]:
     """Let a plant's report and appendix be one word, and its one figure be empty."""
     from takagi.reports.appendix import design_files as latex
-    from takagi.reports.page import ReportFiles
+    from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 
     files = ReportFiles("<!doctype html><title>report</title>", {"phase.svg": b"<svg/>"})

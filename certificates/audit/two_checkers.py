@@ -16,8 +16,15 @@ from typing import Any
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked
 from takagi.certificates.checker.replay.certificate import check, check_document
-from takagi.certificates.cross_check import Opinion, Refusal, judge, judge_document
-from takagi.certificates.cross_check.opinion import CONTAINING, LOOPS, NOT_REPLAYED
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import (
+    CONTAINING,
+    LOOPS,
+    NOT_REPLAYED,
+    Opinion,
+    judge,
+    judge_document,
+)
 
 REFUSED, NOT_PROVED = "REFUSED", ("UNDECIDED", "REFUSED")
 

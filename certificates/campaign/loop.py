@@ -103,9 +103,27 @@ def _read(model: dict[str, Any], law: dict[str, Any], claim: dict[str, Any]) -> 
     cells, uncertainty = claim["cells"], claim["uncertainty"]
     P = _row(claim["P"]).reshape(3, 3)
     inverse = np.linalg.inv(P)
-    by_cell = ("wind_error", "wind_rate", "decay_rate")
+    ratio, pitch, patches = patch_coefficients(surface)
+    gear = float(model["gear_ratio"])
+    J = float(model["rotor_inertia"]) + gear**2 * float(model["generator_inertia"])
+    of_model = ("rotor_radius", "pitch_rate_limit", "pitch_min", "pitch_max")
+    of_law = ("overlap", "pitch_lead", "rated_torque", "effort_torque", "integral_limit")
+    by_cell = ("integral_rate", "inertia_feedforward", "feedforward_limit")
+    rows = [wind[:-1], wind[1:], *tables[:, :-1], *(np.diff(tables, axis=1) / np.diff(wind))]
+    equations = Equations(
+        torque_scale=float(model["torque_constant"]) / J,
+        gear_scale=gear / J,
+        pitch_lag=float(model["pitch_time_constant"]),
+        **{name: float(model[name]) for name in of_model},
+        **{name: float(law[name]) for name in of_law},
+        ratio=np.array(ratio),
+        pitch=np.array(pitch),
+        patches=patches,
+        cells=np.ascontiguousarray(np.vstack([*rows, *(_row(law[name]) for name in by_cell)]).T),
+    )
+    of_cell = ("wind_error", "wind_rate", "decay_rate")
     loop = CertifiedLoop(
-        equations=_equations(model, law, surface, wind, tables),
+        equations=equations,
         rated_speed=float(model["rated_rotor_speed"]),
         top_speed=float(tables[0].max()),
         wind=wind,
@@ -115,43 +133,13 @@ def _read(model: dict[str, Any], law: dict[str, Any], claim: dict[str, Any]) -> 
         root=np.ascontiguousarray(np.linalg.inv(np.linalg.cholesky(P)).T),
         corners=np.array([inverse @ h / np.sqrt(h @ inverse @ h) for h in DIRECTIONS]),
         peaks=_row([claim["peaks"][name] for name in PEAKS]),
-        **{name: _row([c[name] for c in cells]).reshape(len(wind) - 1) for name in by_cell},
+        **{name: _row([c[name] for c in cells]).reshape(len(wind) - 1) for name in of_cell},
         inertia=_row(uncertainty["inertia"]).reshape(2),
         # A file without this member means the power coefficient of the table.
         power=_row(uncertainty.get("power_coefficient", (1.0, 1.0))).reshape(2),
         wake=np.zeros(len(cells)),
     )
     return loop._replace(wake=_wake(loop, surface)) if uncertainty["frozen_wake"] else loop
-
-
-def _equations(
-    model: dict[str, Any], law: dict[str, Any], surface: Surface, wind: Floats, tables: Floats
-) -> Equations:
-    gear = float(model["gear_ratio"])
-    J = float(model["rotor_inertia"]) + gear**2 * float(model["generator_inertia"])
-    ratio, pitch, patches = patch_coefficients(surface)
-    by_interval = ("integral_rate", "inertia_feedforward", "feedforward_limit")
-    of_model = ("rotor_radius", "pitch_rate_limit", "pitch_min", "pitch_max")
-    of_law = ("overlap", "pitch_lead", "rated_torque", "effort_torque", "integral_limit")
-    return Equations(
-        torque_scale=float(model["torque_constant"]) / J,
-        gear_scale=gear / J,
-        pitch_lag=float(model["pitch_time_constant"]),
-        **{name: float(model[name]) for name in of_model},
-        **{name: float(law[name]) for name in of_law},
-        ratio=np.array(ratio),
-        pitch=np.array(pitch),
-        patches=patches,
-        cells=np.ascontiguousarray(
-            np.vstack(
-                [
-                    *(wind[:-1], wind[1:], tables[:, :-1]),
-                    np.diff(tables, axis=1) / np.diff(wind),
-                    *(_row(law[name]) for name in by_interval),
-                ]
-            ).T
-        ),
-    )
 
 
 def _wake(loop: CertifiedLoop, surface: Surface) -> Floats:

@@ -22,7 +22,7 @@ Numba compiles this file; all functions that call each other are in it, for the 
 
 from __future__ import annotations
 
-from math import exp, inf, log, nan, sin, sqrt
+from math import exp, inf, log, nan, sqrt
 
 import numpy as np
 
@@ -33,28 +33,23 @@ from takagi.models.compiled import compiled
 # Ratios of simulated quantities to their certified bounds; a correct certificate gives at most 1:
 # V; |h xi| over its peak; (omega - max omega*) over p_e; (T_rated - T) / T_rated before the limiter
 # at 0; the demanded pitch's share of its range, before the limiter; 0, and above 1 below the least
-# pitch; and, at constant wind alone, the certified over the observed mean decay rate, in P and R.
+# pitch; 0, and 2 outside of the table, where the run ends; and, at constant wind alone, the
+# certified over the observed mean decay rate, in P and R.
 BOUNDS = (
     *("set", "speed error", "effort lag", "speed signal", "integral", "rotor speed"),
-    *("torque asked", "pitch asked", "least pitch", "decay", "common decay"),
+    *("torque asked", "pitch asked", "least pitch", "coefficient table", "decay", "common decay"),
 )
-DECAY, COMMON, COUNT = 9, 10, 11
-# Start wind; V at the start; true over nominal inertia; the first bound but the set to be exceeded,
-# as index into ``BOUNDS`` (their number for the coefficient table), and the schedule wind then;
-# when the set was left; when the table was left and the run ended; V at the end.
-EVENTS = (
-    *("start_wind", "start_value", "inertia", "first", "first_wind", "left_at", "lost_at"),
-    "end_value",
-)
-# A run's winds: constant; random telegraphs; sine waves; adversaries of V, and of one bound; one of
-# V with pauses.  Of 25 runs so many are of each kind.
-PLAYERS = (4, 5, 4, 6, 3, 3)
-CALM, SWITCHES, WAVES, AGAINST_SET, AGAINST_BOUND, IN_FITS = range(6)
+TABLE, DECAY, COMMON = 9, 10, 11
+# The first bound but the set to be exceeded, as index into ``BOUNDS``, and the schedule wind then;
+# V at the end.
+EVENTS = ("first", "first_wind", "end_value")
+# A run's winds: constant; random telegraphs; adversaries of V, and of one bound.  Of 25 runs so
+# many are of each kind.
+PLAYERS = (4, 9, 7, 5)
+CALM, SWITCHES, AGAINST_SET, AGAINST_BOUND = range(4)
 
-# Mean times between two switches [s], and angular frequencies of waves [rad/s]: one decade to
-# either side of the loop's natural frequency, which is near 0.3 rad/s.
+# Mean times between two switches [s]; the period of the loop, about 20 s, is among them.
 SHORTEST, LONGEST = 0.1, 30.0
-SLOWEST, FASTEST = 0.02, 5.0
 # Shares of the starts on V = 1, and where a peak is attained; and of those at nodes of the tables.
 ON_BOUNDARY, AT_CORNERS, AT_NODES = 0.4, 0.25, 0.1
 # A start lies inside by this much, so that rounding does not put it outside.
@@ -65,6 +60,8 @@ TOLERANCE = 1e-4
 # rate limit within a step, so the steps of the first time constants are shorter.
 STEP_SHARE, EARLY_LAGS, EARLY_PARTS = 0.1, 2.0, 8.0
 BISECTIONS = 60
+# An adversary compares values after this time [s].
+AHEAD = 1e-4
 # Below these distances to the equilibrium rounding dominates, so decay is not compared.
 NEAREST, NEARLY_THERE = 1e-12, 1e-14
 LEAST_WIND = 0.1
@@ -122,8 +119,8 @@ def schedule(p: Equations, k: int, wind: float) -> Schedule:
 @compiled
 def command(
     p: Equations, k: int, wind: float, rate: float, state: State
-) -> tuple[float, float, float, float]:
-    """Return torque [N m] and pitch [rad] before their limits, psi(U) and its slope."""
+) -> tuple[float, float, float]:
+    """Return torque [N m] and pitch [rad] before their limits, and psi(U)."""
     reference, trim, b, gain, _ = schedule(p, k, wind)
     signal = state[0] - reference - state[2]
     effort = trim + gain * signal
@@ -133,14 +130,14 @@ def command(
     ahead = min(max(p.cells[k, 13] * rate, -limit), limit)
     lead = slope * (p.cells[k, 8] + p.cells[k, 10] * signal) - shed * p.cells[k, 9] / b
     pitch = p.pitch_min + (shed + p.pitch_lead * rate * lead) / b
-    return p.rated_torque - p.effort_torque * (reserve + ahead), pitch, shed, slope
+    return p.rated_torque - p.effort_torque * (reserve + ahead), pitch, shed
 
 
 @compiled
 def rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
     """Return omega', beta', x' at a schedule wind of cell k, under the inputs u."""
     reference, effort, b, _, limit = schedule(p, k, wind)
-    torque, demanded, _, _ = command(p, k, wind, u[1], state)
+    torque, demanded, _ = command(p, k, wind, u[1], state)
     torque = min(max(torque, 0.0), p.rated_torque)
     demanded = min(max(demanded, p.pitch_min), p.pitch_max)
     v = max(wind + u[0], LEAST_WIND)
@@ -189,18 +186,6 @@ def errors(p: Equations, k: int, wind: float, state: State) -> State:
 
 
 @compiled
-def error_rates(p: Equations, k: int, wind: float, u: Inputs, kappa: float, state: State) -> State:
-    """Return xi' under the inputs u."""
-    reference, _, b, gain, _ = schedule(p, k, wind)
-    turned, pitched, x_rate = rates(p, k, wind, u, kappa, state)
-    slope, signal = command(p, k, wind, 0.0, state)[3], state[0] - reference - state[2]
-    e_rate = turned - p.cells[k, 7] * u[1]
-    effort_rate = (p.cells[k, 8] + p.cells[k, 10] * signal) * u[1] + gain * (e_rate - x_rate)
-    lag_rate = slope * effort_rate - p.cells[k, 9] * u[1] * (state[1] - p.pitch_min) - b * pitched
-    return e_rate, lag_rate, x_rate
-
-
-@compiled
 def _inputs(p: CertifiedLoop, k: int, shares: Floats) -> Inputs:
     """Return the inputs that are these shares of the class in cell k."""
     power = p.power[0] + shares[3] * (p.power[1] - p.power[0])
@@ -212,26 +197,26 @@ def _push(
     p: CertifiedLoop, k: int, wind: float, kappa: float, state: State, Q: Floats, shares: Floats
 ) -> None:
     """Write the shares at which xi' Q xi grows fastest, one input after the other."""
-    xi = np.array(errors(p.equations, k, wind, state))
-    g = Q @ xi
     for i in range(4):
-        growth = -inf
+        largest = -inf
         for end in (-1.0 if i < 2 else 0.0, 1.0):
             former, shares[i] = shares[i], end
-            a, b, c = error_rates(p.equations, k, wind, _inputs(p, k, shares), kappa, state)
-            if growth > g[0] * a + g[1] * b + g[2] * c:
+            u = _inputs(p, k, shares)
+            ahead = _moved(state, AHEAD, rates(p.equations, k, wind, u, kappa, state))
+            value = _quadratic(Q, errors(p.equations, k, wind + AHEAD * u[1], ahead))
+            if largest > value:
                 shares[i] = former
             else:
-                growth = g[0] * a + g[1] * b + g[2] * c
+                largest = value
 
 
 @compiled
 def _measure(
-    loop: CertifiedLoop, k: int, wind: float, rate: float, state: State, now: Floats
+    loop: CertifiedLoop, k: int, wind: float, u: Inputs, state: State, now: Floats
 ) -> State:
     """Write the ratio to each bound except the decays; return xi."""
     p = loop.equations
-    torque, pitch, _, _ = command(p, k, wind, rate, state)
+    torque, pitch, _ = command(p, k, wind, u[1], state)
     e, lag, x = errors(p, k, wind, state)
     now[0] = _quadratic(loop.P, (e, lag, x))
     now[1], now[2] = abs(e) / loop.peaks[0], abs(lag) / loop.peaks[1]
@@ -241,6 +226,9 @@ def _measure(
     reach, below = p.pitch_max - p.pitch_min, p.pitch_min - state[1]
     now[7] = (pitch - p.pitch_min) / reach
     now[8] = 1.0 + below / reach if below > 0.0 else 0.0
+    ratio = p.rotor_radius * state[0] / max(wind + u[0], LEAST_WIND)
+    inside = p.ratio[0] <= ratio <= p.ratio[-1] and p.pitch[0] <= state[1] <= p.pitch[-1]
+    now[TABLE] = 0.0 if inside else 2.0
     return e, lag, x
 
 
@@ -313,18 +301,15 @@ def run(
     level: float,
     duration: float,
     share: Floats,
-    late: Floats,
     events: Floats,
 ) -> None:
-    """Write what one run did: ``share``, ``late`` and ``events``, nan where there is nothing.
+    """Write what one run did: ``share`` and ``events``, nan where there is nothing.
 
     Parameters
     ----------
     loop : with the class and the plants of the campaign;  kind : index into ``PLAYERS``.
     level : starts have V up to this;  duration : of the run [s].
-    share, late : the largest ratio to each bound, and the same in the second half of the run, when
-        the effect of the start has decayed.
-    events : as ``EVENTS`` names them.
+    share : the largest ratio to each bound;  events : as ``EVENTS`` names them.
     """
     p = loop.equations
     k, wind, state = _start(loop, draw, level)
@@ -332,20 +317,18 @@ def run(
     if draw.random() < 0.5:
         inertia = loop.inertia[draw.integers(0, 2)]
     kappa, equilibrium = 1.0 / inertia, 0.0
-    now, shares = np.zeros(COUNT), np.zeros(4)
-    mean, frequency, phase = np.empty(4), np.empty(4), np.empty(4)
+    now, shares = np.zeros(len(BOUNDS)), np.zeros(4)
+    mean = np.empty(4)
     for i in range(4):
         mean[i] = SHORTEST * (LONGEST / SHORTEST) ** draw.random()
-        frequency[i] = SLOWEST * (FASTEST / SLOWEST) ** draw.random()
-        phase[i] = 2.0 * np.pi * draw.random()
         # Constant wake and c_P: a third at each end of the range, the others between.
         shares[i] = min(max(3.0 * draw.random() - 1.0, 0.0), 1.0) if i > 1 else 0.0
     Q = loop.P
     if kind == AGAINST_BOUND:
         h = DIRECTIONS[draw.integers(0, 3)]
         Q = np.outer(h, h)
-    mood, first, first_common = 1.0, 0.0, 0.0
-    share[:], late[:], events[:] = nan, nan, nan
+    first, first_common = 0.0, 0.0
+    share[:], events[:] = nan, nan
     time, last, end = 0.0, inf, len(p.cells) - 1
     while True:
         if kind == SWITCHES:
@@ -354,16 +337,8 @@ def run(
                     # The first time either end, then the other one.
                     high = draw.random() < 0.5 if time == 0.0 else shares[i] < 1.0
                     shares[i] = 1.0 if high else (-1.0 if i < 2 else 0.0)
-        elif kind == WAVES:
-            for i in range(4):
-                wave = sin(frequency[i] * time + phase[i])
-                shares[i] = wave if i < 2 else (1.0 + wave) / 2.0
         elif kind >= AGAINST_SET:
             _push(loop, k, wind, kappa, state, Q, shares)
-            if kind == IN_FITS:
-                if draw.random() < 1.0 - exp(-last / mean[0]):
-                    mood = float(draw.integers(-1, 2))
-                shares[0], shares[1] = mood * shares[0], mood * shares[1]
         if wind >= loop.wind[k + 1] and shares[1] > 0.0:
             k = min(k + 1, end)
         elif wind <= loop.wind[k] and shares[1] < 0.0:
@@ -372,9 +347,7 @@ def run(
         # The law limits its schedule wind to the range of its tables.
         if (wind >= loop.wind[-1] and u[1] > 0.0) or (wind <= loop.wind[0] and u[1] < 0.0):
             u = (u[0], 0.0, u[2], u[3])
-        e, lag, x = _measure(loop, k, wind, u[1], state, now)
-        if time == 0.0:
-            events[0], events[1], events[2] = wind, now[0], inertia
+        e, lag, x = _measure(loop, k, wind, u, state, now)
         if kind == CALM:
             if time == 0.0:
                 equilibrium = _equilibrium(loop, k, wind, u, kappa)
@@ -383,23 +356,12 @@ def run(
             off = (e, lag, x - equilibrium)
             now[DECAY] = _decay(loop.decay_rate[k], time, first, _quadratic(loop.P, off))
             now[COMMON] = _decay(loop.common_rate, time, first_common, _quadratic(loop.R, off))
-        for i in range(COUNT if kind == CALM else DECAY):
+        for i in range(len(BOUNDS) if kind == CALM else DECAY):
             share[i] = now[i] if time == 0.0 else max(share[i], now[i])
-            if time >= duration / 2.0:
-                late[i] = now[i] if np.isnan(late[i]) else max(late[i], now[i])
-            if now[i] > 1.0 + TOLERANCE:
-                if i == 0 and np.isnan(events[5]):
-                    events[5] = time
-                elif i > 0 and np.isnan(events[3]):
-                    events[3], events[4] = i, wind
-        events[7] = now[0]
-        ratio = p.rotor_radius * state[0] / max(wind + u[0], LEAST_WIND)
-        inside = p.ratio[0] <= ratio <= p.ratio[-1] and p.pitch[0] <= state[1] <= p.pitch[-1]
-        if not inside:
-            events[6] = time
-            if np.isnan(events[3]):
-                events[3], events[4] = COUNT, wind
-        if time >= duration or not inside:
+            if i > 0 and now[i] > 1.0 + TOLERANCE and np.isnan(events[0]):
+                events[0], events[1] = i, wind
+        events[2] = now[0]
+        if time >= duration or now[TABLE] > 1.0:
             return
         early = EARLY_PARTS if time < EARLY_LAGS * p.pitch_lag else 1.0
         last = min(STEP_SHARE * p.pitch_lag / early, duration - time)

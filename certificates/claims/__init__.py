@@ -1,5 +1,5 @@
-"""Candidates of claims that are not separate requests. The checker decides about each.
+"""From a model, a plant or a turbine with its gains to claims. The checker decides about each.
 
-turbine/    claims about a turbine's loop
-plant/      all claims about a model or a plant with its gains: ``certify``
+certification   a model or a plant with gains: requests tried, claims checked; ``certify``
+turbine/        candidates of claims about a turbine's loop
 """

@@ -8,12 +8,12 @@ functions by FLINT's balls, and decides definiteness by characteristic polynomia
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.cross_check.kernel.obligation import Definite, Obligation, Obligations
+from takagi.certificates.cross_check.kernel.exact import Definite, Obligation, Obligations
 from takagi.certificates.cross_check.kernel.reading import (
     NotReplayed,
     Refusal,
@@ -28,15 +28,12 @@ from takagi.certificates.cross_check.loop import (
     decay,
     disturbed,
     fuzzy,
-    fuzzy_gain,
     limits,
-    noisy,
-    observed,
     observing,
     sampled,
 )
 from takagi.certificates.cross_check.loop.loop import VertexLoop
-from takagi.certificates.cross_check.plant.model_loop import read_loop, with_slopes
+from takagi.certificates.cross_check.plant.plant import read_loop, with_slopes
 
 NOT_REPLAYED = "NOT REPLAYED"
 FORMAT, VERSION = "takagi-certificate", 1
@@ -48,16 +45,16 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "gain-rounding": decay.gain_rounding,
     "box-enlargement": decay.box_enlargement,
     "fuzzy-decay": fuzzy.fuzzy_decay,
-    "fuzzy-l2-gain": fuzzy_gain.fuzzy_l2_gain,
+    "fuzzy-l2-gain": fuzzy.fuzzy_l2_gain,
     "l2-gain": disturbed.l2_gain,
     "h2-norm": disturbed.h2_norm,
     "peak": disturbed.peak,
-    "exit-probability": noisy.exit_probability,
+    "exit-probability": disturbed.exit_probability,
     "invariant-ellipsoid": disturbed.invariant_ellipsoid,
     "input-limits": limits.input_limits,
     "observer": observing.observer,
     "observed-feedback": observing.observed_feedback,
-    "observed-loop": observed.observed_loop,
+    "observed-loop": observing.observed_loop,
     "sampled-loop": sampled.sampled_loop,
 }
 # Claims that the model contains the plant, that its effort is the plant's two actuators, and that
@@ -133,10 +130,14 @@ def _judged(document: dict[str, Any]) -> list[Opinion]:
     ties = [{one.verdict for one in found if one.kind in kinds} for kinds in (CONTAINING, BLEND)]
     if all(not tie or tie & {"PROVED", NOT_REPLAYED} for tie in ties):
         return found
-    reason = "the model is not proved to contain its plant"
+    return _undecided(found, LOOPS, "the model is not proved to contain its plant")
+
+
+def _undecided(found: list[Opinion], kinds: Collection[str], reason: str) -> list[Opinion]:
+    """Return the opinions, with those of these kinds that are PROVED made UNDECIDED."""
     return [
         Opinion(one.kind, "UNDECIDED", one.inequalities, reason)
-        if one.kind in LOOPS and one.verdict == "PROVED"
+        if one.kind in kinds and one.verdict == "PROVED"
         else one
         for one in found
     ]
@@ -151,13 +152,7 @@ def _with_its_slopes(found: list[Opinion], document: Any) -> list[Opinion]:
     tied = {one.verdict for one in found if one.kind == SLOPES}
     if tied & {"PROVED", NOT_REPLAYED}:
         return found
-    reason = "the slopes are not proved to be the plant's"
-    return [
-        Opinion(one.kind, "UNDECIDED", one.inequalities, reason)
-        if one.kind == "observed-loop" and one.verdict == "PROVED"
-        else one
-        for one in found
-    ]
+    return _undecided(found, ["observed-loop"], "the slopes are not proved to be the plant's")
 
 
 def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | None]]:
@@ -195,7 +190,7 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         if unread:
             yield str(kind), _abstained(unread)
         elif kind == WITH_OBSERVER:
-            from takagi.certificates.cross_check.turbine.running.running_loop import running_loop
+            from takagi.certificates.cross_check.turbine.running_loop import running_loop
 
             yield str(kind), running_loop(claim, document)
         elif kind in RESTING:
@@ -227,10 +222,10 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:
     """Return the conditions that a claim adds to the claim it depends on."""
     if kind == "wind-rate":
-        from takagi.certificates.cross_check.turbine.wind_rate import wind_rate
+        from takagi.certificates.cross_check.turbine.rates import wind_rate
 
         return wind_rate(claim, document)
-    from takagi.certificates.cross_check.turbine.actuator_rates import actuator_rates
+    from takagi.certificates.cross_check.turbine.rates import actuator_rates
 
     return actuator_rates(claim, document)
 

@@ -1,8 +1,10 @@
-"""The members of a finished design of a turbine or plant; the exception if there is no design."""
+"""The members of a finished design, the exception if there is none, and the time of its steps."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -69,3 +71,27 @@ class CertifiedLaw:
     checked: Checked
     notes: tuple[str, ...] = ()
     is_about_plant: bool = True
+
+
+Tell = Callable[[str], None]
+
+
+class StepClock:
+    """The time of each step: ``seconds``, step -> time [s]; repeated steps are summed."""
+
+    def __init__(self, tell: Tell | None) -> None:
+        self._tell = tell
+        self.seconds: dict[str, float] = {}
+
+    def told(self, words: str) -> None:
+        """Report a part of a step."""
+        if self._tell is not None:
+            self._tell(words)
+
+    @contextmanager
+    def __call__(self, step: str) -> Iterator[None]:
+        """Report a step, and record its duration."""
+        self.told(step)
+        started = time.perf_counter()
+        yield
+        self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - started

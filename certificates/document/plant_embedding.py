@@ -1,4 +1,4 @@
-"""A plant and the model derived from it, as a certificate states them; the claim that links them.
+"""A plant, its model and its observer, as a certificate states them; the claims that link them.
 
 The certificate has the plant's own equations, parameters and ranges, the premises with their
 bounds, and the entries of A, B, ... as text in the premises.  From these the checker
@@ -8,7 +8,7 @@ computes the vertices, and proves that the entries give the equations and that t
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -17,22 +17,25 @@ import numpy as np
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.document.plant_blend import blend_claim, blend_data, blend_of
 from takagi.certificates.document.plant_text import (
+    blend_claim,
+    blend_data,
+    blend_of,
     number_data,
     rational_symbol,
     tables_data,
     text_data,
 )
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.equations.ball import Ball
-    from takagi.models.equations.problem import Problem, SymbolicForm
+    from takagi.models.equations.problem import Problem
     from takagi.models.plant.variables import Variable
-    from takagi.models.ts.model import TSModel
+    from takagi.models.ts.model import SymbolicForm, TSModel
 
 
 def is_embedded(model: TSModel) -> bool:
@@ -307,3 +310,41 @@ def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
 
 def _texts(expressions: Iterable[sp.Expr]) -> list[str]:
     return [text_data(expression) for expression in expressions]
+
+
+def observer_member(L: Floats, measured: Sequence[str], *, at_estimate: bool) -> dict[str, Any]:
+    """Return the member ``observer`` of a law.
+
+    Parameters
+    ----------
+    L : (r, n, p), or (1, n, p) for one gain in all rules.
+    measured : names of the p outputs that the observer has.
+    at_estimate : whether the weights are those at the estimate; else they are the plant's own.
+    """
+    same = bool((L == L[0]).all())
+    return {
+        "weights": "estimated" if at_estimate else "measured",
+        "measured": list(measured),
+        "L": (L[:1] if same else L).tolist(),
+    }
+
+
+def slopes_data(slopes: TSModel) -> dict[str, Any]:
+    """Return the member ``slopes`` of a model of kind ``plant``: premises and entries.
+
+    Parameters
+    ----------
+    slopes : the plant's ``secant_model``.
+
+    Raises
+    ------
+    ModelError : as ``plant_data``.
+    """
+    found = dict(plant_data(slopes)["embedding"])
+    del found["form"]
+    return found
+
+
+def slope_claim(name: str) -> dict[str, Any]:
+    """Return the claim that the slopes of the plant lie in those of the certificate."""
+    return {"name": f"slopes of {name or 'the plant'}", "kind": "slope-embedding"}

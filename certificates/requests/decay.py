@@ -1,25 +1,29 @@
-"""Requests decay with one quadratic function: at a given rate, or at the largest rate found."""
+"""Requests decay, or poles in a region, by one quadratic function; or evidence that none exists."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
-from takagi.certificates.requests.loop.float_filter import cannot_decrease
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.single_matrix import equation_function, modal_function
-from takagi.certificates.requests.no_common_decay import no_common_decay
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.loop.single_matrix import (
+    cannot_decrease,
+    equation_function,
+    modal_function,
+)
+from takagi.certificates.requests.loop.weight_pieces import Point, points_of, weights_at
+from takagi.certificates.requests.request import Attempt, first_proved, require_rate
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
+    from takagi.lmi.condition.region import EigenvalueRegion
 
 LARGEST = 1e38
 # Fractions of the rate found, tried in order until the rounded numbers prove the claim.
@@ -33,20 +37,14 @@ class Decay:
     decay_rate: float | None = None
 
     def __post_init__(self) -> None:
-        rate = self.decay_rate
-        if rate is not None and not (np.isfinite(rate) and rate >= 0):
-            raise ModelError(f"decay_rate = {rate!r} was given; a number >= 0 [1/s] is needed")
+        require_rate(self.decay_rate)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``decay``; where no P is found, ``no-common-decay`` if it is proved."""
         answer = common_function(loop, self.decay_rate)
         solver = str(answer.solver.get("status", ""))
-        if self.decay_rate is None:
-            # A loop that reaches the equilibrium in one step has an infinite rate.
-            found = min(answer.decay_rate or 0.0, 1e6)
-            rates = [rounded_down(share * found) for share in BACK_OFF]
-        else:
-            rates = [self.decay_rate]
+        rates = rates_to_claim(answer, self.decay_rate)
+        kind = {"name": _name(loop), "kind": "decay"}
         functions = [] if answer.P is None else [np.asarray(answer.P)]
         if self.decay_rate is not None:
             functions += _of_one_blend(loop, self.decay_rate)
@@ -59,7 +57,7 @@ class Decay:
             other = faster_function(loop, self.decay_rate)
             if other is None:
                 return no
-            attempt = first_proved(loop, _claims(loop, [other], rates), solver)
+            attempt = first_proved(loop, decay_claims(kind, [other], rates), solver)
             return replace(attempt, tried=(*no.tried, "P of the fastest rate", *attempt.tried))
         A = loop.A
 
@@ -67,7 +65,7 @@ class Decay:
             P = np.array(claim["P"])
             return cannot_decrease(A, P, claim["decay_rate"], loop.sample_time)
 
-        claims = list(_claims(loop, functions, rates))
+        claims = list(decay_claims(kind, functions, rates))
         attempt = first_proved(loop, claims, solver, cannot_hold=cannot_hold)
         if attempt.proved or answer.P is not None:
             return attempt
@@ -77,12 +75,26 @@ class Decay:
 
 def common_function(loop: ClaimedLoop, decay_rate: float | None = None) -> Answer:
     """Return the candidate P for a rate, or for the largest rate found."""
+    return function_along(loop.A, decay_rate, loop.sample_time)
+
+
+def function_along(A: Floats, rate: float | None, step: float | None) -> Answer:
+    """Return P that decreases along A (N, n, n) at a rate, or at the largest that is found."""
     from takagi.lmi import common_lyapunov
     from takagi.lmi.analysis.decay_rate import fast_decay
 
-    if decay_rate is None:
-        return fast_decay(loop.A, sample_time=loop.sample_time)
-    return common_lyapunov(loop.A, decay_rate=decay_rate, sample_time=loop.sample_time)
+    if rate is None:
+        return fast_decay(A, sample_time=step)
+    return common_lyapunov(A, decay_rate=rate, sample_time=step)
+
+
+def rates_to_claim(answer: Answer, rate: float | None) -> list[float]:
+    """Return the rate that is asked for; for None, rates below the largest that was found."""
+    if rate is not None:
+        return [rate]
+    # A loop that reaches the equilibrium in one step has an infinite rate.
+    largest = min(answer.decay_rate or 0.0, 1e6)
+    return [rounded_down(share * largest) for share in BACK_OFF]
 
 
 def faster_function(loop: ClaimedLoop, rate: float) -> Floats | None:
@@ -104,16 +116,180 @@ def _of_one_blend(loop: ClaimedLoop, rate: float) -> list[Floats]:
     return [P for P in found if P is not None]
 
 
-def _claims(
-    loop: ClaimedLoop, functions: list[Floats], rates: list[float]
+def decay_claims(
+    kind: Mapping[str, Any], functions: list[Floats], rates: list[float]
 ) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield (words, claim) of a kind of claim that V = x'Px decays, the fastest rate first."""
     for rate in rates:
         for P in functions:
             for digits in DIGITS:
-                claim = {
-                    "name": f"common quadratic decay of {loop.model.name or 'the model'}",
-                    "kind": "decay",
-                    "decay_rate": rate,
-                    "P": short(P, digits).tolist(),
-                }
+                claim = {**kind, "decay_rate": rate, "P": short(P, digits).tolist()}
                 yield f"decay rate {rate:.9g} 1/s, P to {digits} digits", claim
+
+
+def _name(loop: ClaimedLoop) -> str:
+    return f"common quadratic decay of {loop.model.name or 'the model'}"
+
+
+@dataclass(frozen=True, slots=True)
+class Poles:
+    """Eigenvalues of every blend in ``region``, a ``takagi.lmi.EigenvalueRegion``, in 1/s.
+
+    In discrete time they are the eigenvalues of the matrix itself, without a unit: a stable loop
+    has them inside the unit circle.  L and M are written as decimals, and the claim is about these.
+    """
+
+    region: EigenvalueRegion
+
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
+        """Return the claim ``region``; without a candidate the checker answers UNDECIDED.
+
+        Raises
+        ------
+        ModelError : no region was given.
+        """
+        from takagi.lmi import d_stability
+
+        answer = d_stability(loop.A, self.region, sample_time=loop.sample_time)
+        solver = str(answer.solver.get("status", ""))
+        parts = [
+            {"L": np.asarray(L, dtype=float).tolist(), "M": np.asarray(M, dtype=float).tolist()}
+            for L, M in (part.matrices for part in self.region.parts)
+        ]
+        functions = [] if answer.P is None else [np.asarray(answer.P)]
+        modal = modal_function(loop.A[0]) if len(loop.A) == 1 else None
+        functions += [] if modal is None else [modal]
+        claims = [
+            (
+                f"poles in {self.region}, P to {digits} digits",
+                {
+                    "name": f"poles in {self.region}",
+                    "kind": "region",
+                    "parts": parts,
+                    "P": short(P, digits).tolist(),
+                },
+            )
+            for P in functions or [np.eye(loop.A.shape[1])]
+            for digits in DIGITS
+        ]
+        found = first_proved(loop, claims, solver)
+        if found.proved or answer.found:
+            return found
+        return replace(found, tried=(answer.diagnosis, *found.tried))
+
+
+def no_common_decay(loop: ClaimedLoop, rate: float, answer: Answer) -> Attempt:
+    """Return DISPROVED with evidence that no common P exists at this rate, else UNDECIDED."""
+    solver = str(answer.solver.get("status", ""))
+    tried = [answer.diagnosis or "no candidate P"]
+    for words, evidence in _evidence(loop, rate, answer.coordinates):
+        tried.append(words)
+        claim = {
+            "name": "no common quadratic function",
+            "kind": "no-common-decay",
+            "decay_rate": rate,
+            **evidence,
+        }
+        checked = loop.replay(claim)
+        if checked.verdict is Verdict.DISPROVED:
+            return Attempt(claim, checked, tuple(tried), solver)
+    unproved = {
+        "name": _name(loop),
+        "kind": "decay",
+        "decay_rate": rate,
+        "P": np.eye(loop.A.shape[1]).tolist(),
+    }
+    found: Claim = loop.replay(unproved)
+    return Attempt(unproved, found, (*tried, "no exact reason against one was found"), solver)
+
+
+def _evidence(
+    loop: ClaimedLoop, rate: float, coordinates: Floats | None
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield evidence from blends that the loop takes alone: its points, or its rules.
+
+    There is none for a law with its own weights, because its blends are not known.
+    """
+    if len(loop.exact.K) > 1 and not loop.exact.shared_weights:
+        return
+    points = loop.points or points_of(loop.exact)
+    A = loop.at(points).A
+    for k in _slowest(A, rate, loop.sample_time):
+        P = equation_function(A[k], rate, loop.sample_time)
+        if P is not None and np.abs(P).max() < LARGEST:
+            # A loop without premises has one rule, and a point without rows.
+            blended = any(max(row) > 1 for row in points[k])
+            words = "one blend alone" if blended else "one rule alone"
+            yield words, {"blend": _named(loop, points[k]), "P": short(P, 9).tolist()}
+    # If the Lyapunov equation does not exclude a single matrix, that matrix decays or is a limiting
+    # case. So multipliers are searched for two or more matrices only.
+    s = np.ones(A.shape[1]) if coordinates is None else coordinates
+    Z = _multipliers(A * s / s[:, None], rate, loop.sample_time) if len(A) > 1 else None
+    if Z is not None:
+        values, vectors = np.linalg.eigh(Z / np.abs(Z).max())
+        factors = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] * s[:, None]
+        # Multipliers that are zero up to rounding are left out, so that the file names few rules.
+        used = [k for k, value in enumerate(values[:, -1]) if value > 1e-9 * values.max()]
+        if not used or not np.abs(factors).max() < LARGEST:
+            return
+        for digits in (6, 9, 12):
+            listed = [
+                {"blend": _named(loop, points[k]), "factor": _rounded(factors[k], s, digits)}
+                for k in used
+            ]
+            yield f"multipliers of {len(used)} blends, {digits} digits", {"multipliers": listed}
+
+
+def _named(loop: ClaimedLoop, point: Point) -> int | list[list[int]]:
+    """Return a blend as the claim states it: the number of a rule, or shares."""
+    h = weights_at(loop.exact, point)
+    return h.index(Fraction(1)) if 1 in h else [list(row) for row in point]
+
+
+def _slowest(A: Floats, rate: float, step: float | None) -> list[int]:
+    """Return the blend with the slowest eigenvalue, if that blend alone misses the rate."""
+    poles = np.linalg.eigvals(A)
+    if step is None:
+        excess = poles.real.max(axis=1) + rate
+    else:
+        excess = np.abs(poles).max(axis=1) - np.exp(-rate * step)
+    worst = int(excess.argmax())
+    return [worst] if excess[worst] > 0 else []
+
+
+def _multipliers(A: Floats, rate: float, step: float | None) -> Floats | None:
+    """Return Z_k >= 0 in floats; their sum is positive definite on the states that they use.
+
+    If some states act on no others, multipliers of these states alone suffice. There may be no
+    others: a further state that decays by itself prevents a definite sum over all states.
+    """
+    from takagi.lmi.analysis.impossibility import impossibility_multipliers
+
+    for states in _closed_sets(A):
+        part = A[:, states][:, :, states]
+        Z = impossibility_multipliers(part, decay_rate=rate, sample_time=step)
+        if Z is not None:
+            whole = np.zeros_like(A)
+            whole[np.ix_(range(len(A)), states, states)] = Z
+            return whole
+    return None
+
+
+def _closed_sets(A: Floats) -> list[list[int]]:
+    """Return all states, then the sets of those that one state acts on, directly or not."""
+    n = A.shape[1]
+    acts = (A != 0).any(axis=0) | np.eye(n, dtype=bool)
+    for _ in range(n):
+        acts = (acts.astype(int) @ acts.astype(int)) > 0
+    columns = {tuple(np.flatnonzero(acts[:, j]).tolist()) for j in range(n)}
+    smaller = sorted((set_ for set_ in columns if 1 < len(set_) < n), key=len)
+    return [list(range(n)), *map(list, smaller)]
+
+
+def _rounded(factor: Floats, s: Floats, digits: int) -> list[list[float]]:
+    """Return the factor with so many decimals, relative to each state's size."""
+    places = np.clip(digits - np.round(np.log10(s)), -30, 30).astype(int).tolist()
+    return [
+        [round(float(entry), place) for entry in row]
+        for row, place in zip(factor, places, strict=True)
+    ]

@@ -16,10 +16,10 @@ from takagi.certificates.requests.loop.decimals import (
     short,
     stack_of,
 )
-from takagi.certificates.requests.loop.disturbance_channel import WAYS
+from takagi.certificates.requests.loop.disturbance_channel import way_of
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.valid_level import box_rows
-from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.certificates.requests.loop.set_level import box_rows
+from takagi.certificates.requests.request import Attempt, first_proved, or_else, require_positive
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -65,10 +65,7 @@ class ExitProbability:
     P: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        for name in ("horizon", "rate"):
-            value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+        require_positive(horizon=self.horizon, rate=self.rate)
         if not 0 <= self.start < 1:
             raise ModelError(f"start = {self.start!r} was given; a number from 0 to below 1")
         if self.probability is not None and not 0 < self.probability < 1:
@@ -121,10 +118,7 @@ class ExitProbability:
         exact = loop.exact
         if exact.is_discrete:
             raise ModelError("white noise as it is meant here enters loops in continuous time")
-        found = {"disturbances": bool(exact.E), "inputs": bool(exact.B)}
-        way = self.disturbance or next((name for name in WAYS if found[name]), "disturbances")
-        if not found.get(way, False):
-            raise ModelError(f"disturbance {way!r}: the model {loop.model.name!r} has none such")
+        way = way_of(loop, self.disturbance)
         q = (exact.E if way == "disturbances" else exact.B)[0].shape[1]
         sizes = {"noise": self.noise}
         if self.disturbance_bounds is not None:

@@ -1,20 +1,40 @@
-"""Requests decay with a quadratic function that is scheduled by the weights."""
+"""Requests decay with a quadratic function that is scheduled by the weights.
+
+Searches P(h) at single blends, and the pieces of the weights on which it is proved.
+
+The coefficients of a double sum may have the wrong sign at every practical degree of Polya's
+relaxation, although P(h) is valid at every blend.  So P(h) is searched at single blends of the
+loop, and the simplex of weights is halved until all coefficients have the right sign on each
+piece.  A corner of a piece at which P(h) fails is added to the blends of the search.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.requests.fuzzy_pieces import cut
-from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down
+from takagi.certificates.checker.kernel.reader import read_text
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kinds.fuzzy_decay import inequalities
+from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.weight_points import grid
-from takagi.certificates.requests.request import Attempt, first_proved
-from takagi.certificates.requests.scheduled_function import scheduled_function
+from takagi.certificates.requests.loop.weight_pieces import (
+    Corners,
+    Point,
+    corners_of,
+    grid,
+    halved_corners,
+    point_at,
+)
+from takagi.certificates.requests.request import Attempt, first_proved, require_rate
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
@@ -46,10 +66,7 @@ class FuzzyDecay:
     degree: int | Sequence[int] = 1
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.decay_rate) and self.decay_rate >= 0):
-            raise ModelError(
-                f"decay_rate = {self.decay_rate!r} was given; a number >= 0 [1/s] is needed"
-            )
+        require_rate(self.decay_rate)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``fuzzy-decay``; the rate is reduced until the claim is proved.
@@ -63,12 +80,7 @@ class FuzzyDecay:
         ModelError : a secant embedding, whose weights cannot be evaluated; a model without
             premises, which has no weights to schedule with.
         """
-        loop.refuse_averages("function")
-        if loop.exact.corners is not None and not loop.exact.corners[0]:
-            raise ModelError(
-                "FuzzyDecay was asked for, but the model has no premises, so that a function of "
-                "the weights is a common one: ask for Decay"
-            )
+        refuse_without_weights(loop, "FuzzyDecay", "Decay")
         from takagi.lmi import fuzzy_lyapunov
 
         for polya in POLYA:
@@ -155,3 +167,123 @@ class FuzzyDecay:
             "decay_rate": rate,
             **scheduled_function(loop, function, self.rate_bounds, digits=digits, polya=polya),
         }
+
+
+MOST_PIECES = 400
+
+
+def refuse_without_weights(loop: ClaimedLoop, name: str, instead: str) -> None:
+    """Refuse a request for P(h) of weights that cannot be evaluated, or that the model has not."""
+    loop.refuse_averages("function")
+    if loop.exact.corners is not None and not loop.exact.corners[0]:
+        raise ModelError(
+            f"{name} was asked for, but the model has no premises, so that a function of the "
+            f"weights is a common one: ask for {instead}"
+        )
+
+
+class Cut:
+    """``halvings`` : the tree, empty if none was found.
+    ``failed`` : blends at which P(h) fails."""
+
+    def __init__(self) -> None:
+        self.halvings: list[list[int]] = []
+        self.failed: list[Point] = []
+
+
+def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
+    """Return the pieces that prove a claim ``fuzzy-decay``; the longest edges are cut first."""
+    found = Cut()
+    try:
+        asked, _ = inequalities(read_text(json.dumps(claim), "claim"), exact, "claim")
+    except CertificateError:
+        return found
+    tree: list[list[int]] = []
+    left = [([X for X, _ in asked], corners_of(exact))]
+    while left and len(tree) < MOST_PIECES:
+        conditions, places = left.pop()
+        open_ = [X for X in conditions if X.failing()]
+        if not open_:
+            tree.append([])
+            continue
+        found.failed += [point_at(exact, places, rule) for rule in _failing_rules(open_, exact)]
+        if found.failed:
+            return found
+        premise, i, j = _longest(places)
+        tree.append([premise, i, j])
+        for kept, moved in ((j, i), (i, j)):
+            # A coefficient that is positive on a piece is positive on its halves.
+            half = [X.halved(premise, kept, moved) for X in open_]
+            left.append((half, halved_corners(places, premise, kept, moved)))
+    if not left:
+        found.halvings = tree
+    return found
+
+
+def _failing_rules(conditions: list[Polynomial], exact: PolytopicLoop) -> Iterator[int]:
+    """Yield the corners of a piece, as rules, at which an inequality fails by itself."""
+    corners = exact.corners or tuple((i,) for i in range(exact.rules))
+    for rule, corner in enumerate(corners):
+        for X in conditions:
+            place = tuple(
+                tuple(degree * (c == at) for c in range(size))
+                for size, degree, at in zip(X.sizes, X.degrees, corner, strict=True)
+            )
+            if place not in X.terms or not X.terms[place].is_positive_definite:
+                yield rule
+                break
+
+
+def _longest(places: Corners) -> tuple[int, int, int]:
+    """Return the premise and the two corners that are furthest apart."""
+    edges = [
+        (sum((a - b) ** 2 for a, b in zip(rows[i], rows[j], strict=True)), -premise, -i, -j)
+        for premise, rows in enumerate(places)
+        for i, j in combinations(range(len(rows)), 2)
+    ]
+    _, premise, i, j = max(edges)
+    return -premise, -i, -j
+
+
+def scheduled_function(
+    loop: ClaimedLoop,
+    function: PolynomialLyapunov | None,
+    rate_bounds: ArrayLike | Mapping[str, float],
+    *,
+    digits: int,
+    polya: int,
+) -> dict[str, Any]:
+    """Return degrees, raised degree and coefficients of P(h), and in continuous time the rates.
+
+    Parameters
+    ----------
+    function : P(h); None states P = I, which the checker answers with UNDECIDED.
+    rate_bounds : of the premises or the memberships, as for ``FuzzyDecay``.
+    digits : to which the coefficients are rounded.
+    polya : how far the checker is to raise the degrees.
+    """
+    from takagi.lmi.varying.parameter_space import membership_rates, space_of
+
+    space = space_of(loop.model, len(loop.model.A))
+    if function is None:
+        degrees = [0] * len(space.sizes)
+        rows = [([[0] * size for size in space.sizes], np.eye(loop.A.shape[1]))]
+    else:
+        degrees = list(function.basis.degrees)
+        starts = np.cumsum([0, *space.sizes])
+        rows = [
+            ([a[s:e].tolist() for s, e in zip(starts[:-1], starts[1:], strict=True)], P)
+            for a, P in zip(function.basis.exponents, function.members, strict=True)
+        ]
+    stated: dict[str, Any] = {
+        "degrees": degrees,
+        "polya": polya,
+        "P": [{"powers": a, "matrix": short(P, digits).tolist()} for a, P in rows],
+    }
+    if loop.sample_time is None:
+        # A bound must be a number in a JSON file: a premise without one has None, not infinity.
+        stated["rates"] = [
+            [rounded_up(float(bound)) for bound in row] if np.isfinite(row).all() else None
+            for row in membership_rates(space, rate_bounds)
+        ]
+    return stated

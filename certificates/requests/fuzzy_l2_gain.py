@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.certificates.requests.fuzzy_decay import refuse_without_weights, scheduled_function
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_up
 from takagi.certificates.requests.loop.disturbance_channel import Output, channel_evidence
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.request import Attempt, first_proved
-from takagi.certificates.requests.scheduled_function import scheduled_function
+from takagi.certificates.requests.request import Attempt, first_proved, require_positive
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.lmi.answer import Answer
@@ -46,8 +45,7 @@ class FuzzyL2Gain:
     output: Output | None = None
 
     def __post_init__(self) -> None:
-        if self.gain is not None and not (np.isfinite(self.gain) and self.gain > 0):
-            raise ModelError(f"gain = {self.gain!r} was given; a positive number is needed")
+        require_positive(gain=self.gain)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``fuzzy-l2-gain``; a common P, left open, where no P(h) was found.
@@ -58,12 +56,7 @@ class FuzzyL2Gain:
             premises to schedule with; rules whose output or input matrices make the closed loop
             no blend of vertices that P(h) is searched for.
         """
-        loop.refuse_averages("function")
-        if loop.exact.corners is not None and not loop.exact.corners[0]:
-            raise ModelError(
-                "FuzzyL2Gain was asked for, but the model has no premises, so that a function of "
-                "the weights is a common one: ask for L2Gain"
-            )
+        refuse_without_weights(loop, "FuzzyL2Gain", "L2Gain")
         evidence = channel_evidence(loop, self.disturbance, self.output)
         tried: list[str] = []
         solver = ""

@@ -15,9 +15,8 @@ from takagi.certificates.requests.loop.disturbance_channel import (
     disturbance_channel,
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.request import Attempt, first_proved, require_positive
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 
 # P is searched this far (relative) above the least norm, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = (1e-4, 4e-4), 5e-7
@@ -45,8 +44,7 @@ class H2Norm:
     output: Output | None = None
 
     def __post_init__(self) -> None:
-        if self.norm is not None and not (np.isfinite(self.norm) and self.norm > 0):
-            raise ModelError(f"norm = {self.norm!r} was given; a positive number is needed")
+        require_positive(norm=self.norm)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``h2-norm``."""
@@ -64,7 +62,7 @@ class H2Norm:
         self, loop: ClaimedLoop, path: tuple[Floats, Floats, Floats, Floats]
     ) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Lyapunov equation, and the norm that P proves."""
-        from takagi.lmi.analysis.disturbance.output_variance import gramian_with_room
+        from takagi.lmi.analysis.disturbance.guessed_function import gramian_with_room
 
         A, B, C, D = path
         if len(A) > 1 or (loop.sample_time is None and D.any()):

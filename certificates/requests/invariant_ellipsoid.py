@@ -1,24 +1,34 @@
-"""Requests an invariant ellipsoid in the model's box."""
+"""Requests an invariant ellipsoid in the model's box, and bounds of the inputs on it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.certificates.checker.kinds.input_rate import membership_corners, motion_rows
 from takagi.certificates.checker.loop.box_of_validity import bounded_inputs
 from takagi.certificates.requests.decay import common_function
-from takagi.certificates.requests.loop.decimals import rounded_down, short, stack_of
+from takagi.certificates.requests.loop.decimals import (
+    floats,
+    rounded_down,
+    rounded_up,
+    short,
+    stack_of,
+)
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.quadratic_motion import (
+from takagi.certificates.requests.loop.set_level import (
     best_multiplier,
     box_corners,
+    box_rows,
     fall_rate,
+    input_bounds,
+    largest_level,
+    state_halves,
 )
-from takagi.certificates.requests.loop.valid_level import box_rows, largest_level, state_halves
 from takagi.certificates.requests.request import Attempt, first_proved, or_else
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -67,14 +77,10 @@ class InvariantEllipsoid:
                 f"model {loop.model.name!r} has no box of states, so nothing limits the "
                 "ellipsoid: it holds everywhere; ask for Decay instead"
             )
-        name = "invariant ellipsoid in the model's box"
-        solver, P, found = candidate_set(loop, self.P, self.decay_rate, self.disturbance_bounds)
-        claims = claimed_sets(loop, P, self.disturbance_bounds) if P is not None else iter(())
-        idle = {"P": np.eye(loop.exact.order).tolist(), "level": 1.0, "multiplier": 1.0}
-        why = found or "no disturbance, however small, is withstood"
-        kind = {"name": name, "kind": "invariant-ellipsoid"}
-        given = ((words, kind | claim) for words, claim in claims)
-        return first_proved(loop, or_else(given, (why, kind | idle)), solver)
+        candidate = candidate_set(loop, self.P, self.decay_rate, self.disturbance_bounds)
+        kind = {"name": "invariant ellipsoid in the model's box", "kind": "invariant-ellipsoid"}
+        why = "no disturbance, however small, is withstood"
+        return _best_set(loop, candidate, self.disturbance_bounds, kind, {}, why)
 
 
 def candidate_set(
@@ -101,6 +107,23 @@ def candidate_set(
     answer = _filled_least(loop) if disturbed else _largest(loop, max(decay_rate, 0.0), limits)
     status = str(answer.solver.get("status", ""))
     return status, answer.P, answer.diagnosis
+
+
+def _best_set(
+    loop: ClaimedLoop,
+    candidate: tuple[str, Floats | None, str],
+    bounds: ArrayLike | None,
+    kind: dict[str, Any],
+    idle: dict[str, Any],
+    why: str,
+    completed: Callable[[dict[str, Any]], dict[str, Any]] = dict,
+) -> Attempt:
+    """Return the first proved claim about a set of the candidate's shape, or an idle one."""
+    solver, P, diagnosis = candidate
+    sets = claimed_sets(loop, P, bounds) if P is not None else iter(())
+    claims = ((words, kind | completed(evidence)) for words, evidence in sets)
+    nothing = {"P": np.eye(loop.exact.order).tolist(), "level": 1.0, "multiplier": 1.0}
+    return first_proved(loop, or_else(claims, (diagnosis or why, kind | nothing | idle)), solver)
 
 
 def claimed_sets(
@@ -218,3 +241,115 @@ def _filled_least(loop: ClaimedLoop) -> Answer:
     E = stack_of(blend.E for blend in loop.seen.blends())
     C = np.broadcast_to(rows, (len(E), *rows.shape))
     return peak_gain(loop.A, E, C, sample_time=loop.sample_time)
+
+
+# The checker uses the rounded numbers of the file; this margin covers their rounding.
+SPARE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InputLimits:
+    """|u_k| <= limits_k, and bounds of the rates of u, for all starts in an invariant ellipsoid.
+
+    u = -K x is the deviation from the input's equilibrium value: an actuator from 0 to 6 V with
+    equilibrium 5 V has the limit 1 V.
+
+    Attributes
+    ----------
+    limits : (m,) on |u_k - u_k*|, in the units of the inputs; None takes the amplitudes that occur
+        in the largest ellipsoid in the model's box.
+    P, decay_rate, disturbance_bounds : of the ellipsoid, as in ``InvariantEllipsoid``.
+    rates : True bounds |u_k'| (or the change in one sample) as well.
+    membership_rates : (r,) |h_j'| <= phi_j in 1/s, where gains differ in continuous time.
+    """
+
+    limits: ArrayLike | None = None
+    P: ArrayLike | None = None
+    decay_rate: float | None = None
+    disturbance_bounds: ArrayLike | None = None
+    rates: bool = False
+    membership_rates: ArrayLike | None = None
+
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
+        """Return the claim ``input-limits``.
+
+        Raises
+        ------
+        ModelError : no gains, limits that do not fit, rates without membership rates.
+        """
+        if loop.gains is None:
+            raise ModelError("limits are about u = -K x; give gains")
+        m = loop.gains.shape[1]
+        limits = None if self.limits is None else np.asarray(self.limits, dtype=np.float64)
+        if limits is not None and (limits.shape != (m,) or not np.all(limits > 0)):
+            raise ModelError(f"limits = {self.limits!r}: {m} positive numbers are needed")
+        bounds = self.disturbance_bounds
+        candidate = candidate_set(loop, self.P, self.decay_rate, bounds, limits)
+        kind = {"name": "inputs within limits", "kind": "input-limits"}
+        none = {"input_limits": (np.zeros(m) if limits is None else limits).tolist()}
+
+        def limited(evidence: dict[str, Any]) -> dict[str, Any]:
+            return self._limited(loop, evidence, limits)
+
+        return _best_set(loop, candidate, bounds, kind, none, "no set was found", limited)
+
+    def _limited(
+        self, loop: ClaimedLoop, evidence: dict[str, Any], limits: Floats | None
+    ) -> dict[str, Any]:
+        """Return the evidence with limits; requested limits reduce its level."""
+        P, level = np.array(evidence["P"]), float(evidence["level"])
+        reach = input_bounds(loop, P, level)
+        if limits is None:
+            shown = [rounded_up(float(value) * (1 + SPARE), 4) for value in reach]
+        else:
+            shown = limits.tolist()
+            share = float(np.min(limits / np.maximum(reach, 1e-300)))
+            if share < 1:
+                level = rounded_down((1 - SPARE) * level * share**2)
+        found = evidence | {"level": level, "input_limits": shown}
+        return found | self._rates(loop, found, P, level) if self.rates else found
+
+    def _rates(
+        self, loop: ClaimedLoop, evidence: dict[str, Any], P: Floats, level: float
+    ) -> dict[str, Any]:
+        assert loop.gains is not None
+        rows = np.array([floats(row) for row in motion_rows(loop.exact, "the model")])
+        motion = _rounded(_reach(rows, P, level))
+        total = np.array(motion)
+        if "disturbance_bounds" in evidence:
+            push = np.abs(np.einsum("rmn,snq->rsmq", loop.gains, loop.model.E))
+            total = total + (push @ np.array(evidence["disturbance_bounds"])).max(axis=(0, 1))
+        shares: dict[str, Any] = {"motion": motion}
+        moving: dict[str, Any] = {}
+        if len(loop.exact.K) > 1 and loop.sample_time is None:
+            phi = self._membership_rates(len(loop.gains))
+            corners = np.array(
+                [[float(d) for d in c] for c in membership_corners(phi, "membership_rates")]
+            )
+            shares["memberships"] = _rounded(
+                _reach(np.tensordot(corners, loop.gains, axes=1), P, level)
+            )
+            total = total + shares["memberships"]
+            moving = {"membership_rates": [float(rate) for rate in phi]}
+        limits = [rounded_up(float(value) * (1 + SPARE), 4) for value in total]
+        return {"rate_limits": limits, "rate_shares": shares, **moving}
+
+    def _membership_rates(self, r: int) -> list[Any]:
+        from fractions import Fraction
+
+        given = None if self.membership_rates is None else np.asarray(self.membership_rates)
+        if given is None or given.shape not in ((), (r,)):
+            raise ModelError(
+                "the gains differ from rule to rule, so the input moves with the memberships; "
+                f"give membership_rates, {r} bounds on |h_j'| in 1/s"
+            )
+        return [Fraction(repr(float(rate))) for rate in np.broadcast_to(given, (r,))]
+
+
+def _reach(rows: Floats, P: Floats, level: float) -> Floats:
+    squares = np.einsum("tmi,ij,tmj->tm", rows, np.linalg.inv(P), rows)
+    return np.asarray(np.sqrt(level * squares.max(axis=0)))
+
+
+def _rounded(values: Floats) -> list[float]:
+    return [rounded_up(float(value) * (1 + SPARE), 5) for value in values]

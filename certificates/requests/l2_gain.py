@@ -17,10 +17,9 @@ from takagi.certificates.requests.loop.disturbance_channel import (
     disturbance_channel,
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.valid_level import largest_level
-from takagi.certificates.requests.request import Attempt, first_proved
+from takagi.certificates.requests.loop.set_level import largest_level
+from takagi.certificates.requests.request import Attempt, first_proved, require_positive
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 
 # P is searched this far (relative) above the least gain, so that the rounded P keeps a margin.
 INSIDE, AT_LEAST = 2e-4, 1e-6
@@ -49,10 +48,9 @@ class L2Gain:
     output: Output | None = None
 
     def __post_init__(self) -> None:
-        for name, value in (("gain", self.gain), ("energy_bound", self.energy_bound)):
-            if not isinstance(value, str) and value is not None:
-                if not (np.isfinite(value) and value > 0):
-                    raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+        require_positive(gain=self.gain)
+        if not isinstance(self.energy_bound, str):
+            require_positive(energy_bound=self.energy_bound)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``l2-gain``."""
@@ -72,7 +70,7 @@ class L2Gain:
 
     def _of_one_vertex(self, loop: ClaimedLoop, path: Path) -> Iterator[tuple[Floats, float]]:
         """Yield P of one vertex by its Riccati equation, and the gain that P should prove."""
-        from takagi.lmi.analysis.disturbance.bounded_real import bounded_real, norm_seen
+        from takagi.lmi.analysis.disturbance.guessed_function import bounded_real, norm_seen
 
         if len(path[0]) > 1 or loop.sample_time is not None:
             return

@@ -20,12 +20,10 @@ from takagi.certificates.requests.loop.disturbance_channel import (
     disturbance_channel,
 )
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.quadratic_motion import best_multiplier
-from takagi.certificates.requests.loop.valid_level import input_bounds, largest_level
-from takagi.certificates.requests.request import Attempt, first_proved, or_else
+from takagi.certificates.requests.loop.set_level import best_multiplier, input_bounds, largest_level
+from takagi.certificates.requests.request import Attempt, first_proved, or_else, require_positive
 from takagi.lmi.analysis.disturbance.peak_to_peak import largest_eigenvalue
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 
 # Fractions added to P or to the bound, tried in order until the rounded numbers prove the claim.
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2, 0.1)
@@ -56,10 +54,7 @@ class Peak:
     output: Output | None = None
 
     def __post_init__(self) -> None:
-        for name in ("gain", "disturbance_norm"):
-            value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+        require_positive(gain=self.gain, disturbance_norm=self.disturbance_norm)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
         """Return the claim ``peak``."""
@@ -75,7 +70,7 @@ class Peak:
         self, loop: ClaimedLoop, evidence: dict[str, Any], path: Path
     ) -> Attempt | None:
         """Return the bound proved by P of one vertex's Lyapunov equation; None if there is no P."""
-        from takagi.lmi.analysis.disturbance.reachable_set import OneVertex
+        from takagi.lmi.analysis.disturbance.guessed_function import OneVertex
 
         vertex = OneVertex.of(*(part[0] for part in path), step=loop.sample_time)
         rate = vertex.best_rate() if self.decay_rate is None else self.decay_rate

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any, Protocol
 
+import numpy as np
+
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.models.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,3 +84,16 @@ def or_else(
     """Return the claims; if there are none, the idle claim, which states the reason."""
     first = next(claims, None)
     return [idle] if first is None else chain([first], claims)
+
+
+def require_positive(**numbers: float | None) -> None:
+    """Refuse a number that is not positive and finite; None stands for one that is searched."""
+    for name, value in numbers.items():
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise ModelError(f"{name} = {value!r} was given; a positive number is needed")
+
+
+def require_rate(rate: float | None) -> None:
+    """Refuse a decay rate below 0, or one that is not finite."""
+    if rate is not None and not (np.isfinite(rate) and rate >= 0):
+        raise ModelError(f"decay_rate = {rate!r} was given; a number >= 0 [1/s] is needed")

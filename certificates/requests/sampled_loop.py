@@ -13,7 +13,7 @@ from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.invariant_ellipsoid import candidate_set
 from takagi.certificates.requests.loop.decimals import rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.valid_level import box_rows, largest_level, state_halves
+from takagi.certificates.requests.loop.set_level import box_rows, largest_level, state_halves
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

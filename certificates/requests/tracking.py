@@ -21,8 +21,7 @@ from takagi.lmi.analysis.tracking import tracking_function
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
-from takagi.models.tracking.held_rests import signals_of
-from takagi.models.tracking.loop_equilibria import EquilibriumLine, equilibrium_line
+from takagi.models.tracking import EquilibriumLine, equilibrium_line, signals_of
 
 # Shares of the largest decay rate that are tried for the function.
 SHARES = (0.9, 0.6, 0.35, 0.15)

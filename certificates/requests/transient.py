@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from takagi.certificates.requests.decay import common_function
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.loop.valid_level import state_halves
+from takagi.certificates.requests.loop.set_level import state_halves
 from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

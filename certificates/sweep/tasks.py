@@ -26,7 +26,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from takagi.certificates.document.provenance import provenance
+from takagi.certificates.document.certificate_file import provenance
 from takagi.models.errors import ModelError
 
 # To be increased where a function returns something else for the same inputs.
@@ -138,16 +138,12 @@ def _stored(task: Task, folder: Path) -> Result | None:
 def _store(task: Task, folder: Path, result: str) -> None:
     checksum = _sha256(canonical(json.loads(result)))
     text = f'{{"task":{task.hashed},"sha256":"{checksum}","result":{result}}}\n'
-    handle, beside = tempfile.mkstemp(prefix=".result-", dir=folder)
-    try:
-        with open(handle, "w", encoding="utf-8") as file:
+    with tempfile.TemporaryDirectory(prefix=".result-", dir=folder) as beside:
+        with open(Path(beside) / task.file, "w", encoding="utf-8") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
-        os.replace(beside, folder / task.file)
-    except BaseException:
-        os.unlink(beside)
-        raise
+        os.replace(file.name, folder / task.file)
 
 
 def _computed(

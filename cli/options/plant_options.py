@@ -1,7 +1,4 @@
-"""The options of a plant's design; they replace entries of ``[design]`` in the plant's file.
-
-The option for the time that a search for a plant's gains may take.
-"""
+"""The options of a plant's design; they replace entries of ``[design]`` in the plant's file."""
 
 from __future__ import annotations
 
@@ -20,6 +17,42 @@ if TYPE_CHECKING:
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
+
+_TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
+
+
+def time_options(
+    time: Annotated[
+        str | None,
+        typer.Option(
+            metavar="TIME",
+            help="Plants: time that a gain for every rule may take, such as 60s or 5min, by an "
+            "estimate; where it takes longer, fewer gains are sought. 120s unless given.",
+        ),
+    ] = None,
+) -> None:
+    """Declare the option for the time that a plant's design may take."""
+
+
+def budget_asked(written: str | None, default: float) -> float:
+    """Return the budget [s] of a search for gains.
+
+    Raises
+    ------
+    ModelError : no number with a unit of time, or a time that is not positive.
+    """
+    if written is None:
+        return default
+    match = _TIME.fullmatch(written)
+    if match is None or not match.group(2):
+        raise ModelError(
+            f"option --time: {written!r} was given; a number with a unit is needed, such as 60s "
+            "or 5min"
+        )
+    seconds = seconds_of(match.group(1), match.group(2), f"option --time {written}")
+    if not seconds > 0:
+        raise ModelError(f"option --time {written}: a time above 0 is needed, such as 60s")
+    return seconds
 
 
 _PAIR = re.compile(
@@ -287,40 +320,3 @@ def seconds_of(number: str, unit: str, option: str) -> float:
     if meant.dimension != parse_unit("s").dimension:
         raise ModelError(f"{option}: {unit!r} is no unit of time; 60s and 10ms have one")
     return float(meant.to_si(Fraction(number)))
-
-
-_TIME = re.compile(r"\s*([-+]?[0-9]{0,9}\.?[0-9]{1,9})\s*(\S*)\s*")
-
-
-def time_options(
-    time: Annotated[
-        str | None,
-        typer.Option(
-            metavar="TIME",
-            help="Plants: time that a gain for every rule may take, such as 60s or 5min, by an "
-            "estimate; where it takes longer, fewer gains are sought. 120s unless given.",
-        ),
-    ] = None,
-) -> None:
-    """Declare the option for the time that a plant's design may take."""
-
-
-def budget_asked(written: str | None, default: float) -> float:
-    """Return the budget [s] of a search for gains.
-
-    Raises
-    ------
-    ModelError : no number with a unit of time, or a time that is not positive.
-    """
-    if written is None:
-        return default
-    match = _TIME.fullmatch(written)
-    if match is None or not match.group(2):
-        raise ModelError(
-            f"option --time: {written!r} was given; a number with a unit is needed, such as 60s "
-            "or 5min"
-        )
-    seconds = seconds_of(match.group(1), match.group(2), f"option --time {written}")
-    if not seconds > 0:
-        raise ModelError(f"option --time {written}: a time above 0 is needed, such as 60s")
-    return seconds

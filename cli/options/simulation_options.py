@@ -121,7 +121,7 @@ def _signal(
     duration: float | None,
 ) -> tuple[str, Signal]:
     from takagi.models.files.units import parse_unit
-    from takagi.models.plant_simulation.signal_text import parse_signal
+    from takagi.models.plant_simulation.signals import parse_signal
 
     name, found, written = (part.strip() for part in text.partition("="))
     if not found or not written:

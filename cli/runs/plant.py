@@ -110,7 +110,7 @@ def changes_since(plant: Plant, gains: Path, document: Mapping[str, Any]) -> lis
     which is looked for beside it.
     """
     from takagi.certificates.checker.kernel.reader import read_json
-    from takagi.certificates.design.given.changed_plant import changes_of_signals
+    from takagi.certificates.design.given.kept_model import changes_of_signals
 
     file = read_json(gains)
     stated = file.get("certificate")

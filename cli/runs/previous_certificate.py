@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.reports.baseline import CertificateComparison
+    from takagi.reports.baseline.comparison import CertificateComparison
 
 TOLERANCE = "5%"
 TOLERANCE_HELP = "By how much of its old value a figure may get worse, e.g. 5% or 0.05."
@@ -46,7 +46,7 @@ def compared(
     """Return the comparison of the old certificate with the new one."""
     from takagi.certificates.checker.kernel.reader import read_text
     from takagi.certificates.document.certificate_file import dumps
-    from takagi.reports.baseline import compare_certificates
+    from takagi.reports.baseline.comparison import compare_certificates
 
     return compare_certificates(
         old.document,

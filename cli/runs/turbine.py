@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from takagi.certificates.design.design import CertifiedLaw, NoDesign
-from takagi.cli.options.design_options import TURBINE_OPTIONS, design_settings
 from takagi.cli.options.given import Groups, as_typed
-from takagi.cli.options.uncertainty_options import OF_UNCERTAINTY, uncertainty_asked
+from takagi.cli.options.turbine_options import TURBINE_OPTIONS
+from takagi.cli.options.turbine_settings import design_settings, uncertainty_asked
 from takagi.cli.progress import Tell
 from takagi.models.errors import ModelError
 
@@ -86,7 +86,7 @@ class TurbineMaker:
         turbine = self.source.model
         law = effort_sharing_law_from_data(read_law(gains), source=str(gains))
         controller = read_observer(gains)
-        uncertainty = uncertainty_asked(**{name: self.asked[name] for name in OF_UNCERTAINTY})
+        uncertainty = uncertainty_asked(self.asked)
         files = self.source.files
 
         def work(noted: Tell) -> CertifiedLaw:

@@ -1,4 +1,4 @@
-"""The list of files that a design wrote, and the message where there is no design."""
+"""The files that a design wrote, the reason where there is none, and the result of a check."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from takagi.cli.errors import UNPROVED
+from takagi.cli.command import UNPROVED
 
 if TYPE_CHECKING:
+    from takagi.certificates.audit.trusted_lines import File, Trusted
     from takagi.certificates.design.design import NoDesign
+    from takagi.reports.ci_formats import CheckedFile
 
 # File or folder -> its purpose; `figures` is a folder with several files.
 PURPOSES = {
@@ -43,3 +45,48 @@ def tell_none(found: NoDesign, *, as_json: bool = False) -> int:
     else:
         print(f"Not proved, nothing written: {found.reason}", file=sys.stderr)
     return UNPROVED
+
+
+def claim_lines(checked: CheckedFile) -> list[str]:
+    """Return a line for each claim: its verdict, its name in quotes, and the checker's sentence.
+
+    The name is a free text of the file.  Without quotes it could be taken for a sentence of the
+    checker.
+    """
+    width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
+    return [
+        f"  {claim.verdict.name:<{width}}  {json.dumps(claim.name, ensure_ascii=False)}: "
+        f"{claim.text}"
+        for claim in checked.claims
+    ]
+
+
+_HEAD = ("file of certificates/checker", "lines of code", "executed")
+
+
+def trusted_text(trusted: Trusted) -> str:
+    """Return a table of the files with their sum, and a note on the code of the sentences."""
+    total = (f"{len(trusted.files)} files", str(trusted.lines), str(trusted.executed))
+    rows = [_HEAD, *((f.place, str(f.lines), str(f.executed)) for f in trusted.files), total]
+    width = max(len(row[0]) for row in rows)
+    table = [f"  {row[0]:<{width}}  {row[1]:>13}  {row[2]:>8}" for row in rows]
+    words = sum(file.lines for file in trusted.words)
+    said = (
+        f"The sentences were made afterwards, by {words} lines of words/ that cannot change a "
+        "verdict. Trusted besides: Python and its standard library."
+    )
+    return "\n".join(["The verdict ran through:", *table, said])
+
+
+def as_data(trusted: Trusted) -> dict[str, Any]:
+    """Return the same for JSON."""
+    return {
+        "files": [_row(file) for file in trusted.files],
+        "lines": trusted.lines,
+        "executed": trusted.executed,
+        "words": [_row(file) for file in trusted.words],
+    }
+
+
+def _row(file: File) -> dict[str, Any]:
+    return {"file": file.place, "lines": file.lines, "executed": file.executed}

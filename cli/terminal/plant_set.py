@@ -9,16 +9,16 @@ import numpy as np
 
 from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import regulator
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.proved_figures import (
+from takagi.reports.loops.plant_claims import (
     SETTLED,
     half_widths,
     overshoots,
     settling_time,
     withstood,
 )
+from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.page.text import name_of, unit_of
+from takagi.reports.page.text import behind, name_of, unit_of
 from takagi.reports.simulation.plant import proved_jumps
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def box_line(design: PlantDesign) -> list[str]:
     for label, (low, high) in model.box.items():
         size, unit = units.get(label, (1.0, unit_of(label)))
         ends = f"[{float(low) / size:.6g}, {float(high) / size:.6g}]"
-        sides.append(kept(f"{name_of(label)} in {ends}{_behind(unit)}"))
+        sides.append(kept(f"{name_of(label)} in {ends}{behind(unit)}"))
     return told("box", ", ".join(sides)) if sides else []
 
 
@@ -90,7 +90,7 @@ def regulator_line(design: PlantDesign) -> list[str]:
         starts = []
         for variable, name, reach in zip(plant.states, loop.names, found.starts, strict=True):
             size, unit = file_unit(variable)
-            starts.append(kept(f"{name} {at_least(float(reach) / size)}{_behind(unit)}"))
+            starts.append(kept(f"{name} {at_least(float(reach) / size)}{behind(unit)}"))
         text += f"; its own proved set, within the ranges, has starts up to {', '.join(starts)}"
     return told("LQR", text)
 
@@ -109,7 +109,7 @@ def _set(loop: PlantLoop) -> list[str]:
     parts, shares = [], []
     for variable, (label, reach) in zip(loop.plant.states, _starts(loop).items(), strict=False):
         size, unit = file_unit(variable)
-        part = f"{name_of(label)} {at_least(reach / size)}{_behind(unit)}"
+        part = f"{name_of(label)} {at_least(reach / size)}{behind(unit)}"
         if label in box:
             shares.append(reach / max(abs(float(end)) for end in box[label]))
             part += f" ({100 * shares[-1]:.2g} %)" if shares[-1] < 0.995 else " (all)"
@@ -133,7 +133,7 @@ def _motion(loop: PlantLoop) -> list[str]:
     parts = []
     for variable, label, most in zip(loop.plant.states, loop.model.states, reach, strict=True):
         size, unit = file_unit(variable)
-        parts.append(kept(f"|{name_of(label)}| <= {at_most(float(most) / size, 4)}{_behind(unit)}"))
+        parts.append(kept(f"|{name_of(label)}| <= {at_most(float(most) / size, 4)}{behind(unit)}"))
     text = f"from anywhere in the set {', '.join(parts)}"
     if time is not None:
         number, unit = time_in_file_units(loop.plant, time)
@@ -156,9 +156,9 @@ def _follows(design: PlantDesign) -> list[str]:
         reach = max(abs(j[one.name] - float(variable.rest)) for j in jumps if one.name in j) / size
         parts.append(
             f"{one.follows} comes to {one.name} without error for every constant {one.name} in "
-            + kept(f"[{low:.6g}, {high:.6g}]{_behind(unit)}")
+            + kept(f"[{low:.6g}, {high:.6g}]{behind(unit)}")
             + ", and after jumps from rest of up to "
-            + kept(f"{at_least(reach)}{_behind(unit)}")
+            + kept(f"{at_least(reach)}{behind(unit)}")
             + " all ranges are kept"
         )
     return told("follows", "; ".join(parts))
@@ -174,12 +174,12 @@ def _withstood(design: PlantDesign) -> list[str]:
     parts, less = [], False
     for one in rows:
         size, unit = file_unit(one.variable)
-        stated = f"{one.stated / size:.6g}{_behind(unit)}"
+        stated = f"{one.stated / size:.6g}{behind(unit)}"
         name = one.variable.name
         if not one.proved:
             parts.append(kept(f"{name}: no set is proved for any of its {stated}"))
         elif one.share < 1:
-            found = f"{at_least(one.proved / size)}{_behind(unit)}"
+            found = f"{at_least(one.proved / size)}{behind(unit)}"
             parts.append(kept(f"{name} up to {found}, which is {one.share:.2g} times the {stated}")
                          + " of the file")  # fmt: skip
         else:
@@ -224,10 +224,6 @@ def _overshoot(design: PlantDesign, loop: PlantLoop) -> list[str]:
         f"a state that alone starts off rest, in the set, goes at most so many times as far: "
         f"{', '.join(parts)}",
     )
-
-
-def _behind(unit: str) -> str:
-    return "" if unit in ("", "-") else f" {unit}"
 
 
 WIDTH, INDENT = 100, " " * 13

@@ -20,6 +20,7 @@ from takagi.cli.terminal.plant_set import (
     told,
 )
 from takagi.cli.terminal.turbine_summary import claims_as_data
+from takagi.reports.page.text import behind
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -84,10 +85,7 @@ def _rules(design: PlantDesign) -> str:
     if not premises:
         return f"  model      {count} linear system" + ("s" if count > 1 else "")
     named = ", ".join(
-        kept(
-            f"{_premise(p)} in [{float(p.lower):.6g}, {float(p.upper):.6g}]"
-            + ("" if p.unit == "-" else f" {p.unit}")
-        )
+        kept(f"{_premise(p)} in [{float(p.lower):.6g}, {float(p.upper):.6g}]" + behind(p.unit))
         for p in premises
     )
     return told("model", f"{count} rules by {named}")[0]

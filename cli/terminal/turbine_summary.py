@@ -7,19 +7,18 @@ from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.terminal.claim_lines import claim_lines
-from takagi.models.laws.law_words import law_words
+from takagi.cli.terminal.files import claim_lines
+from takagi.models.laws.protocol import law_words
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.certificates.design.claim_summary import ClaimSummary
-    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.certificates.design.turbine.result import ClaimSummary, TurbineDesign
     from takagi.reports.loops.overlap_claims import OverlapClaim
 
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
     """Return the summary as plain data: verdict, claims, and the effort-sharing law's numbers."""
-    from takagi.certificates.design.claim_summary import claim_summary
+    from takagi.certificates.design.turbine.result import claim_summary
 
     found = claim_summary(design)
     return {
@@ -39,9 +38,8 @@ def as_text(design: TurbineDesign) -> str:
     A claim about the effort-sharing law that is not proved is quoted in full. Of the claims about a
     published law, the one for the law's own overlaps is shown, and each other one in one line.
     """
-    from takagi.certificates.design.claim_summary import claim_summary
-    from takagi.reports.loops.overlap_claims import overlap_claims
-    from takagi.reports.loops.synthesis_summary import synthesis_words
+    from takagi.certificates.design.turbine.result import claim_summary
+    from takagi.reports.loops.overlap_claims import overlap_claims, synthesis_words
     from takagi.reports.page.rounded_bounds import at_least
 
     verdict = design.checked.verdict.name
@@ -74,7 +72,7 @@ def _notes(design: TurbineDesign) -> list[str]:
 
 def _observer(design: TurbineDesign) -> str:
     """Return what is proved with the observer in the loop, with its gaps; empty for nothing."""
-    from takagi.certificates.design.claim_summary import running_loop_summary
+    from takagi.certificates.design.turbine.result import running_loop_summary
     from takagi.reports.page.rounded_bounds import at_least
 
     found = running_loop_summary(design)
@@ -175,7 +173,7 @@ def _numbers(found: ClaimSummary) -> dict[str, Any]:
 
 def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:
     """Return how the gains were found, as plain data."""
-    from takagi.reports.loops.synthesis_summary import synthesis_summary
+    from takagi.reports.loops.overlap_claims import synthesis_summary
 
     found = synthesis_summary(design)
     if found is None or found.before is None or found.after is None:

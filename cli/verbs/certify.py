@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.certificates.design.design import NoDesign
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.design_options import Model
+from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.options.given import refuse_designing
+from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_file_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
@@ -30,7 +29,7 @@ from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
-    from takagi.reports.baseline import CertificateComparison
+    from takagi.reports.baseline.comparison import CertificateComparison
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -96,7 +95,7 @@ def certify(
     difference = None if old is None else compared(old, document, checked, share)
     warned = ""
     if gains is not None:
-        from takagi.certificates.controller.given_file import told
+        from takagi.certificates.controller.content import told
 
         differs = told(document, gains) if gains_out is None else ""
         warned = "\n".join((*found.notes, *([differs] if differs else ())))
@@ -130,7 +129,7 @@ def _bound(
     """Return the certificate bound to the gain file that was given, or to the one written anew."""
     if gains is None:
         return document
-    from takagi.certificates.controller.given_file import bound_to_file, refreshed
+    from takagi.certificates.controller.content import bound_to_file, refreshed
 
     own = document.get("controller")
     if gains_out is None:
@@ -172,7 +171,7 @@ def _print(
         if warned:
             data["notes"] = warned.splitlines()
         if old is not None and difference is not None:
-            from takagi.reports.baseline import as_data
+            from takagi.reports.baseline.words import as_data
 
             data["baseline"] = {"certificate": str(old.source), **as_data(difference)}
         print(json.dumps(data, indent=2))
@@ -180,7 +179,7 @@ def _print(
     words = ", of the vertices alone: not of the plant" if alone else ""
     print(f"{out}: {checked.verdict.name}{words}\n{claims_as_text(checked)}")
     if old is not None and difference is not None:
-        from takagi.reports.baseline import as_text
+        from takagi.reports.baseline.words import as_text
 
         print(f"\n{as_text(difference, source=str(old.source))}")
     if warned:

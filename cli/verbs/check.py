@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from takagi.cli.errors import MISUSE, PROVED, UNPROVED
+from takagi.cli.command import MISUSE, PROVED, UNPROVED
 from takagi.cli.progress import progress
-from takagi.cli.terminal.claim_lines import claim_lines, trusted_text
+from takagi.cli.terminal.files import claim_lines, trusted_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
@@ -269,7 +269,7 @@ def _as_json(
     }
     if trusted is not None:
         # Imported here: few ask for it.
-        from takagi.cli.terminal.claim_lines import as_data
+        from takagi.cli.terminal.files import as_data
 
         answer["trusted"] = as_data(trusted)
     if compared is not None:

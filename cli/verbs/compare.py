@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.command import PROVED, UNPROVED, run_command
 from takagi.cli.runs.previous_certificate import (
     TOLERANCE,
     TOLERANCE_HELP,
@@ -47,7 +46,8 @@ def compare(
     laws = _law(old), _law(new)
     if any(law is not None for law in laws):
         return _laws(old, new, laws, summary, as_json=as_json)
-    from takagi.reports.baseline import as_data, as_markdown, as_text, compare_certificates
+    from takagi.reports.baseline.comparison import compare_certificates
+    from takagi.reports.baseline.words import as_data, as_markdown, as_text
     from takagi.reports.output import write_file
 
     first, second = read_baseline(old), read_baseline(new)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.command import PROVED, UNPROVED, run_command
 
 if TYPE_CHECKING:
     from takagi.reports.code.controller_program import ControllerProgram
@@ -128,17 +127,13 @@ def _code(
     places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
-    from takagi.reports.code.certified_model import certified_claims, certified_model
-    from takagi.reports.code.targets import export_settings, exported
+    from takagi.reports.code.targets import certified, export_settings, exported
     from takagi.reports.output import write_folder
 
     settings = export_settings(precision, sample_time)
     if to == "mat":
-        settings = replace(
-            settings,
-            model=certified_model(*places, program),
-            claims=certified_claims(*places, program),
-        )
+        model, claims = certified(*places, program)
+        settings = replace(settings, model=model, claims=claims)
     require_folder_place(out)
     found = exported(to, program, settings)
     write_folder(out, found.files)
@@ -152,7 +147,7 @@ def _code(
 
 
 def _coq(certificate: Path, coq: Path) -> int:
-    from takagi.certificates.coq import coq_file
+    from takagi.certificates.coq.coq_export import coq_file
     from takagi.certificates.cross_check.kernel.reading import Refusal, load
     from takagi.cli.output_place import require_file_place
     from takagi.cli.progress import progress

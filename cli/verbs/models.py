@@ -8,8 +8,7 @@ from typing import Annotated
 
 import typer
 
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED
+from takagi.cli.command import PROVED, run_command
 
 
 def run(arguments: Sequence[str]) -> int:

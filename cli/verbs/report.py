@@ -9,9 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from takagi.certificates.design.design import NoDesign
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.design_options import Model
+from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.turbine_options import Model
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from takagi.cli.command import run_command
-from takagi.cli.options.design_options import Model
 from takagi.cli.options.given import Groups
+from takagi.cli.options.turbine_options import Model
 from takagi.cli.runs.makers import MAKERS, own_options
 
 

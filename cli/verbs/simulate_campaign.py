@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import defaults_of, option_of
 from takagi.cli.progress import progress
 from takagi.models.errors import ModelError
@@ -95,9 +95,10 @@ def simulate_campaign(
     requests = [name for text in texts for name in (campaign.STANDARD if text == "all" else [text])]
     asked = [campaign.beyond_of(request) for request in requests]
     runs = (RUNS_BEYOND if asked else RUNS) if options["runs"] is None else options["runs"]
-    lasting, seed = campaign.DURATION if duration is None else duration, options["seed"] or 0
+    duration = campaign.DURATION if duration is None else duration
+    seed: int = options["seed"] or 0
     # Before the certificate is checked, which takes seconds.
-    campaign.require_numbers(runs, lasting, seed)
+    campaign.require_numbers(runs, duration=duration, seed=seed)
     if out is not None:
         require_folder_place(out, files=campaigns.FILES, folders=("figures", RESULTS))
     path: Path = options["certificate"]
@@ -114,7 +115,7 @@ def simulate_campaign(
                 Path(folder),
                 asked or [campaign.INSIDE],
                 runs=runs,
-                duration=lasting,
+                duration=duration,
                 seed=seed,
                 workers=options["workers"],
                 tell=tell,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from takagi.certificates.design.design import NoDesign
-from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, refuse_designing
 from takagi.cli.options.plant_options import PLANT_OPTIONS, values_in_si
 from takagi.cli.options.simulation_options import (
@@ -27,7 +27,7 @@ from takagi.models.errors import ModelError
 if TYPE_CHECKING:
     from takagi.models.plant.entries import VariableEntry
     from takagi.models.plant_files.loader import PlantFile
-    from takagi.reports.simulation.plant_runs import PlantSimulation
+    from takagi.reports.simulation.plant_scenario import PlantSimulation
 
 _WIDTH = 100  # in a pipe or a file there is no terminal to fit into
 _FILES, _FOLDERS = ("responses.csv", "simulation.json", "summary.md"), ("figures",)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from takagi.cli.errors import PROVED, UNPROVED
+from takagi.cli.command import PROVED, UNPROVED
 from takagi.cli.options.given import Groups, defaults_of
-from takagi.cli.options.law_names import law_in_files
 from takagi.cli.options.plant_options import time_asked
 from takagi.cli.options.simulation_options import shared_simulation
+from takagi.cli.options.turbine_options import law_in_files
 from takagi.cli.progress import progress
 from takagi.cli.verbs.simulate_campaign import campaign_options, without_campaign
 
@@ -127,8 +127,12 @@ def _laws(
 
         files = ("summary.md", "simulation.csv", "simulation.json")
         require_folder_place(out, files=files, folders=("figures", "series"))
-    from takagi.reports.simulation.filed_law import filed_laws
-    from takagi.reports.simulation.laws import DEFAULT_LAWS, chosen_laws, require_law_names
+    from takagi.reports.simulation.laws import (
+        DEFAULT_LAWS,
+        chosen_laws,
+        filed_laws,
+        require_law_names,
+    )
     from takagi.reports.simulation.runs import (
         PlantParts,
         require_sampling,
@@ -175,7 +179,7 @@ def _laws(
         )
         if out is not None:
             from takagi.reports.output import write_folder
-            from takagi.reports.simulation.folder import simulation_files
+            from takagi.reports.simulation.tables import simulation_files
 
             tell("figures and tables", _SIMULATING)
             content = simulation_files(found)

@@ -10,18 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from takagi.cli.command import run_command
-from takagi.cli.errors import PROVED, UNPROVED
-from takagi.cli.options.design_options import Model
-from takagi.cli.options.law_names import IN_FILES, law_in_files, typed_name
+from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.turbine_options import IN_FILES, Model, law_in_files, typed_name
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 from takagi.cli.runs.makers import MAKERS
 from takagi.models.errors import ModelError, did_you_mean
 
 if TYPE_CHECKING:
-    from takagi.certificates.sweep.axis import Axis
-    from takagi.certificates.sweep.sweep import Sweep
+    from takagi.certificates.sweep.sweep import Axis, Sweep
     from takagi.models.turbine.loader import TurbineFile
 
 
@@ -108,8 +105,7 @@ def _law(name: str) -> str:
 
 
 def _axes(law: str, over: Sequence[str]) -> Sequence[Axis]:
-    from takagi.certificates.sweep.axis import parse_axes
-    from takagi.certificates.sweep.sweep import LAWS
+    from takagi.certificates.sweep.sweep import LAWS, parse_axes
 
     if not over:
         raise ModelError(

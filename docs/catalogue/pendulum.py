@@ -13,15 +13,19 @@ from numpy.typing import NDArray
 
 from catalogue.github import github
 from catalogue.pendulum_bounds import bounds_table, table
-from takagi.certificates.claims.plant.certification import Certificate, certify
+from takagi.certificates.claims.certification import Certificate, certify
 from takagi.models import TSModel, load_model, sector_model
-from takagi.models.equations.step import Step
+from takagi.models.equations.equations import Step
 from takagi.models.plant.plant import Plant
-from takagi.reports.figures import figure_to_svg
 from takagi.reports.figures.plant.weights import premise_curves, weights_figure
+from takagi.reports.figures.style import figure_to_svg
 from takagi.reports.page.readable_latex import readable
-from takagi.reports.sections.plant.derivation import derivation_steps
-from takagi.reports.sections.plant.plant import equations_latex, parameter_rows, variable_rows
+from takagi.reports.sections.plant.plant import (
+    derivation_steps,
+    equations_latex,
+    parameter_rows,
+    variable_rows,
+)
 
 # What the kinds of claims on this page say.
 CLAIMS = {

@@ -48,8 +48,7 @@ from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, bloc
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power, state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.decision.outcome import Outcome, binding_items
 from takagi.lmi.solver.time_limit import limited
 
 

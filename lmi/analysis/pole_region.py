@@ -16,8 +16,7 @@ from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, posi
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.decision.outcome import Outcome, binding_items
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

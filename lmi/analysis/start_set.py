@@ -120,7 +120,6 @@ def start_set(
     *,
     decay_rate: float = 0.0,
     sample_time: float | None = None,
-    rounds: int = ROUNDS,
 ) -> StartSet:
     """Return a candidate {z'Pz <= 1} within |r_t z| <= 1 with many starts z = N x.
 
@@ -146,7 +145,7 @@ def start_set(
     P = np.asarray(first.P, dtype=np.float64)
     P = P * float(np.einsum("ti,ij,tj->t", rows, np.linalg.inv(P), rows).max())
     words = str(first.status)
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         # In these coordinates the last set extends to 1 along every axis.
         units = np.sqrt(np.diag(np.linalg.inv(P)))
         N = starts / units[:, None]

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from fractions import Fraction
+from numbers import Rational
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.term import LMI, Array, Condition, Equality
 from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
 
 # A margin is recomputed from the unknowns, so its only error is that of rounding, about 1e-15.
 SMALLEST_MARGIN = 1e-10
@@ -146,3 +150,135 @@ def _sizes(lmi: LMI, values: Mapping[str, Array], parameters: Mapping[str, Any])
         found = np.abs(np.diagonal(block, axis1=1, axis2=2)).astype(np.float64)
         np.add.at(sizes[:, row], item, factor * found)
     return np.asarray(np.maximum(sizes, np.where(largest > 0, largest, 1.0)[:, None]))
+
+
+def fractions(array: ArrayLike) -> Array:
+    """Return the array with each entry as the Fraction it is exactly.
+
+    A float becomes the dyadic number it stores: 0.1 is not 1/10.  Give ``Fraction("0.1")``, or a
+    string, for the decimal.
+
+    Raises
+    ------
+    ModelError : an entry that is not a finite number.
+    """
+    source = np.asarray(array, dtype=object)
+    result = np.empty(source.shape, dtype=object)
+    for index, entry in np.ndenumerate(source):
+        try:
+            result[index] = entry if type(entry) is Fraction else Fraction(_number(entry))
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ModelError(
+                f"entry {index} is {entry!r}; a finite number, a Fraction or a decimal string "
+                "is needed"
+            ) from error
+    return result
+
+
+def exact_matrices(
+    condition: Condition,
+    lmi: LMI,
+    values: Mapping[str, ArrayLike],
+    parameters: Mapping[str, Fraction] | None = None,
+) -> Array:
+    """Return sign F_k over the rationals, (count, size, size) of Fractions.
+
+    The LMI holds exactly when each is positive semidefinite.
+
+    Parameters
+    ----------
+    values : unknown name -> (count, rows, cols) of Fractions, integers, strings or floats; a
+        float counts as the dyadic number it stores.
+    parameters : exact values; None takes the condition's own, as the dyadics they store.
+    """
+    known = {name: Fraction(value) for name, value in condition.parameters.items()}
+    known |= {name: Fraction(value) for name, value in (parameters or {}).items()}
+    total = lmi_value(
+        exact_terms(lmi),
+        {name: fractions(value) for name, value in values.items()},
+        known,
+        zero=Fraction(0),
+    )
+    return lmi.sign * total
+
+
+def exact_difference(equality: Equality, values: Mapping[str, ArrayLike]) -> Array:
+    """Return E_k of an equality over the rationals, (count, p, q); it holds where all are 0."""
+    exact = {name: fractions(value) for name, value in values.items()}
+    frame = exact_terms(equality.frame())
+    p = equality.shape[0]
+    return np.asarray(lmi_value(frame, exact, {}, zero=Fraction(0))[:, :p, p:])
+
+
+def exact_terms(lmi: LMI) -> LMI:
+    """Return the LMI with the numbers of its terms and constants as the Fractions they are."""
+    terms = tuple(
+        replace(
+            term,
+            left=fractions(term.left),
+            right=None if term.right is None else fractions(term.right),
+        )
+        for term in lmi.terms
+    )
+    return replace(
+        lmi,
+        terms=terms,
+        constants=tuple(replace(c, value=fractions(c.value)) for c in lmi.constants),
+    )
+
+
+def _number(entry: Any) -> Any:
+    if isinstance(entry, (Rational, float, str)):
+        return entry
+    return entry.item()
+
+
+def rate_of_values(condition: Condition, values: Mapping[str, Array], step: float | None) -> float:
+    """Return the largest decay rate in 1/s at which these unknowns satisfy the condition.
+
+    With G = sign F > 0 at the parameter theta and D = -d G / d theta, the LMI holds up to theta +
+    delta for delta = 1 / lambda_max(L^-1 D L'^-1), G = L L'.  (For ``contraction`` the same with
+    D = d G / d theta, down to theta - delta.)
+
+    Parameters
+    ----------
+    condition : has the parameter ``alpha``, or ``contraction`` = e^(-2 alpha T), and holds with a
+        positive margin at ``values``.
+    step : T in s; None for continuous time.
+    """
+    name = "alpha" if step is None else "contraction"
+    towards = 1.0 if step is None else -1.0
+    theta = condition.parameters[name]
+    room = min(
+        (
+            _room(condition, lmi, values, name, towards)
+            for lmi in condition.lmis
+            if any(term.parameter == name for term in lmi.terms)
+        ),
+        default=np.inf,
+    )
+    return rate_of_parameter(theta + towards * room, step)
+
+
+def rate_of_parameter(theta: float, step: float | None) -> float:
+    """Return alpha in 1/s from ``alpha``, or from ``contraction``."""
+    if step is None:
+        return float(theta)
+    return float(-np.log(theta) / (2.0 * step)) if theta > 0 else np.inf
+
+
+def _room(
+    condition: Condition, lmi: LMI, values: Mapping[str, Array], name: str, towards: float
+) -> float:
+    """Return how far the parameter may move before an item of the LMI is singular."""
+    here = dict(condition.parameters)
+    there = {**here, name: here[name] + towards}
+    G = lmi.sign * lmi_value(lmi, values, here)
+    D = G - lmi.sign * lmi_value(lmi, values, there)
+    try:
+        L = np.linalg.cholesky((G + G.transpose(0, 2, 1)) / 2)
+    except np.linalg.LinAlgError:
+        return 0.0
+    inside = np.linalg.solve(L, np.linalg.solve(L, D).transpose(0, 2, 1))
+    largest = float(np.linalg.eigvalsh((inside + inside.transpose(0, 2, 1)) / 2)[:, -1].max())
+    return 1.0 / largest if largest > 0 else np.inf

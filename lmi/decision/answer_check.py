@@ -17,7 +17,8 @@ from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import Assembled
-from takagi.lmi.cone.program import ConeProgram, Raw, in_dual_cone, margin_bound
+from takagi.lmi.cone.duality import in_dual_cone, margin_bound
+from takagi.lmi.cone.program import ConeProgram, Raw
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.refutation.contradiction import contradiction
 from takagi.models.arrays import Floats

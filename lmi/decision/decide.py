@@ -24,7 +24,8 @@ from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
-from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program, least_objective_bound
+from takagi.lmi.cone.duality import least_objective_bound
+from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision.answer_check import (
     exactly_judged,
     judged,

@@ -12,8 +12,7 @@ from takagi.lmi.condition.evaluate import holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled
 from takagi.lmi.decision.outcome import Outcome, objective_at
-from takagi.lmi.equalities.exact_solution import ExactSolution
-from takagi.lmi.equalities.parametrised import Parametrised, parametrised
+from takagi.lmi.equalities.exact_solution import ExactSolution, Parametrised, parametrised
 from takagi.models.errors import ModelError
 
 CONTRADICTION = (

@@ -2,15 +2,12 @@
 
 A no for some items is a no for all, and a least objective over some is below that over all; a yes
 counts when every item was evaluated.  Items that are never given to the solver cost an eigenvalue.
-
-Some of an LMI's items, for the rounds that give only a few of many items to the solver.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import overload
 
 import numpy as np
 
@@ -22,7 +19,7 @@ from takagi.lmi.condition.evaluate import (
     shares,
     smallest_eigenvalues,
 )
-from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
+from takagi.lmi.condition.term import LMI, Condition, selected_items
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.cone.program import cone_program
@@ -31,83 +28,6 @@ from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.solver.solve import attempts
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats, Indices
-
-
-def selected_items(lmi: LMI, items: Indices | range) -> LMI:
-    """Return the LMI with these items only, in this order; each item keeps its label.
-
-    Parameters
-    ----------
-    items : different indices below ``lmi.count``; a range of step 1 copies nothing where it can.
-    """
-    chosen = slice(items.start, items.stop) if isinstance(items, range) else np.asarray(items)
-    number = np.arange(items.start, items.stop) if isinstance(items, range) else np.asarray(items)
-    place = np.full(lmi.count, -1, dtype=np.intp)
-    place[number] = np.arange(len(number))
-    return replace(
-        lmi,
-        terms=tuple(t for term in lmi.terms for t in _terms(term, lmi.count, chosen, place)),
-        constants=tuple(_constant(constant, lmi.count, chosen) for constant in lmi.constants),
-        count=len(number),
-        labels=Labels(len(number), lambda k: lmi.label(int(number[k]))),
-    )
-
-
-def _terms(term: Term, count: int, chosen: slice | Indices, place: Indices) -> Iterator[Term]:
-    """Yield the term with the contributions that are left, if there are any."""
-    if term.items is None:
-        yield _with(term, count, chosen)
-        return
-    kept = np.flatnonzero(place[term.items] >= 0)
-    if len(kept):
-        yield replace(_with(term, len(term.items), kept), items=place[term.items[kept]])
-
-
-def _with(term: Term, length: int, chosen: slice | Indices) -> Term:
-    return replace(
-        term,
-        left=_of(term.left, length, chosen),
-        right=None if term.right is None else _of(term.right, length, chosen),
-        members=None if term.members is None else _of(term.members, length, chosen),
-        items=None,
-    )
-
-
-def _constant(constant: Constant, count: int, chosen: slice | Indices) -> Constant:
-    return replace(constant, value=_of(constant.value, count, chosen))
-
-
-def _of(part: Array, length: int, chosen: slice | Indices) -> Array:
-    """Return the chosen entries of an array with an entry for each item; a single entry stays."""
-    return part[chosen] if len(part) == length and length > 1 else part
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Labels(Sequence[str]):
-    """of(0), ..., of(size - 1) as a sequence.
-
-    Attributes
-    ----------
-    size : how many.
-    of : the name of item k, k = 0 ... size - 1.
-    """
-
-    size: int
-    of: Callable[[int], str]
-
-    def __len__(self) -> int:
-        return self.size
-
-    @overload
-    def __getitem__(self, item: int) -> str: ...
-    @overload
-    def __getitem__(self, item: slice) -> tuple[str, ...]: ...
-    def __getitem__(self, item: int | slice) -> str | tuple[str, ...]:
-        if isinstance(item, slice):
-            return tuple(self.of(k) for k in range(*item.indices(self.size)))
-        # A range handles negative indices, and raises IndexError for those out of range.
-        return self.of(range(self.size)[item])
-
 
 # Up to so many items of an LMI are given to the solver at once: quicker than rounds.
 ALL_AT_ONCE = 48
@@ -118,6 +38,8 @@ ENOUGH = 0.5
 MISSED = 1e-7
 # Numbers in one piece of the items that are evaluated together; bounds the memory.
 PIECE = 1_000_000
+# Vertices whose eigenvalues are found together, for the same reason.
+CHUNK = 20_000
 
 
 @limited
@@ -142,18 +64,39 @@ def decide_by_rounds(
     """
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
+    return some.filled(_decided(some, cap=cap, rows=rows))
+
+
+def decide_with_few_items(condition: Condition, *, most: int = 99) -> tuple[Condition, Outcome]:
+    """Return the condition of the items that the solver was given, and its outcome.
+
+    As ``decide_by_rounds``: the margin is over all items.
+
+    Parameters
+    ----------
+    most : as for ``decide``, in each round.
+    """
+    some = _Some.of(condition)
+    outcome = _decided(some, most=most)
+    return some.condition(), outcome
+
+
+def _decided(
+    some: _Some, *, cap: float = 1.0, rows: Mapping[str, float] | None = None, most: int = 99
+) -> Outcome:
+    """Return the outcome of the last round, its margin over all items."""
     tries: list[Try] = []
     for _ in range(ROUNDS):
-        outcome = decide(some.condition(), cap=cap, rows=rows)
+        outcome = decide(some.condition(), cap=cap, rows=rows, most=most)
         tries += outcome.tries
         if outcome.status != "candidate":
-            return some.filled(replace(outcome, tries=tuple(tries)))
+            return replace(outcome, tries=tuple(tries))
         margins = some.margins(outcome.values)
         worst = _worst(margins, outcome.margin)
         if not some.add(margins, ENOUGH * outcome.margin):
             break
     held: Outcome = replace(outcome, margin=worst, tries=tuple(tries))
-    return some.filled(held if holds(posed, worst) else replace(held, status="unknown"))
+    return held if holds(some.whole, worst) else replace(held, status="unknown")
 
 
 @limited
@@ -339,3 +282,20 @@ def _identity(X: Unknown) -> Floats:
 def _random(X: Unknown, random: np.random.Generator) -> Floats:
     value = random.normal(size=(X.count, X.rows, X.cols))
     return value + value.transpose(0, 2, 1) if X.symmetric else value
+
+
+def first_vertices(A: Floats) -> Indices:
+    """Return which vertices to begin with: the slowest and the farthest from the mean."""
+    if len(A) <= ALL_AT_ONCE:
+        return np.arange(len(A))
+    symmetric = A + A.transpose(0, 2, 1)
+    slowest = np.argsort(-_largest(symmetric))[: FIRST // 2]
+    distance = np.abs(A - A.mean(axis=0)).sum(axis=(1, 2))
+    return np.unique(np.concatenate([slowest, np.argsort(-distance)[: FIRST // 2]]))
+
+
+def _largest(symmetric: Floats) -> Floats:
+    pieces = [
+        np.linalg.eigvalsh(symmetric[k : k + CHUNK])[:, -1] for k in range(0, len(symmetric), CHUNK)
+    ]
+    return np.concatenate(pieces)

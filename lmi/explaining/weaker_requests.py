@@ -12,15 +12,16 @@ import numpy as np
 from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import number
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.diagnosis import Share, binding_shares
+from takagi.lmi.decision.outcome import Share, binding_shares
 from takagi.lmi.explaining.explanation import (
     NAMED,
     Explanation,
     PremiseRelief,
+    on_smaller_box,
     uncontrollable_blend,
+    with_narrower_premise,
 )
-from takagi.lmi.explaining.smaller_box import on_smaller_box, with_narrower_premise
-from takagi.lmi.sums.relaxation_order import contains
+from takagi.lmi.sums.relaxation_sizes import contains
 from takagi.models import TSModel
 from takagi.models.errors import ModelError
 

@@ -1,7 +1,4 @@
-"""One summand of an expression: a number times L X R, L X' R, or a known matrix.
-
-Known matrices in an expression: conversion of the user's data, and symbols for formulas.
-"""
+"""One summand of an expression: a number times L X R, L X' R, or a known matrix."""
 
 from __future__ import annotations
 

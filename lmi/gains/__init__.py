@@ -8,7 +8,7 @@ attraction/        the largest region of attraction, with input limits and satur
 fuzzy/             with a Lyapunov function that depends on the memberships
 structured/        with zeros, shared gains, outputs in the place of states
 output_feedback/   controllers with states of their own, from measured outputs
-observer, secant_vertices    observers, also with premises that are not measured
+observer         observers, also with premises that are not measured
 
 The sums and their relaxations are in ``sums``.
 """

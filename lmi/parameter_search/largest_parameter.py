@@ -1,4 +1,4 @@
-"""The largest or smallest value of a parameter at which a condition can be satisfied.
+r"""The largest or smallest value of a parameter at which a condition can be satisfied.
 
 The condition is given as pencils (F_k, G_k) in the parameter theta, with G_k(x) >= 0 for every
 feasible x.  The search for theta is then a generalised eigenvalue problem.  Each step keeps theta
@@ -43,8 +43,7 @@ from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide, first_weighed
 from takagi.lmi.decision.outcome import Outcome
-from takagi.lmi.parameter_search.parameter_path import follow_path
-from takagi.lmi.parameter_search.parameter_pencil import WORST, ParameterPencil, Values
+from takagi.lmi.parameter_search.parameter_path import WORST, ParameterPencil, Values, follow_path
 from takagi.lmi.solver.solve import Session
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError

@@ -1,5 +1,4 @@
 """Matrix polynomials in memberships, by their coefficients.
 
-simplex_polynomials     known coefficients, on a product of simplexes
-unknown_polynomial      coefficients that are sought, and what they add to an LMI
+simplex_polynomials     coefficients on a product of simplexes, known or sought; P(h) of them
 """

@@ -16,7 +16,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.condition.exact import fractions
+from takagi.lmi.condition.evaluate import fractions
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import triangle
 from takagi.models.arrays import Indices

@@ -21,11 +21,10 @@ from types import MappingProxyType
 
 import numpy as np
 
-from takagi.lmi.condition.exact import fractions
+from takagi.lmi.condition.evaluate import fractions
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.refutation.adjoint import Adjoint, adjoint, over_one_denominator
-from takagi.lmi.refutation.definiteness import is_semidefinite
-from takagi.lmi.refutation.indefinite import fault_of_function
+from takagi.lmi.refutation.indefinite import fault_of_function, is_semidefinite
 from takagi.models.errors import ModelError
 
 

@@ -1,4 +1,4 @@
-"""A rigorous no: exact multipliers that rule out every solution of a condition.
+r"""A rigorous no: exact multipliers that rule out every solution of a condition.
 
 The multipliers of a solver are tried first. If these are singular, others are computed that are as
 far from singular as possible: among the multipliers with sum_k <sign F_k(x), Z_k> + zeta = 0 for
@@ -9,8 +9,6 @@ the size of the condition's own, in x, x_0 and tau:
                         sum_k g_k trace(.) + g_0 (.) >= 1,
 
 where sign F_k(x) = A_k(x) + C_k and g = 1 / w; its multipliers and that of the last row give Z_k.
-
-A condition whose objective must lie below a number; a proof of "no" bounds the objective.
 """
 
 from __future__ import annotations
@@ -146,11 +144,11 @@ def _on_face(face: Face, s: Floats) -> Alternative | None:
 def _sizes(face: Face, s: Floats) -> Floats:
     """Return how far each entry may be moved: the distance of its multiplier from singular."""
     size = np.full(len(s), 1e-12)
-    for k, U in enumerate(face.bases):
+    for block, U in enumerate(face.bases):
         if U.shape[1]:
-            values = np.linalg.eigvalsh(face.member(k, s))
+            values = np.linalg.eigvalsh(face.member(block, s))
             used = values[values > 1e-14]
-            start = face.starts[k]
+            start = face.starts[block]
             size[start : start + triangle(U.shape[1])] = used[0] if len(used) else 1e-12
     return size
 
@@ -161,9 +159,9 @@ def _interior(face: Face, condition: Condition) -> Iterator[Floats]:
     read, rows, cones = face.read, *_open_rows(face, data)
     matrix = data.matrix()[rows]
     constant, weight, inside = data.constant[rows], np.zeros(len(rows)), np.zeros(len(rows))
-    used = [k for k, U in enumerate(face.bases) if U.shape[1]]
-    for k, cone in zip(used, cones, strict=True):
-        natural = condition.lmis[read.blocks[k].lmi].weight or 1.0
+    used = [block for block, U in enumerate(face.bases) if U.shape[1]]
+    for block, cone in zip(used, cones, strict=True):
+        natural = condition.lmis[read.blocks[block].lmi].weight or 1.0
         diagonal = cone.start + np.diag(packed_places(cone.size))
         weight[diagonal], inside[diagonal] = natural, 1.0 / natural
     # Columns x, x_0, tau; the row of x_0 and the sum of traces before the cones.

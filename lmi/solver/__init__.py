@@ -1,9 +1,8 @@
 """The only calls of a solver: cone data in, numbers out.
 
-solve             the solvers that are tried, one after another
-sdpa_solver, cvxpy_solvers    others, where they are installed; when sdpa is first
-elimination_order explicit zeros that make clarabel quicker
-rescaled          the same program in units of its own solution
+solve             the solvers that are tried, one after another; units of a program's solution
+sdpa_solver, cvxpy_solvers    others, where they are installed
+incidence         which is first, and explicit zeros that make clarabel quicker
 time_limit        a limit on all calls of one question
 """
 

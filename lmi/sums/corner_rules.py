@@ -69,12 +69,6 @@ class ProductRules:
         most = self.corners.max(axis=0, initial=0) + 1
         return {name: int(count) for name, count in zip(self.premises, most, strict=True)}
 
-    def crossed(self, other: ProductRules) -> ProductRules:
-        """Return the rules (i, k), number i * other.rules + k, with membership h_i h_k."""
-        first = np.repeat(self.corners, other.rules, axis=0)
-        second = np.tile(other.corners, (self.rules, 1))
-        return ProductRules(np.hstack([first, second]), (*self.premises, *other.premises))
-
 
 # A plain array of corners has no names: its premises are named after its columns.
 Corners: TypeAlias = ProductRules | Indices

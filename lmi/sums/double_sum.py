@@ -1,271 +1,27 @@
-"""The sum of h_i m_j Theta_ij that a law with memberships leads to, as terms of an LMI.
+r"""The sum of h_i h_j Theta_ij that a law with memberships leads to, as terms of an LMI.
 
 Theta_ij is a symmetric block matrix that is affine in the unknowns; i is the rule of the vertex, j
 that of the gain.  A relaxation (``relaxations``) only needs weighted sums of the Theta_ij, not
 their contents. Therefore every relaxation applies to every condition that is posed as a
 ``DoubleSum``.
-
-The parts of Theta_ij in a double sum, and the weights of a sum of Theta_ij.
-
-A weighted sum of matrices Theta_ij, term by term; equal contributions are added up first.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from takagi.lmi.condition.term import LMI, Array, Constant, Position, Term
+from takagi.lmi.condition.term import LMI, Array, Labels, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.decision.item_rounds import Labels
 from takagi.lmi.sums.corner_rules import Corners, product_rules
-from takagi.models.arrays import Floats, Indices
+from takagi.lmi.sums.summands import KnownBlock, Summand, SumPart, changes_with_gain
+from takagi.lmi.sums.weighted_sum import constant_of, same_term, term_of
+from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
-
-Weights: TypeAlias = Floats
-# Which member of its unknown a part takes: the first, that of the vertex, that of the gain; or a
-# table (r, g) of members.
-Member: TypeAlias = Literal["first", "vertex", "gain"] | Indices
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class SumPart:
-    """L_ij X R_ij (+ transpose), one of the summands of Theta_ij.
-
-    Attributes
-    ----------
-    left : (1, p, X.rows) for the same in all, (r, p, X.rows) by the vertex's rule i, or
-        (r, g, p, X.rows) by both rules.
-    right : the same, (., X.cols, q); None for a scalar X, then left is (., p, q).
-    member : which member of X.
-    at, plus_transpose, parameter : as in ``Term``.
-    latex : before and behind the unknown, with ``{i}`` and ``{j}`` for the two rules, e.g.
-        ``("-B_{i}", "")``.
-    symbol : the unknown, e.g. ``"M_{j}"``; its own when empty.
-    """
-
-    unknown: Unknown
-    left: Array
-    right: Array | None = None
-    member: Member = "first"
-    at: Position | None = (0, 0)
-    plus_transpose: bool = False
-    parameter: str | None = None
-    latex: tuple[str, str] = ("", "")
-    symbol: str = ""
-
-    @property
-    def same(self) -> bool:
-        """Return whether it is one and the same in every Theta_ij."""
-        single = self.right is None or len(self.right) == 1
-        return (
-            isinstance(self.member, str)
-            and self.member == "first"
-            and (len(self.left) == 1 and single)
-        )
-
-    @property
-    def by_gain(self) -> bool:
-        """Return whether it changes with the gain's rule j."""
-        arrays = [array for array in (self.left, self.right) if array is not None]
-        if isinstance(self.member, str):
-            return self.member == "gain" or any(map(changes_with_gain, arrays))
-        return changes_with_gain(self.member[..., None, None]) or any(
-            map(changes_with_gain, arrays)
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class KnownBlock:
-    """A known block of Theta_ij: (1, p, q), (r, p, q) by the vertex's rule, or (r, g, p, q)."""
-
-    value: Array
-    at: Position | None = (0, 0)
-    latex: str = ""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Summand:
-    """weight_t Theta_(i_t, j_t), added to item item_t, for t = 1 ... T.
-
-    Attributes
-    ----------
-    i, j : (T,) rule of the vertex, rule of the gain.
-    weight : (T,); integers, or binary fractions, stay exact where the matrices are fractions.
-    item : (T,); None means one to each item.
-    names : the two indices in LaTeX, e.g. ``("i", "j")``.
-    factor : the weight in LaTeX; empty for 1.
-    """
-
-    i: Indices
-    j: Indices
-    weight: Weights
-    item: Indices | None = None
-    names: tuple[str, str] = ("i", "j")
-    factor: str = ""
-
-    def totals(self, count: int) -> Weights:
-        """Return the sum of the weights in each item, (count,)."""
-        if self.item is None:
-            return self.weight
-        return np.asarray(np.bincount(self.item, self.weight, count), dtype=np.float64)
-
-
-def changes_with_gain(array: Array) -> bool:
-    """Return whether an array (1, ., .), (r, ., .) or (r, g, ., .) changes along its axis of g."""
-    return array.ndim == 4 and not bool((array == array[:, :1]).all())
-
-
-def term_of(part: SumPart, summand: Summand, gains: int, scale: float) -> Term:
-    """Return scale times the summand's sum of one part.
-
-    If one side of the unknown is the same for all rules, contributions to one item with one member
-    are added up beforehand, because the solver's data grow with the number of contributions.
-    """
-    left, right = part.left, part.right
-    weight = scale * summand.weight
-    members = _members(part, summand)
-    items = summand.item
-    if items is None:
-        left = _scaled(weight, _picked(left, summand))
-        right = None if right is None else _picked(right, summand)
-    elif right is None or len(right) == 1:
-        items, members, key = _keys(items, members, part.unknown.count)
-        left = _gathered(left, summand, weight, key, len(items), gains)
-    elif len(left) == 1:
-        items, members, key = _keys(items, members, part.unknown.count)
-        right = _gathered(right, summand, weight, key, len(items), gains)
-    else:
-        left, right = _scaled(weight, _picked(left, summand)), _picked(right, summand)
-    return Term(
-        unknown=part.unknown,
-        left=left,
-        right=right,
-        at=part.at,
-        plus_transpose=part.plus_transpose,
-        items=items,
-        members=members,
-        parameter=part.parameter,
-        latex=(_indexed(part.latex[0], summand.names), _indexed(part.latex[1], summand.names)),
-        symbol=_indexed(part.symbol, summand.names),
-        factor=_indexed(summand.factor, summand.names),
-    )
-
-
-def same_term(part: SumPart, total: Weights, scale: float, printed: float) -> Term:
-    """Return a part that is the same in all Theta, times scale and the sum of the weights."""
-    alike = bool(np.all(total == total[0]))
-    return Term(
-        unknown=part.unknown,
-        left=_scaled(scale * (total[:1] if alike else total), part.left),
-        right=part.right,
-        at=part.at,
-        plus_transpose=part.plus_transpose,
-        parameter=part.parameter,
-        latex=part.latex,
-        symbol=part.symbol,
-        factor=_number(total[0] / printed),
-    )
-
-
-def constant_of(
-    known: KnownBlock, summands: Sequence[Summand], total: Weights, scale: float, printed: float
-) -> Iterator[Constant]:
-    """Yield the sums of a known block: one if it is the same for all rules, else one a summand."""
-    value, count = known.value, len(total)
-    if value.ndim == 3 and len(value) == 1:
-        alike = bool(np.all(total == total[0]))
-        found = _scaled(scale * (total[:1] if alike else total), value)
-        yield Constant(
-            value=found, at=known.at, latex=known.latex, factor=_number(total[0] / printed)
-        )
-        return
-    for summand in summands:
-        weight = scale * summand.weight
-        if summand.item is None:
-            found = _scaled(weight, _picked(value, summand))
-        else:
-            gains = value.shape[1]
-            found = _gathered(value, summand, weight, summand.item, count, gains)
-        yield Constant(
-            value=found,
-            at=known.at,
-            latex=_indexed(known.latex, summand.names),
-            factor=_indexed(summand.factor, summand.names),
-        )
-
-
-def _members(part: SumPart, summand: Summand) -> Indices | None:
-    if not isinstance(part.member, str):
-        return np.asarray(part.member[summand.i, summand.j])
-    return {"first": None, "vertex": summand.i, "gain": summand.j}[part.member]
-
-
-def _keys(
-    items: Indices, members: Indices | None, count: int
-) -> tuple[Indices, Indices | None, Indices]:
-    """Return the pairs (item, member) that occur, and which of them each contribution is to."""
-    if members is None:
-        found, key = np.unique(items, return_inverse=True)
-        return found, None, key
-    found, key = np.unique(items * count + members, return_inverse=True)
-    return found // count, found % count, key
-
-
-def _picked(array: Array, summand: Summand) -> Array:
-    """Return (T, p, q), or (1, p, q) where it does not depend on the rules."""
-    if array.ndim == 4:
-        return np.asarray(array[summand.i, summand.j])
-    return array if len(array) == 1 else np.asarray(array[summand.i])
-
-
-def _gathered(
-    array: Array, summand: Summand, weight: Weights, key: Indices, count: int, gains: int
-) -> Array:
-    """Return (count, p, q): sum of weight_t array_t over the contributions t of one key."""
-    if array.ndim == 4:
-        flat, source = array.reshape(-1, *array.shape[2:]), summand.i * gains + summand.j
-    else:
-        flat = array
-        source = summand.i if len(array) > 1 else np.zeros_like(summand.i)
-    if array.dtype == object:
-        total = np.full((count, *flat.shape[1:]), Fraction(0), dtype=object)
-        np.add.at(total, key, _scaled(weight, flat[source]))
-        return total
-    sums = sp.csr_array((weight, (key, source)), shape=(count, len(flat)))
-    return np.asarray(sums @ flat.reshape(len(flat), -1)).reshape(count, *flat.shape[1:])
-
-
-def _scaled(weight: Weights, array: Array) -> Array:
-    """Return weight_t array_t; fractions stay fractions, for binary weights without an error."""
-    if (weight == 1.0).all():
-        return array
-    if array.dtype == object:
-        exact = np.array([Fraction(w) for w in weight.tolist()], dtype=object)
-        return np.asarray(exact[:, None, None] * array)
-    return np.asarray(weight[:, None, None] * array)
-
-
-def _indexed(text: str, names: tuple[str, str]) -> str:
-    """Return the text with ``{i}``, ``{j}`` replaced by the names of the two rules.
-
-    A name keeps its braces right behind ``_`` or ``^``; inside of others it needs none.
-    """
-    given = dict(zip("ij", names, strict=True))
-    text = re.sub(r"(?<=[_^])\{([ij])\}", lambda found: "{" + given[found[1]] + "}", text)
-    return re.sub(r"(?<![_^])\{([ij])\}", lambda found: given[found[1]], text)
-
-
-def _number(value: float) -> str:
-    return "" if value == 1 else f"{value:.4g}"
-
 
 # The result of a relaxation: its own (slack) unknowns, and the LMIs.
 RelaxedSum: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
@@ -273,19 +29,17 @@ RelaxedSum: TypeAlias = tuple[tuple[Unknown, ...], tuple[LMI, ...]]
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DoubleSum:
-    """sum_ij h_i m_j Theta_ij < 0 for all memberships h of the vertices, m of the gains.
+    """sum_ij h_i h_j Theta_ij < 0 for all memberships h.
 
     Attributes
     ----------
-    rules : r, the number of rules of the vertices.
+    rules : r, the number of rules.
     blocks : sizes of Theta's diagonal blocks.
     parts, fixed : Theta_ij is the sum of these parts with unknowns and of these known blocks.
     weight : the margin that Theta must have when the other LMIs have margin 1.
     name : prefix of the LMIs' names, where a condition has more than one double sum.
     corners : (r, premises) which corner of each premise rule i takes, or ``ProductRules``; None
         where the memberships are not known to be products.
-    gain_rules : g; None where the gains have the rules and the memberships of the vertices, m = h.
-    gain_corners : as ``corners``, for the gains' own rules.  Premises of one name are the same.
     active : (r, r), False where h_i h_j = 0 at every state; None where nothing is known.
     active_rules : at most this many h_i differ from zero at one state; None where nothing is known.
     """
@@ -297,14 +51,10 @@ class DoubleSum:
     weight: float = 1.0
     name: str = ""
     corners: Corners | None = None
-    gain_rules: int | None = None
-    gain_corners: Corners | None = None
     active: NDArray[np.bool_] | None = None
     active_rules: int | None = None
 
     def __post_init__(self) -> None:
-        if self.gain_corners is not None and self.gain_rules is None:
-            object.__setattr__(self, "gain_rules", product_rules(self.gain_corners).rules)
         for part in self.parts:
             for side, array in (("left", part.left), ("right", part.right)):
                 if array is not None:
@@ -312,14 +62,12 @@ class DoubleSum:
             self._check_member(part)
         for known in self.fixed:
             self._check_length("a fixed block", known.value)
-        self._check_corners("vertices", self.corners, self.rules)
-        self._check_corners("gains", self.gain_corners, self.gains)
+        if self.corners is not None and product_rules(self.corners).rules != self.rules:
+            raise ModelError(
+                f"corners: {product_rules(self.corners).rules} rules, but there are {self.rules}; "
+                "give one row for each rule"
+            )
         self._check_active()
-
-    @property
-    def gains(self) -> int:
-        """Return g, the number of rules of the gains."""
-        return self.rules if self.gain_rules is None else self.gain_rules
 
     @property
     def size(self) -> int:
@@ -351,15 +99,6 @@ class DoubleSum:
         keep = self.active[i, j]
         return i[keep], j[keep]
 
-    def require_shared(self, relaxation: str) -> None:
-        """Raise ModelError where the gains' memberships are not those of the vertices."""
-        if self.gain_rules is not None:
-            raise ModelError(
-                f"relaxation {relaxation} pairs the rules of the vertices with those of the gains, "
-                f"but there are {self.rules} and {self.gains} with memberships of their own; take "
-                '"product" or "product-<d>"'
-            )
-
     def lmi(
         self,
         name: str,
@@ -383,9 +122,7 @@ class DoubleSum:
         # A part that is the same for all (i, j) enters once, times the sum of the weights.
         total = sum((summand.totals(count) for summand in summands), np.zeros(count))
         varying = [part for part in self.parts if not part.same]
-        terms = [
-            term_of(part, summand, self.gains, scale) for summand in summands for part in varying
-        ]
+        terms = [term_of(part, summand, scale) for summand in summands for part in varying]
         terms += [same_term(part, total, scale, printed) for part in self.parts if part.same]
         constants = [
             constant
@@ -406,38 +143,30 @@ class DoubleSum:
         )
 
     def _check_length(self, what: str, array: Array) -> None:
-        r, g = self.rules, self.gains
-        if array.shape[:-2] not in ((1,), (r,), (r, g)):
+        r = self.rules
+        if array.shape[:-2] not in ((1,), (r,), (r, r)):
             raise ModelError(
-                f"{what} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {g}, ., .) is "
+                f"{what} has shape {array.shape}; (1, ., .), ({r}, ., .) or ({r}, {r}, ., .) is "
                 "needed"
             )
 
     def _check_member(self, part: SumPart) -> None:
-        r, g, count = self.rules, self.gains, part.unknown.count
+        r, count = self.rules, part.unknown.count
         if not isinstance(part.member, str):
-            fits = part.member.shape == (r, g) and 0 <= part.member.min()
+            fits = part.member.shape == (r, r) and 0 <= part.member.min()
             fits = fits and int(part.member.max()) < count
         else:
-            fits = {"first": True, "vertex": count == r, "gain": count == g}[part.member]
+            fits = part.member == "first" or count == r
         if not fits:
             raise ModelError(
-                f"part {part.unknown.name} has {count} members for {r} rules of the vertices, {g} "
-                f"of the gains; one for each rule, or a table ({r}, {g}) of members is needed"
-            )
-
-    def _check_corners(self, whose: str, corners: Corners | None, rules: int) -> None:
-        if corners is not None and product_rules(corners).rules != rules:
-            raise ModelError(
-                f"corners of the {whose}: {product_rules(corners).rules} rules, but there are "
-                f"{rules}; give one row for each rule"
+                f"part {part.unknown.name} has {count} members for {r} rules; one for each rule, "
+                f"or a table ({r}, {r}) of members is needed"
             )
 
     def _check_active(self) -> None:
         given, most = self.active, self.active_rules
         if given is None and most is None:
             return
-        self.require_shared("with knowledge of which rules act together")
         if most is not None and not 1 <= most <= self.rules:
             raise ModelError(f"active_rules is {most}; 1 ... {self.rules} rules can act at a time")
         r = self.rules

@@ -17,7 +17,8 @@ import numpy as np
 
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats, Indices
 
 

@@ -9,8 +9,9 @@ from math import log2, prod
 import numpy as np
 
 from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum
 from takagi.lmi.sums.simplex_products import count_of, multisets
+from takagi.lmi.sums.summands import Summand
 from takagi.models.arrays import Floats, Indices
 
 
@@ -41,7 +42,6 @@ def at_points(parts: int) -> Callable[[DoubleSum], RelaxedSum]:
 
 
 def _pose(loop: DoubleSum, parts: int) -> RelaxedSum:
-    loop.require_shared("at single blends")
     shares = _whole_shares(loop.rules, loop.corners, parts)
     shares = shares[_possible(loop, shares)]
     item, i, j = np.nonzero((shares[:, :, None] * shares[:, None, :]) > 0)

@@ -27,8 +27,9 @@ from numpy.typing import ArrayLike, NDArray
 from takagi.lmi.condition.term import LMI, Array, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners, HasPremises, product_rules
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.rule_pairs import SLACK_SHARE, slack_unknown
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 
@@ -58,7 +59,6 @@ def with_overlap(
 
     Source: as the module.
     """
-    loop.require_shared("with bounds on the memberships")
     if active_rules is not None:
         known = loop.active_rules
         loop = replace(loop, active_rules=min(active_rules, known or active_rules))
@@ -91,7 +91,6 @@ def with_shape(loop: DoubleSum, forms: ArrayLike) -> Shaped:
 
     Source: Sala and Arino (2008), IEEE Trans. Fuzzy Systems 16(5).
     """
-    loop.require_shared("with forms of the memberships")
     C = np.asarray(forms, dtype=np.float64)
     r = loop.rules
     if C.ndim != 3 or C.shape[1:] != (r, r) or not len(C) or not np.isfinite(C).all():

@@ -15,7 +15,7 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.sums.corner_rules import Corners, ProductRules, product_rules
+from takagi.lmi.sums.corner_rules import ProductRules, product_rules
 from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, selections
 from takagi.lmi.sums.rule_pairs import slack_unknown
 from takagi.lmi.sums.simplex_products import (
@@ -41,9 +41,8 @@ def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
 
     Source: Sala and Arino (2007), Fuzzy Sets and Systems 158(24), theorem 5.
     """
-    loop.require_shared(f"polya-{degree}")
     rules = ProductRules(np.arange(loop.rules)[:, None], ("h",))
-    found = coefficients(loop, rules, rules, degree)
+    found = coefficients(loop, rules, degree)
     chosen = found.exponents[0]
     lmi = loop.lmi(
         "product of memberships",
@@ -58,7 +57,7 @@ def polya(loop: DoubleSum, degree: int) -> RelaxedSum:
 
 
 def product(loop: DoubleSum, degree: int = 0) -> RelaxedSum:
-    """Every coefficient of prod_k (sum_c w_kc)^d sum_ij h_i m_j Theta_ij is negative definite.
+    """Every coefficient of prod_k (sum_c w_kc)^d sum_ij h_i h_j Theta_ij is negative definite.
 
     Never more conservative than all pairs, and for one premise the same as Polya's of that
     degree; necessary and sufficient as d grows, with prod_k (D_k + d + s_k - 1 choose s_k - 1)
@@ -85,43 +84,29 @@ def product_liu_zhang(loop: DoubleSum) -> RelaxedSum:
 
     Source: derived here: sum_ij h_i h_j Theta_ij < sum_ij h_i h_j X_ij = (h x I)' X (h x I) < 0.
     """
-    loop.require_shared("product-liu-zhang")
     X = slack_unknown(loop, "X", loop.rules * loop.size)
     return (X,), (_product_lmi(loop, 0, X), negative_whole(loop, X))
 
 
-def both_rules(loop: DoubleSum) -> tuple[ProductRules, ProductRules]:
-    """Return the rules of the vertices and of the gains as products.
+def known_rules(loop: DoubleSum) -> ProductRules:
+    """Return the rules as products.
 
     Raises
     ------
-    ModelError : they are the same, and not known to be products.
+    ModelError : they are not known to be products.
     """
-    if loop.gain_rules is None:
-        if loop.corners is None:
-            raise ModelError(
-                "relaxation product needs memberships that are products over premises, and knows "
-                'of none; give the model premises, or take "polya-<d>"'
-            )
-        rules = product_rules(loop.corners)
-        return rules, rules
-    return (
-        _own(loop.corners, loop.rules, "vertex rule"),
-        _own(loop.gain_corners, loop.gains, "gain rule"),
-    )
-
-
-def _own(corners: Corners | None, rules: int, name: str) -> ProductRules:
-    """Return the rules as products; as one premise of their own where nothing is known."""
-    if corners is not None:
-        return product_rules(corners)
-    return ProductRules(np.arange(rules)[:, None], (name,))
+    if loop.corners is None:
+        raise ModelError(
+            "relaxation product needs memberships that are products over premises, and knows "
+            'of none; give the model premises, or take "polya-<d>"'
+        )
+    return product_rules(loop.corners)
 
 
 def _product_lmi(loop: DoubleSum, degree: int, X: Unknown | None = None) -> LMI:
-    vertices, gains = both_rules(loop)
-    simplexes = simplexes_of(vertices, gains)
-    found = coefficients(loop, vertices, gains, degree)
+    rules = known_rules(loop)
+    simplexes = simplexes_of(rules)
+    found = coefficients(loop, rules, degree)
 
     def label(item: int) -> str:
         corners = (

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import comb, prod
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
-from takagi.lmi.sums.product_premises import both_rules
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.product_premises import known_rules
 from takagi.lmi.sums.simplex_products import count_of, simplexes_of
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.errors import ModelError
 
 # The most entries that are posed. Assembly and clarabel took about 65 bytes for each entry
@@ -69,8 +72,6 @@ def relaxation_size(
     corners: Corners | None = None,
     *,
     size: int = 1,
-    gain_rules: int | None = None,
-    gain_corners: Corners | None = None,
     active: NDArray[np.bool_] | None = None,
     active_rules: int | None = None,
 ) -> RelaxationSize:
@@ -82,7 +83,7 @@ def relaxation_size(
     Parameters
     ----------
     name : of the relaxation.
-    rules, corners, gain_rules, gain_corners, active, active_rules : as in ``DoubleSum``.
+    rules, corners, active, active_rules : as in ``DoubleSum``.
     size : of Theta: n for PDC in continuous time, 2 n in discrete time.
 
     Raises
@@ -94,8 +95,6 @@ def relaxation_size(
         blocks=(size,),
         parts=(),
         corners=corners,
-        gain_rules=gain_rules,
-        gain_corners=gain_corners,
         active=active,
         active_rules=active_rules,
     )
@@ -115,7 +114,6 @@ def size_of(name: str, loop: DoubleSum) -> RelaxationSize:
         return RelaxationSize(((items, n),), rules=mean)
     if name == "common-gain" and not loop.by_gain:
         return RelaxationSize(((r, n),))
-    loop.require_shared(name)
     whole = ((1, r * n),)
     if name == "product-liu-zhang":
         items, mean = _products(loop, 0)
@@ -174,14 +172,12 @@ def _members(part: SumPart, rules: float) -> float:
 
 
 def _applicable(loop: DoubleSum) -> tuple[str, ...]:
-    if loop.gain_rules is not None:
-        return ("product",)
     return tuple(name for name in CHEAP if name != "product" or loop.corners is not None)
 
 
 def _products(loop: DoubleSum, degree: int) -> tuple[int, float]:
     """Return prod_k (D_k + d + s_k - 1 choose s_k - 1), and the mean number of rules in each."""
-    simplexes = simplexes_of(*both_rules(loop))
+    simplexes = simplexes_of(known_rules(loop))
     items = prod(count_of(simplex.corners, simplex.degree + degree) for simplex in simplexes)
     mean = prod(_polya(simplex.corners, simplex.degree + degree - 2)[1] for simplex in simplexes)
     return items, mean
@@ -192,3 +188,88 @@ def _polya(values: int, degree: int, most: int | None = None) -> tuple[int, floa
     sides = range(1, (values if most is None else most) + 1)
     items = [comb(values, t) * comb(degree + 1, t - 1) for t in sides]
     return sum(items), sum(t * count for t, count in zip(sides, items, strict=True)) / sum(items)
+
+
+# What "auto" tries.
+NAMES = (
+    "common-gain",
+    "wang-tanaka-griffin",
+    "tanaka-wang",
+    "tuan",
+    "kim-lee",
+    "liu-zhang",
+    "polya-1",
+    "polya-2",
+    "polya-4",
+    "polya-8",
+)
+# The list if the premises are known; with a single premise these are Polya's relaxations.
+PRODUCTS = ("product", "product-1", "product-2", "product-liu-zhang")
+
+# A relaxation is not tried if one iteration of the solver takes more operations than this. That is
+# about a second for an iteration, and half a minute or more for the whole call. The weight of a row
+# accounts for the work in sparse matrices: a row took as long as 6e4 operations of a dense cone
+# (measured with clarabel; 2 to 16 rules, 4 to 8 states).
+MOST_WORK = 1e10
+ROW = 6e4
+
+
+def work_of(size: RelaxationSize) -> float:
+    """Return about how many operations one iteration of an interior-point solver takes."""
+    return sum(
+        items * (ROW * triangle(width) + triangle(width) ** 3) for items, width in size.cones
+    )
+
+
+_BELOW: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "common-gain": (),
+        "wang-tanaka-griffin": ("common-gain",),
+        "tuan": ("wang-tanaka-griffin",),
+        "tanaka-wang": ("wang-tanaka-griffin",),
+        "kim-lee": ("tanaka-wang",),
+        "liu-zhang": ("kim-lee",),
+        "product-liu-zhang": ("liu-zhang", "product"),
+        "auto": (*NAMES, *PRODUCTS),
+        "polya-0": ("wang-tanaka-griffin",),
+        "product-0": ("wang-tanaka-griffin",),
+    }
+)
+SAME: Mapping[str, str] = MappingProxyType(
+    {"polya-0": "wang-tanaka-griffin", "product": "product-0"}
+)
+
+
+def contains(rich: str, poor: str, *, few_active: bool = False) -> bool:
+    """Return whether unknowns for ``poor`` always give unknowns for ``rich``, by a theorem.
+
+    With M_j = M, Theta_ij + Theta_ji is Theta_i + Theta_j, so one gain gives all pairs.  All pairs
+    give Tuan's by adding Theta_ii < 0, and Tanaka and Wang's by a small Y; theirs give Kim and
+    Lee's by X_ii = -(r - 1) Y - eps I, X_ij = Y, since 1 1' <= r I; Liu and Zhang only drop the
+    symmetry of X_ij.  All pairs are Polya's degree 0; negative definite coefficients stay so when
+    the polynomial is multiplied by h_1 + ... + h_r, and when those of equal products of corner
+    weights are added up.  "auto" contains the relaxations that it tries, except those that are too
+    large. False is no evidence of the contrary: for some pairs no theorem is known.
+
+    Parameters
+    ----------
+    few_active : at most this many rules are known to act at a time that Tanaka and Wang's s is
+        smaller than r, and than the number of rules that some rule acts with; Kim and Lee's and
+        those above it make no use of that, so they do not contain Tanaka and Wang's then.
+    """
+    rich, poor = SAME.get(rich, rich), SAME.get(poor, poor)
+    return rich == poor or any(
+        contains(below, poor, few_active=few_active) for below in _below(rich, few_active)
+    )
+
+
+def _below(name: str, few_active: bool) -> tuple[str, ...]:
+    """Return relaxations that the named one contains, and that contain all else it does."""
+    if few_active and name == "kim-lee":
+        return ("wang-tanaka-griffin",)
+    found = re.fullmatch(r"(polya|product)-(\d*[1-9]\d*)", name)
+    if found is None:
+        return _BELOW.get(name, ())
+    family, degree = found[1], int(found[2])
+    less = (f"{family}-{degree - 1}",)
+    return less if family == "polya" else (*less, f"polya-{degree}")

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
-from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum, Summand
+from takagi.lmi.sums.double_sum import DoubleSum, RelaxedSum
 from takagi.lmi.sums.product_premises import polya, product, product_liu_zhang
 from takagi.lmi.sums.relaxation_sizes import check_size
 from takagi.lmi.sums.rule_pairs import (
@@ -23,6 +23,7 @@ from takagi.lmi.sums.rule_pairs import (
     together,
 )
 from takagi.lmi.sums.slack_matrices import kim_lee, liu_zhang
+from takagi.lmi.sums.summands import Summand
 from takagi.models.errors import ModelError, did_you_mean
 
 Relaxation: TypeAlias = Callable[[DoubleSum], RelaxedSum]
@@ -77,7 +78,6 @@ def wang_tanaka_griffin(loop: DoubleSum) -> RelaxedSum:
 
     Source: Wang, Tanaka and Griffin (1996), IEEE Trans. Fuzzy Systems 4(1), theorem 3.
     """
-    loop.require_shared("wang-tanaka-griffin")
     return (), pair_lmis(loop)
 
 
@@ -90,7 +90,6 @@ def tanaka_wang(loop: DoubleSum) -> RelaxedSum:
     Source: Tanaka, Ikeda and Wang (1998), IEEE Trans. Fuzzy Systems 6(2), theorem 2; Tanaka and
     Wang (2001), theorem 9.
     """
-    loop.require_shared("tanaka-wang")
     n, one, s = loop.size, np.eye(loop.size)[None], loop.most_active
     Y = slack_unknown(loop, "Y", n)
     more = Term(
@@ -119,7 +118,6 @@ def tuan(loop: DoubleSum) -> RelaxedSum:
 
     Source: Tuan, Apkarian, Narikiyo and Yamamoto (2001), IEEE Trans. Fuzzy Systems 9(2).
     """
-    loop.require_shared("tuan")
     first, second = loop.pairs()
     if not len(first):
         return (), (rule_lmi(loop),)

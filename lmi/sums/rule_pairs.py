@@ -6,7 +6,8 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.sums.double_sum import DoubleSum, Summand
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Summand
 
 # Margin of a slack unknown for a margin 1 of Theta. The margin of a slack reduces the margin of the
 # sum, r - 1 times in Tanaka and Wang's relaxation, so it must be small. But if it is much smaller,
@@ -21,7 +22,7 @@ def rule_lmi(loop: DoubleSum, slack: tuple[Term, ...] = ()) -> LMI:
     return loop.lmi(
         "rule",
         # With a single gain nothing depends on j.
-        (Summand(i, np.minimum(i, loop.gains - 1), np.ones(r), names=("i", "i")),),
+        (Summand(i, i, np.ones(r), names=("i", "i")),),
         slack,
         count=r,
         label=lambda item: f"rule {item + 1} of {r}",

@@ -1,11 +1,9 @@
-"""A double sum as a polynomial in the weights of its premises, and its coefficients.
+r"""A double sum as a polynomial in the weights of its premises, and its coefficients.
 
 Where rules are combinations of corners, h_i = prod_k w_(k, c_ik), the double sum is a polynomial in
 the weights w_k of each premise, homogeneous in each: of degree D_k where premise k is a factor D_k
-times (2 where it indexes vertices and gains, 1 where only one of them, 3 where a filter takes it
-too).  Times prod_k (w_k1 + w_k2 + ...)^d, which is 1, it is so of degree D_k + d.
-
-Multisets of small integers, as many at once: enumerated, numbered, counted.
+times, 2 where it is a factor of each membership once.  Times prod_k (w_k1 + w_k2 + ...)^d, which is
+1, it is so of degree D_k + d.
 """
 
 from __future__ import annotations
@@ -16,7 +14,8 @@ from math import comb, log2, perm, prod
 import numpy as np
 
 from takagi.lmi.sums.corner_rules import ProductRules
-from takagi.lmi.sums.double_sum import DoubleSum, Summand, Weights
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Summand, Weights
 from takagi.models.arrays import Indices
 from takagi.models.errors import ModelError
 
@@ -62,18 +61,17 @@ class Simplex:
     ----------
     name : of the premise.
     corners : number of weights.
-    vertex_columns, gain_columns : the columns of the vertices' and the gains' corners.
+    columns : of the rules' corners.
     """
 
     name: str
     corners: int
-    vertex_columns: tuple[int, ...]
-    gain_columns: tuple[int, ...]
+    columns: tuple[int, ...]
 
     @property
     def degree(self) -> int:
-        """Return D_k."""
-        return len(self.vertex_columns) + len(self.gain_columns)
+        """Return D_k: both memberships of a pair have the factors."""
+        return 2 * len(self.columns)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,51 +104,41 @@ class SimplexCoefficients:
         return Summand(self.i, self.j, self.weight, self.item, factor=factor)
 
 
-def simplexes_of(vertices: ProductRules, gains: ProductRules) -> tuple[Simplex, ...]:
-    """Return every premise of the vertices and the gains, in the order of the columns.
+def simplexes_of(rules: ProductRules) -> tuple[Simplex, ...]:
+    """Return every premise of the rules, in the order of the columns.
 
     Raises
     ------
     ModelError : a premise with different numbers of corners in its columns.
     """
-    names = dict.fromkeys((*vertices.premises, *gains.premises))
     found = []
-    for name in names:
-        columns = [
-            tuple(c for c, other in enumerate(rules.premises) if other == name)
-            for rules in (vertices, gains)
-        ]
-        sides = {
-            int(rules.corners[:, c].max()) + 1
-            for rules, own in zip((vertices, gains), columns, strict=True)
-            for c in own
-        }
+    for name in dict.fromkeys(rules.premises):
+        columns = tuple(c for c, other in enumerate(rules.premises) if other == name)
+        sides = {int(rules.corners[:, c].max()) + 1 for c in columns}
         if len(sides) > 1:
             raise ModelError(
                 f"premise {name} has {' and '.join(map(str, sorted(sides)))} corners in different "
                 "columns; a premise has the same corners wherever it is a factor"
             )
-        found.append(Simplex(name, sides.pop(), columns[0], columns[1]))
+        found.append(Simplex(name, sides.pop(), columns))
     return tuple(found)
 
 
-def coefficients(
-    loop: DoubleSum, vertices: ProductRules, gains: ProductRules, degree: int
-) -> SimplexCoefficients:
+def coefficients(loop: DoubleSum, rules: ProductRules, degree: int) -> SimplexCoefficients:
     """Return which Theta_ij appear in which coefficient; without products that are always zero.
 
     A coefficient divided by the number of orderings of its product is a mean of the Theta_ij; the
     weights are those of the mean times prod_k (D_k + d)! / d!, the same for all coefficients.
     """
-    r, g = vertices.rules, gains.rules
-    item = np.zeros((r, g, 1), dtype=np.intp)
-    weight = np.ones((r, g, 1))
-    simplexes = simplexes_of(vertices, gains)
+    r = rules.rules
+    item = np.zeros((r, r, 1), dtype=np.intp)
+    weight = np.ones((r, r, 1))
+    simplexes = simplexes_of(rules)
     for simplex in simplexes:
-        number, factor = _table(simplex, vertices, gains, degree)
+        number, factor = _table(simplex, rules, degree)
         count = count_of(simplex.corners, simplex.degree + degree)
-        item = (item[..., None] * count + number[:, :, None, :]).reshape(r, g, -1)
-        weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, g, -1)
+        item = (item[..., None] * count + number[:, :, None, :]).reshape(r, r, -1)
+        weight = (weight[..., None] * factor[:, :, None, :]).reshape(r, r, -1)
     exponents = _exponents(simplexes, degree)
     keep = _acting(loop, simplexes, exponents, item)
     i, j, _ = (place.ravel() for place in np.indices(item.shape))
@@ -168,22 +156,20 @@ def coefficients(
     )
 
 
-def _table(
-    simplex: Simplex, vertices: ProductRules, gains: ProductRules, degree: int
-) -> tuple[Indices, Weights]:
-    """Return number and weight, (r, g, multisets of ``degree``), of one premise.
+def _table(simplex: Simplex, rules: ProductRules, degree: int) -> tuple[Indices, Weights]:
+    """Return number and weight, (r, r, multisets of ``degree``), of one premise.
 
     The product of the corners of rules i and j and of a multiset of the power's is the multiset
     ``number``, with exponents e; the weight is prod_c e_c! / (e_c - a_c)!, a of i and j alone.
     """
     powers = multisets(simplex.corners, degree)
     # Rules agree in many premises: the table is made for each combination of corners once.
-    first, row = _distinct(vertices.corners[:, simplex.vertex_columns])
-    second, column = _distinct(gains.corners[:, simplex.gain_columns])
-    shape = (len(first), len(second), len(powers))
+    corners, row = np.unique(rules.corners[:, simplex.columns], axis=0, return_inverse=True)
+    row = row.ravel()
+    shape = (len(corners), len(corners), len(powers))
     own = [
-        *(np.broadcast_to(corner[:, None, None], shape) for corner in first.T),
-        *(np.broadcast_to(corner[None, :, None], shape) for corner in second.T),
+        *(np.broadcast_to(corner[:, None, None], shape) for corner in corners.T),
+        *(np.broadcast_to(corner[None, :, None], shape) for corner in corners.T),
     ]
     times = (powers[:, :, None] == np.arange(simplex.corners)).sum(axis=1)
     weight = np.ones(shape)
@@ -192,15 +178,7 @@ def _table(
         weight *= times[np.arange(len(powers)), corner] + further
     rows = np.stack([*own, *(np.broadcast_to(power, shape) for power in powers.T)], axis=3)
     number = numbers_of(np.sort(rows, axis=3), simplex.corners)
-    return number[row[:, None], column], weight[row[:, None], column]
-
-
-def _distinct(corners: Indices) -> tuple[Indices, Indices]:
-    """Return the different rows, and which of them each row is."""
-    if not corners.shape[1]:
-        return corners[:1], np.zeros(len(corners), dtype=np.intp)
-    found, place = np.unique(corners, axis=0, return_inverse=True)
-    return found, place.ravel()
+    return number[row[:, None], row], weight[row[:, None], row]
 
 
 def _exponents(simplexes: tuple[Simplex, ...], degree: int) -> tuple[Indices, ...]:
@@ -222,6 +200,6 @@ def _acting(
         acting = np.ones(len(keep), dtype=np.intp)
         for simplex, rows in zip(simplexes, exponents, strict=True):
             different = 1 + (np.diff(rows, axis=1) > 0).sum(axis=1)
-            acting *= different ** len(simplex.vertex_columns)
+            acting *= different ** len(simplex.columns)
         keep &= acting <= loop.most_active
     return keep

@@ -18,7 +18,6 @@ def kim_lee(loop: DoubleSum) -> RelaxedSum:
 
     Source: Kim and Lee (2000), IEEE Trans. Fuzzy Systems 8(5), theorem 3.
     """
-    loop.require_shared("kim-lee")
     r, n = loop.rules, loop.size
     one = np.eye(n)[None]
     X = slack_unknown(loop, "X", n, count=triangle(r))
@@ -53,7 +52,6 @@ def liu_zhang(loop: DoubleSum) -> RelaxedSum:
 
     Source: Liu and Zhang (2003), Automatica 39(9), theorem 2.
     """
-    loop.require_shared("liu-zhang")
     r, n = loop.rules, loop.size
     X = slack_unknown(loop, "X", r * n)
     E = selections(r, n)

@@ -36,11 +36,10 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution
-from takagi.lmi.refutation.definiteness import is_definite, is_semidefinite
+from takagi.lmi.refutation.indefinite import is_definite, is_semidefinite
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums_of_squares.gram import Exponent, identity, monomials
-from takagi.lmi.sums_of_squares.polynomial import StatePolynomial
+from takagi.lmi.sums_of_squares.polynomial import Exponent, StatePolynomial, identity, monomials
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

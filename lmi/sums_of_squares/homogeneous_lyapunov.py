@@ -30,16 +30,22 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.argument_checks import Vertices, number, sample_time_of, vertex_stack
-from takagi.lmi.condition.exact import fractions
+from takagi.lmi.condition.evaluate import fractions
 from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.diagnosis import binding_items
+from takagi.lmi.decision.outcome import binding_items
 from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums_of_squares.gram import Exponent, extended, monomials, sizes_of, vanishing
-from takagi.lmi.sums_of_squares.polynomial import StatePolynomial
+from takagi.lmi.sums_of_squares.polynomial import (
+    Exponent,
+    StatePolynomial,
+    extended,
+    monomials,
+    sizes_of,
+    vanishing,
+)
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 

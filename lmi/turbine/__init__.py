@@ -1,7 +1,6 @@
 """The gains of the multi-region wind-turbine controller.
 
-regional_condition, regional    gains of partial and full load: decay rate, actuator limits
-region_request                      the request for a region
+regional, region_request        gains of partial and full load; the request for a region, its LMIs
 effort                          gains of the effort-sharing law, wind by wind
 one_step/                       the same gains and the loop's quadratic functions found together
 """

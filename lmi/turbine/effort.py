@@ -21,12 +21,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from takagi.lmi.gains.cost.guaranteed_cost import guaranteed_cost_gain
+from takagi.lmi.gains.cost.regulator import guaranteed_cost_gain
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 

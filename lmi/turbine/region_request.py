@@ -1,4 +1,24 @@
-"""The design problem of one region's gains: requirement, bounds, and the scaled condition."""
+r"""The design problem of one region's gains: requirement, bounds, and the scaled condition.
+
+The LMIs of one region's gains: decay, and actuator bounds on an ellipsoid that holds a set.
+
+In scaled states and input, with Q = P^-1 > 0 and M_i = K_i Q, u = -sum_i h_i K_i x:
+
+    A_i Q - B M_i + (.)' + 2 alpha Q < 0                        decay of V = x' P x
+    [[1, x_k'], [x_k, Q]] >= 0                                  the set's corners lie in V <= 1
+    [[u_max^2, M_i], [M_i', Q]] >= 0                            |u| <= u_max on V <= 1
+    [[mu, M_i + c Q], [(.)', Q]] >= 0,  mu <= r_max^2           |u - c x| <= r_max on V <= 1
+    Q_ll <= b_l^2                                               |x_l| <= b_l: inside the box
+
+with mu least: of all gains that meet the requirement, these need the least actuator effort.
+
+B is the same in every rule, so sum_ij h_i h_j (A_i Q - B M_j) = sum_i h_i (A_i Q - B M_i): the
+rules' own inequalities are the double sum, and no relaxation can add anything.  Bounds at the
+rules hold for every blend, because u is a convex sum of the rules' commands.
+
+Source: Tanaka and Wang (2001), Fuzzy Control Systems Design and Analysis, sections 3.3-3.4 (decay
+rate, constraint on the input); Boyd et al. (1994), section 7.2.3.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +27,165 @@ from itertools import product
 
 import numpy as np
 
-from takagi.lmi.condition.term import Condition
+from takagi.lmi.condition.term import LMI, Condition, Constant, Term, bounded
+from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
-from takagi.lmi.turbine.regional_condition import ActuatorBound, regional_gain_condition
+from takagi.lmi.gains.requirements.limits import initial_lmis, input_lmis, state_lmis
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.regional_model import PITCH_DEVIATION, SPEED_ERROR, WIND_ESTIMATE
 from takagi.models.turbine.trim import TrimPoint, trim
+
+# Largest eigenvalue of Q in scaled states: the ellipsoid reaches at most the root of this times the
+# states' ranges. The bound only keeps the unknowns bounded.
+LARGEST_Q = 1e3
+# Margin of a bound for a margin 1 of decay: a small margin is enough for the bounds, so that decay
+# gets most of it.
+LIMIT_WEIGHT = 1e-3
+ONE = np.ones((1, 1, 1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ActuatorBound:
+    """|u - c x| <= limit on the ellipsoid.
+
+    Attributes
+    ----------
+    name : what is bounded, in words.
+    limit : in the condition's coordinates, > 0.
+    offset : c, (n,); zero for the command itself.
+    least : whether the bound is made as small as it can be, instead of just kept.
+    """
+
+    name: str
+    limit: float
+    offset: Floats
+    least: bool = False
+
+
+def regional_gain_condition(
+    A: Floats,
+    B: Floats,
+    *,
+    decay_rate: float,
+    corners: Floats,
+    bounds: tuple[ActuatorBound, ...],
+    box: Floats,
+) -> Condition:
+    """Pose decay at every rule, set inside ellipsoid inside box, and the actuator bounds.
+
+    Parameters
+    ----------
+    A : (r, n, n);  B : (n, 1), the same in every rule; both in scaled coordinates.
+    decay_rate : alpha [1/s].
+    corners : (s, n), the operating set is their hull (and its mirror image).
+    bounds : what must hold on the ellipsoid; one of them is made least.
+    box : (n,) half widths of the model's box; inf where a state is free.
+
+    Returns
+    -------
+    The condition in Q (n, n), M (r, 1, n) and mu.  Nothing is solved.
+
+    Raises
+    ------
+    ModelError : shapes that do not fit, or a bound that is not positive.
+    """
+    rules, n = A.shape[:2]
+    if A.shape != (rules, n, n) or B.shape != (n, 1) or corners.shape[1:] != (n,):
+        raise ModelError(
+            f"A {A.shape}, B {B.shape} and corners {corners.shape} were given; (r, n, n), (n, 1) "
+            "and (s, n) are needed"
+        )
+    Q = Unknown("Q", n, n, symmetric=True)
+    M = Unknown("M", 1, n, count=rules)
+    mu = Unknown("mu", 1, 1, symmetric=True, latex=r"\mu")
+    scale = bounded(Q, LARGEST_Q, latex=r"-\kappa I")
+    lmis = [scale, _decay(Q, M, A, B), *initial_lmis(Q, corners), *state_lmis(Q, box)]
+    for bound in bounds:
+        _check_bound(bound, n)
+        if bound.least or np.any(bound.offset):
+            lmis += _demand_lmis(Q, M, mu, bound)
+        else:
+            lmis += input_lmis(Q, M, np.array([bound.limit]))
+    least = any(bound.least for bound in bounds)
+    return Condition(
+        name="regional gains with decay rate and actuator bounds",
+        unknowns=(Q, M, mu) if least else (Q, M),
+        lmis=tuple(lmis),
+        objective={"mu": np.ones((1, 1, 1))} if least else {},
+        parameters={"alpha": decay_rate},
+        source="Tanaka and Wang (2001), sections 3.3-3.4",
+    )
+
+
+def _decay(Q: Unknown, M: Unknown, A: Floats, B: Floats) -> LMI:
+    rules, n = A.shape[:2]
+    one = np.eye(n)[None]
+    own = np.arange(rules)
+    return LMI(
+        name="decay of rule",
+        blocks=(n,),
+        terms=(
+            Term(unknown=Q, left=A, right=one, plus_transpose=True, latex=("A_{i}", "")),
+            Term(
+                unknown=M,
+                left=-B[None],
+                right=one,
+                plus_transpose=True,
+                items=own,
+                members=own,
+                latex=("-B", ""),
+                symbol="M_{i}",
+            ),
+            Term(unknown=Q, left=2 * one, right=one, parameter="alpha", latex=(r"2\alpha", "")),
+        ),
+        sign=-1,
+        count=rules,
+        index=rf"i = 1, \dots, {rules}",
+    )
+
+
+def _check_bound(bound: ActuatorBound, n: int) -> None:
+    if not bound.limit > 0 or bound.offset.shape != (n,):
+        raise ModelError(
+            f"{bound.name}: limit {bound.limit!r} and offset of shape {bound.offset.shape} were "
+            f"given; a limit above 0 and one offset per state ({n}) are needed"
+        )
+
+
+def _demand_lmis(Q: Unknown, M: Unknown, mu: Unknown, bound: ActuatorBound) -> tuple[LMI, ...]:
+    """Pose [[mu, M_i + c Q], [(.)', Q]] >= 0 and mu <= limit^2, or the limit itself for mu."""
+    n, own = Q.rows, np.arange(M.count)
+    one, row = np.eye(n)[None], bound.offset[None, None, :]
+    terms = (
+        Term(unknown=Q, left=one, right=one, at=(1, 1)),
+        Term(unknown=M, left=ONE, right=one, at=(0, 1), members=own, symbol="M_{i}"),
+        Term(unknown=Q, left=row, right=one, at=(0, 1), latex=("c", "")),
+    )
+    limit = Constant(value=bound.limit**2 * ONE, latex=r"\bar r^2")
+    demand = LMI(
+        name=bound.name,
+        blocks=(1, n),
+        terms=(*terms, Term(unknown=mu, left=ONE, right=ONE)) if bound.least else terms,
+        constants=() if bound.least else (limit,),
+        count=M.count,
+        weight=LIMIT_WEIGHT,
+        labels=tuple(f"{bound.name}, rule {i + 1}" for i in own),
+        index=rf"i = 1, \dots, {M.count}",
+    )
+    if not bound.least:
+        return (demand,)
+    largest = LMI(
+        name=f"limit: {bound.name}",
+        blocks=(1,),
+        terms=(Term(unknown=mu, left=-ONE, right=ONE, latex=("-", "")),),
+        constants=(limit,),
+        weight=LIMIT_WEIGHT,
+    )
+    return demand, largest
+
 
 WIND_SAMPLES = 43
 

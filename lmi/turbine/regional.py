@@ -1,4 +1,4 @@
-"""Gains of the two regions from LMIs: decay rate, and actuators kept within their limits.
+r"""Gains of the two regions from LMIs: decay rate, and actuators kept within their limits.
 
 Partial load, states (speed error, integral), command dT: the torque T* + dT stays within
 0..T_max at every wind of the region.  Full load, states (speed error, pitch deviation, integral),
@@ -9,8 +9,6 @@ All this holds on the ellipsoid V = x' P x <= 1, which contains the stated opera
 the box where the model is exact, and is invariant: V decays at constant wind, v = v_hat.  So the
 operating set is "every state that is reached from these errors at a constant wind".  A moving wind
 and an integral that starts elsewhere are not part of it.
-
-Why a region has no gains: the condition, the winds, and what to relax.
 """
 
 from __future__ import annotations
@@ -24,8 +22,7 @@ from takagi.lmi.analysis.common_quadratic import rate_of
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide, optimise
-from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.decision.outcome import Outcome, binding_items
 from takagi.lmi.turbine.region_request import (
     FULL_LOAD,
     PARTIAL_LOAD,

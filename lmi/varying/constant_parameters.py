@@ -8,22 +8,20 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
-from takagi.lmi.varying.parameter_condition import SoughtPolynomial, unknown_lyapunov
-from takagi.lmi.varying.parameter_loop import (
-    VaryingLoop,
-    decided_lyapunov,
-    no_lyapunov,
-    varying_loop,
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, no_lyapunov
+from takagi.lmi.varying.parameter_condition import (
+    SOURCES,
+    Form,
+    SoughtPolynomial,
+    check_form,
+    form_lmis,
 )
-from takagi.lmi.varying.parameter_motion import motion_of
-from takagi.lmi.varying.parameter_space import degrees_of, polya_of
+from takagi.lmi.varying.parameter_space import VaryingLoop, degrees_of, polya_of, varying_loop
 
 
 def polynomial_lyapunov_condition(
@@ -127,18 +125,8 @@ def _condition(
     loop: VaryingLoop, degrees: Degrees, polya: int, alpha: float | Fraction, form: Form
 ) -> Condition:
     check_form(form)
-    basis = Basis(loop.space.sizes, degrees)
     still = [np.zeros(size) for size in loop.space.sizes]
-    sought = SoughtPolynomial(
-        P=unknown_lyapunov(basis, loop.A.shape[1]),
-        basis=basis,
-        A=loop.matrix,
-        motion=motion_of(loop.space, degrees, still, loop.sample_time),
-        polya=polya,
-        axes=loop.space.axes,
-        discrete=loop.sample_time is not None,
-        weight=vertex_weight(loop.matrix.values, step=loop.sample_time),
-    )
+    sought = SoughtPolynomial.of(loop, degrees, still, polya=polya)
     slack, lmis = form_lmis(sought, form)
     return Condition(
         name=f"polynomial Lyapunov function, degree {degrees}, {form}",

@@ -1,43 +1,37 @@
 r"""LMIs for memberships that move within bounds on their rates; nothing here solves them.
 
-    dP/dt     at every corner of the velocities: of the premises, dw_k/dt = +-rho_k, or of the
-              memberships, |dh_i/dt| <= phi_i with sum_i dh_i/dt = 0
-    slack     dP/dt <= sum_i phi_i (P_i + X),  P_i + X > 0: of one simplex, P of degree 1
+dP/dt is posed at every corner of the velocities: of the premises, dw_k/dt = +-rho_k, or of the
+memberships, |dh_i/dt| <= phi_i with sum_i dh_i/dt = 0.
 
-The slack is no better than the corners, but one set of LMIs in the place of many: with
-sum_i dh_i/dt = 0, sum_i dh_i/dt P_i = sum_i dh_i/dt (P_i + X) <= sum_i phi_i (P_i + X).
-
-Source: Tanaka, Hori and Wang (2003), IEEE Trans. Fuzzy Systems 11(4), for bounds on dh/dt; Mozelli,
-Palhares, Souza and Mendes (2009), Automatica 45(6), for the slack; Geromel and Colaneri (2006),
-Systems and Control Letters 55, for the corners.
+Source: Tanaka, Hori and Wang (2003), IEEE Trans. Fuzzy Systems 11(4), for bounds on dh/dt; Geromel
+and Colaneri (2006), Systems and Control Letters 55, for the corners.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import rate_parameter
-from takagi.lmi.condition.term import LMI, Condition, Term, bounded
+from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees
-from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.polynomials.simplex_polynomials import Degrees
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.varying.lyapunov_forms import SOURCES, Form, check_form, form_lmis
+from takagi.lmi.sums.summands import SumPart
 from takagi.lmi.varying.parameter_condition import (
+    SOURCES,
+    Form,
     SoughtPolynomial,
-    direct_lmi,
+    check_form,
+    form_lmis,
     polynomial_lmis,
-    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import VaryingLoop
-from takagi.lmi.varying.parameter_motion import motion_of, still_motion
+from takagi.lmi.varying.parameter_space import VaryingLoop
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -54,14 +48,12 @@ class Question:
     rates : bounds of |dw/dt| in 1/s, one array a simplex.
     relaxation : "polya-<d>", or a named one.
     form : "direct" or "dilated".
-    slack : bound dP/dt by a slack matrix.
     """
 
     degrees: Degrees
     rates: tuple[Floats, ...]
     relaxation: str
     form: Form
-    slack: bool
 
     @property
     def polya(self) -> int | None:
@@ -75,27 +67,19 @@ class Question:
         relaxation_named(self.relaxation)
         plain = loop.sample_time is None and self.form == "direct"
         linear = max(self.degrees) <= 1
-        alone = not loop.space.premises and bool(np.isfinite(self.rates[0]).all())
-        if self.slack and not (plain and linear and alone):
-            raise ModelError(
-                'rates="slack" is for continuous time, form="direct", degree 1, and memberships '
-                'with finite bounds of their own (no premises); take rates="corners"'
-            )
-        if self.polya is None and not (plain and linear and loop.K is None and not self.slack):
+        if self.polya is None and not (plain and linear and loop.K is None):
             raise ModelError(
                 f"relaxation {self.relaxation} is for a double sum: continuous time, no gains, "
-                'form="direct", degree 1, rates="corners"; take "polya-<d>"'
+                'form="direct", degree 1; take "polya-<d>"'
             )
 
     def condition(self, loop: VaryingLoop, alpha: float | Fraction) -> Condition:
         """Return the condition in the loop's states."""
         self.check(loop)
-        sought = self._sought(loop)
+        sought = SoughtPolynomial.of(loop, self.degrees, self.rates, polya=self.polya or 0)
         unknowns: tuple[Unknown, ...]
         if self.polya is None and any(self.degrees):
             unknowns, lmis = _named(sought, loop, self.relaxation)
-        elif self.slack and any(self.degrees):
-            unknowns, lmis = _slackened(sought, self.rates[0])
         else:
             unknowns, lmis = form_lmis(sought, self.form)
         source = SOURCES[self.form]
@@ -108,64 +92,6 @@ class Question:
             parameters=rate_parameter(alpha, loop.sample_time),
             source=source,
         )
-
-    def _sought(self, loop: VaryingLoop) -> SoughtPolynomial:
-        basis = Basis(loop.space.sizes, self.degrees)
-        motion = (
-            still_motion(loop.space)
-            if self.slack
-            else motion_of(loop.space, self.degrees, self.rates, loop.sample_time)
-        )
-        return SoughtPolynomial(
-            P=unknown_lyapunov(basis, loop.A.shape[1]),
-            basis=basis,
-            A=loop.matrix,
-            motion=motion,
-            polya=self.polya or 0,
-            axes=loop.space.axes,
-            discrete=loop.sample_time is not None,
-            weight=vertex_weight(loop.matrix.values, step=loop.sample_time),
-        )
-
-
-def slack_unknown(states: int) -> Unknown:
-    """Return X, under a name that no relaxation uses for its own."""
-    return Unknown("rate slack", states, states, symmetric=True, latex="X")
-
-
-def rate_slack(P: Unknown, X: Unknown) -> tuple[LMI, LMI]:
-    """Pose P_i + X > 0 for every member of P, and X <= I, which only fixes the scale."""
-    one = np.eye(P.rows)[None]
-    every = np.arange(P.count)
-    positive = LMI(
-        name="slack of the rates",
-        blocks=(P.rows,),
-        terms=(
-            Term(unknown=P, left=one, right=one, members=every, symbol=f"{P.symbol}_i"),
-            Term(unknown=X, left=one, right=one),
-        ),
-        count=P.count,
-        labels=tuple(f"slack of rule {k + 1}" for k in range(P.count)),
-        index=rf"i = 1, \dots, {P.count}",
-    )
-    return positive, replace(bounded(X), name="scale of the slack")
-
-
-def _slackened(
-    sought: SoughtPolynomial, rates: Floats
-) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
-    P, n = sought.P, sought.P.rows
-    X = slack_unknown(n)
-    at = sought.coefficients(sought.product(sought.matrix))
-    zero = Basis(sought.motion.sizes, (0,))
-    moved = at.term(
-        P,
-        UnknownPolynomial(zero, rates[None]),
-        latex=(r"\sum_i \phi_i", ""),
-        symbol=f"{P.symbol}_i",
-    )
-    shared = Term(unknown=X, left=rates.sum() * at.one, right=at.one, latex=(r"\sum_i \phi_i", ""))
-    return (X,), (*polynomial_lmis(sought), direct_lmi(sought, (moved, shared)), *rate_slack(P, X))
 
 
 def _named(

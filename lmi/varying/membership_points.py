@@ -13,21 +13,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis
-from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
+from takagi.lmi.polynomials.simplex_polynomials import Basis, UnknownPolynomial
+from takagi.lmi.varying.answer_in_states import decided_lyapunov
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     polynomial_lmis,
-    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import decided_lyapunov, varying_loop
-from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
-from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
+from takagi.lmi.varying.parameter_motion import kept_degrees
+from takagi.lmi.varying.parameter_space import (
+    RateBounds,
+    degrees_of,
+    membership_rates,
+    varying_loop,
+)
 from takagi.models.arrays import Floats
 
 
@@ -58,28 +60,15 @@ def function_at_points(
     degrees = kept_degrees(degrees_of(loop.space, degree), rates, discrete=step is not None)
     s = loop.units(None)
     scaled = loop.scaled(s)
-    basis = Basis(loop.space.sizes, degrees)
-    motion = motion_of(loop.space, degrees, rates, step)
-    P = unknown_lyapunov(basis, loop.A.shape[1])
-    w, matrix = np.asarray(blends, dtype=np.float64), scaled.matrix
-    values = matrix.values.astype(np.float64)
-    weight = vertex_weight(values, step=step)
-    G = np.tensordot(matrix.basis.values(w), values, axes=1)
+    sought = SoughtPolynomial.of(scaled, degrees, rates)
+    P, basis, weight = sought.P, sought.basis, sought.weight
+    w, matrix = np.asarray(blends, dtype=np.float64), sought.A
+    G = np.tensordot(matrix.basis.values(w), matrix.values.astype(np.float64), axes=1)
     if step is None:
-        slopes = np.array([_slopes(basis, one, w) for one in motion.velocities])
+        slopes = np.array([_slopes(basis, one, w) for one in sought.motion.velocities])
         decrease = _falling(P, basis.values(w), slopes, G, weight)
     else:
         decrease = _next_falling(P, basis.values(w), G, weight)
-    sought = SoughtPolynomial(
-        P=P,
-        basis=basis,
-        A=matrix,
-        motion=motion,
-        polya=0,
-        axes=loop.space.axes,
-        discrete=step is not None,
-        weight=weight,
-    )
     condition = Condition(
         name="function of the memberships at single blends",
         unknowns=(P,),

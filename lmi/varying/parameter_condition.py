@@ -9,20 +9,43 @@ V = x' P(h) x then has V' <= -2 alpha V, or V(x+) <= rho^2 V(x), rho = e^(-alpha
 
 Source: Oliveira and Peres (2007), IEEE Trans. Automatic Control 52(7), for polynomial P; Daafouz
 and Bernussou (2001), Systems and Control Letters 43, for P(h+).
+
+Two forms of the same decrease: with products of P(h) and A(h), or held apart by slacks.
+
+    continuous   [ He(F A(h)) + dP/dt + 2 alpha P(h)   kappa (P(h) - F) + A(h)' G' ]
+                 [ .                                   -kappa (G + G')             ]  < 0
+
+    discrete     [ rho^2 P(h)    A(h)' G'        ]
+                 [ .             G + G' - P(h+)  ]  > 0
+
+The slacks F and G are the same for all h: with [x; x' / kappa] for x' = A x, or [x; -x+] for x+ =
+A x, on both sides they vanish, and V' < -2 alpha V, or V(x+) < rho^2 V(x), is left.  Linear in P(h)
+and in A(h), so that one LMI a vertex is enough where P is linear in h.  F = P and small G, or G = P
+in discrete time, shows whatever a common P shows.  The number kappa, about the size of A, only
+balances the blocks.
+
+Source: Peaucelle, Arzelier, Bachelier and Bernussou (2000), Systems and Control Letters 40, for
+continuous time; de Oliveira, Bernussou and Geromel (1999), Systems and Control Letters 37, for
+discrete time.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
+from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.condition.term import LMI, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
-from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial
-from takagi.lmi.varying.parameter_motion import ParameterMotion
+from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known, UnknownPolynomial
+from takagi.lmi.varying.parameter_motion import ParameterMotion, motion_of
+from takagi.lmi.varying.parameter_space import VaryingLoop
 from takagi.lmi.varying.parameter_terms import TermCoefficients, identity_like
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -49,6 +72,33 @@ class SoughtPolynomial:
     axes: tuple[str, ...]
     discrete: bool
     weight: float
+
+    @classmethod
+    def of(
+        cls,
+        loop: VaryingLoop,
+        degrees: Degrees,
+        rates: Sequence[Floats],
+        *,
+        polya: int = 0,
+        weight: float | None = None,
+    ) -> SoughtPolynomial:
+        """Return P(h) of these degrees for a loop whose memberships keep these bounds of rates.
+
+        ``weight`` None takes the size of the loop's matrix.
+        """
+        step, matrix = loop.sample_time, loop.matrix
+        basis = Basis(loop.space.sizes, degrees)
+        return cls(
+            P=unknown_lyapunov(basis, loop.A.shape[1]),
+            basis=basis,
+            A=matrix,
+            motion=motion_of(loop.space, degrees, rates, step),
+            polya=polya,
+            axes=loop.space.axes,
+            discrete=step is not None,
+            weight=vertex_weight(matrix.values, step=step) if weight is None else weight,
+        )
 
     @property
     def now(self) -> UnknownPolynomial:
@@ -157,22 +207,103 @@ def decay_term(sought: SoughtPolynomial, at: TermCoefficients) -> Term:
     )
 
 
-def direct_lmi(sought: SoughtPolynomial, slack: tuple[Term, ...] = ()) -> LMI:
-    """Pose the module's direct form.
-
-    Parameters
-    ----------
-    slack : terms that stand for dP/dt, in the place of velocities; continuous time.
-    """
+def direct_lmi(sought: SoughtPolynomial) -> LMI:
+    """Pose the module's direct form."""
     n = sought.P.rows
     at = sought.coefficients(sought.product(sought.matrix))
     return LMI(
         name="decrease",
         blocks=(n, n) if sought.discrete else (n,),
-        terms=(*direct_terms(sought, at), *slack),
+        terms=direct_terms(sought, at),
         sign=1 if sought.discrete else -1,
         count=at.count,
         weight=sought.weight,
         labels=at.labels(),
         index=at.index,
     )
+
+
+Form: TypeAlias = Literal["direct", "dilated"]
+SOURCES = {
+    "direct": "Oliveira and Peres (2007); Daafouz and Bernussou (2001)",
+    "dilated": "Peaucelle et al. (2000); de Oliveira, Bernussou and Geromel (1999)",
+}
+
+
+def check_form(form: object) -> None:
+    """Raise ModelError for a form that there is not."""
+    if form not in SOURCES:
+        raise ModelError(f"form {form!r} is not known; there are {', '.join(SOURCES)}")
+
+
+def form_lmis(sought: SoughtPolynomial, form: Form) -> tuple[tuple[Unknown, ...], tuple[LMI, ...]]:
+    """Return the slacks of a form, and P(h) > 0, its scale and the decrease."""
+    if form == "direct":
+        return (), (*polynomial_lmis(sought), direct_lmi(sought))
+    slack, decrease = dilated_lmi(sought)
+    return slack, (*polynomial_lmis(sought), decrease)
+
+
+def dilated_lmi(sought: SoughtPolynomial) -> tuple[tuple[Unknown, ...], LMI]:
+    """Pose the module's dilated form; the slacks come with it."""
+    n = sought.P.rows
+    at = sought.coefficients(sought.matrix.basis.degrees)
+    pose = _dilated_discrete if sought.discrete else _dilated_continuous
+    unknowns, terms = pose(sought, at)
+    return unknowns, LMI(
+        name="decrease",
+        blocks=(n, n),
+        terms=terms,
+        sign=1 if sought.discrete else -1,
+        count=at.count,
+        weight=sought.weight,
+        labels=at.labels(),
+        index=at.index,
+    )
+
+
+def _dilated_discrete(
+    sought: SoughtPolynomial, at: TermCoefficients
+) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
+    P, n = sought.P, sought.P.rows
+    G = Unknown("G", n, n)
+    one = at.one
+    return (G,), (
+        at.term(P, sought.now, parameter="contraction", latex=(r"\rho^2", ""), symbol="P(h)"),
+        at.term(G, _same(sought), sought.matrix, at=(1, 0), latex=("", "A(h)")),
+        Term(unknown=G, left=one, right=one, at=(1, 1), plus_transpose=True),
+        at.term(P, sought.then, at=(1, 1), factor=-1, latex=("-", ""), symbol="P(h^+)"),
+    )
+
+
+def _dilated_continuous(
+    sought: SoughtPolynomial, at: TermCoefficients
+) -> tuple[tuple[Unknown, ...], tuple[Term, ...]]:
+    P, n, A = sought.P, sought.P.rows, sought.matrix
+    F, G = Unknown("F", n, n), Unknown("G", n, n)
+    one = at.one
+    # A power of two: no digit is touched.
+    kappa = 2.0 ** round(np.log2(sought.weight / 2))
+    scale = one * (type(one[0, 0, 0])(kappa))
+    first = Term(unknown=F, left=-scale, right=one, at=(0, 1), latex=(r"-\kappa", ""))
+    return (F, G), (
+        at.term(F, _same(sought), A, plus_transpose=True, latex=("", "A(h)")),
+        *at.rate_terms(P, sought.now, r"\dot P(h)"),
+        decay_term(sought, at),
+        at.term(P, sought.now, factor=kappa, at=(0, 1), latex=(r"\kappa", ""), symbol="P(h)"),
+        first,
+        at.term(G, _same(sought), A, at=(1, 0), latex=("", "A(h)")),
+        Term(
+            unknown=G,
+            left=-scale,
+            right=one,
+            at=(1, 1),
+            plus_transpose=True,
+            latex=(r"-\kappa", ""),
+        ),
+    )
+
+
+def _same(sought: SoughtPolynomial) -> UnknownPolynomial:
+    """Return an unknown that does not change with h, as a polynomial of degree 0."""
+    return UnknownPolynomial.of(Basis(sought.motion.sizes, (0,) * len(sought.motion.sizes)))

@@ -8,12 +8,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from takagi.lmi.condition.term import Array, Constant, Position, Term
+from takagi.lmi.condition.term import Array, Constant, Labels, Position, Term
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.decision.item_rounds import Labels
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
-from takagi.lmi.polynomials.unknown_polynomial import (
+from takagi.lmi.polynomials.simplex_polynomials import (
+    Basis,
     Contributions,
+    Degrees,
+    Known,
     UnknownPolynomial,
     contributions,
 )

@@ -47,25 +47,20 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import optimise
 from takagi.lmi.decision.outcome import Outcome, not_least
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known
+from takagi.lmi.polynomials.simplex_polynomials import Degrees, Known
 from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, lyapunov_in_states, no_lyapunov
 from takagi.lmi.varying.parameter_condition import (
     SoughtPolynomial,
     direct_lmi,
     direct_terms,
     polynomial_lmis,
-    unknown_lyapunov,
 )
-from takagi.lmi.varying.parameter_loop import (
-    VaryingLoop,
-    decided_lyapunov,
-    lyapunov_in_states,
-    no_lyapunov,
-)
-from takagi.lmi.varying.parameter_motion import kept_degrees, motion_of
+from takagi.lmi.varying.parameter_motion import kept_degrees
 from takagi.lmi.varying.parameter_space import (
     RateBounds,
     Space,
+    VaryingLoop,
     degrees_of,
     membership_rates,
     polya_of,
@@ -159,7 +154,6 @@ def robust_hinf_norm(
     return _least(task, degrees_of(space, degree), polya_of(polya), scales)
 
 
-@limited
 def robust_hinf_norm_of_loop(
     model: Vertices,
     gains: ArrayLike | None,
@@ -168,8 +162,6 @@ def robust_hinf_norm_of_loop(
     degree: int | Sequence[int] = 1,
     polya: int = 0,
     rate_bounds: RateBounds = 0.0,
-    scales: ArrayLike | None = None,
-    time_limit: float | None = None,
 ) -> Answer:
     """Return the same of a loop with given gains, whose matrices are of degree 2 in h.
 
@@ -178,7 +170,7 @@ def robust_hinf_norm_of_loop(
     model : A (r, n, n), B (r, n, m) where there are gains, sample time and premises.
     gains : K (r, m, n) of u = -sum_j h_j K_j x; None for the model as it is.
     channel : (E, C, D, F), (r, ., .) each: w enters by E, and y = C x + D u + F w.
-    degree, polya, rate_bounds, scales, time_limit : as for ``robust_hinf_norm``.
+    degree, polya, rate_bounds : as for ``robust_hinf_norm``.
 
     Raises
     ------
@@ -193,7 +185,7 @@ def robust_hinf_norm_of_loop(
         feedback = _Feedback(B, gain_stack(gains, len(B), B.shape[2], B.shape[1]), D)
     space = space_of(model, len(A))
     task = _Path(path, space, membership_rates(space, rate_bounds), feedback)
-    return _least(task, degrees_of(space, degree), polya_of(polya), scales)
+    return _least(task, degrees_of(space, degree), polya_of(polya), None)
 
 
 def _least(given: _Path, degrees: Degrees, polya: int, scales: ArrayLike | None) -> Answer:
@@ -281,19 +273,9 @@ class _Path:
 
     def sought(self, degrees: Degrees, polya: int) -> SoughtPolynomial:
         loop = self.loop
-        discrete = loop.sample_time is not None
-        kept = kept_degrees(degrees, self.rates, discrete=discrete)
-        basis = Basis(self.space.sizes, kept)
-        return SoughtPolynomial(
-            P=unknown_lyapunov(basis, self.path.A.shape[1]),
-            basis=basis,
-            A=loop.matrix,
-            motion=motion_of(self.space, kept, self.rates, loop.sample_time),
-            polya=polya,
-            axes=self.space.axes,
-            discrete=discrete,
-            weight=vertex_weight(loop.corners, step=loop.sample_time),
-        )
+        kept = kept_degrees(degrees, self.rates, discrete=loop.sample_time is not None)
+        weight = vertex_weight(loop.corners, step=loop.sample_time)
+        return SoughtPolynomial.of(loop, kept, self.rates, polya=polya, weight=weight)
 
     def condition(self, degrees: Degrees, polya: int) -> Condition:
         sought = self.sought(degrees, polya)

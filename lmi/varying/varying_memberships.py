@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, TypeAlias
 
 from numpy.typing import ArrayLike
 
@@ -12,19 +11,17 @@ from takagi.lmi.argument_checks import Vertices, number
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.polynomials.simplex_polynomials import Basis
 from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.varying.answer_in_states import decided_lyapunov, no_lyapunov
 from takagi.lmi.varying.fuzzy_condition import Question
-from takagi.lmi.varying.lyapunov_forms import Form
-from takagi.lmi.varying.parameter_loop import (
+from takagi.lmi.varying.parameter_condition import Form
+from takagi.lmi.varying.parameter_motion import kept_degrees
+from takagi.lmi.varying.parameter_space import (
+    RateBounds,
     VaryingLoop,
-    decided_lyapunov,
-    no_lyapunov,
+    degrees_of,
+    membership_rates,
     varying_loop,
 )
-from takagi.lmi.varying.parameter_motion import kept_degrees
-from takagi.lmi.varying.parameter_space import RateBounds, degrees_of, membership_rates
-from takagi.models.errors import ModelError
-
-Rates: TypeAlias = Literal["corners", "slack"]
 
 
 def fuzzy_lyapunov_condition(
@@ -36,7 +33,6 @@ def fuzzy_lyapunov_condition(
     relaxation: str = "polya-0",
     gains: ArrayLike | None = None,
     form: Form = "direct",
-    rates: Rates = "corners",
     sample_time: float | None = None,
 ) -> Condition:
     """Pose P(h) > 0 and He(P(h) A(h)) + dP/dt + 2 alpha P(h) < 0 for bounded rates of h.
@@ -45,7 +41,7 @@ def fuzzy_lyapunov_condition(
 
     Parameters
     ----------
-    model, rate_bounds, degree, decay_rate, relaxation, gains, form, rates, sample_time : as for
+    model, rate_bounds, degree, decay_rate, relaxation, gains, form, sample_time : as for
         ``fuzzy_lyapunov``; entries of the model may be Fractions.
 
     Returns
@@ -57,10 +53,10 @@ def fuzzy_lyapunov_condition(
     ------
     ModelError : as ``fuzzy_lyapunov``.
 
-    Source: Tanaka, Hori and Wang (2003); Mozelli et al. (2009); Geromel and Colaneri (2006).
+    Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006).
     """
     loop = varying_loop(model, gains, sample_time)
-    question = _question(loop, rate_bounds, degree, relaxation, form, rates)
+    question = _question(loop, rate_bounds, degree, relaxation, form)
     return question.condition(loop, number("decay_rate", decay_rate))
 
 
@@ -74,7 +70,6 @@ def fuzzy_lyapunov(
     relaxation: str = "polya-0",
     gains: ArrayLike | None = None,
     form: Form = "direct",
-    rates: Rates = "corners",
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
     time_limit: float | None = None,
@@ -98,8 +93,6 @@ def fuzzy_lyapunov(
         of the names that ``pdc`` has.
     gains : (r, m, n) of u = -sum_j h_j K_j x.
     form : "direct", or "dilated": with slack matrices in the place of products of P and A.
-    rates : "corners" of the velocities; or "slack", one matrix for all rates: weaker, but with LMIs
-        that do not multiply with the number of rules.
     scales : (n,) engineering range of each state; None balances.
     sample_time : T in s of x+ = A x, where vertices are given; a model knows its own.
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
@@ -119,11 +112,11 @@ def fuzzy_lyapunov(
     ModelError : shapes, numbers, names, bounds for some memberships only, options that do not go
         together, too many corners of rates to pose.
 
-    Source: Tanaka, Hori and Wang (2003); Mozelli et al. (2009); Geromel and Colaneri (2006); in
+    Source: Tanaka, Hori and Wang (2003); Geromel and Colaneri (2006); in
     discrete time Daafouz and Bernussou (2001), Oliveira and Peres (2009).
     """
     loop = varying_loop(model, gains, sample_time)
-    question = _question(loop, rate_bounds, degree, relaxation, form, rates)
+    question = _question(loop, rate_bounds, degree, relaxation, form)
     alpha = float(number("decay_rate", decay_rate))
     s = loop.units(scales)
     scaled = loop.scaled(s)
@@ -144,10 +137,7 @@ def _question(
     degree: int | Sequence[int],
     relaxation: str,
     form: Form,
-    rates: Rates,
 ) -> Question:
-    if rates not in ("corners", "slack"):
-        raise ModelError(f'rates is {rates!r}; there are "corners" and "slack"')
     bounds = membership_rates(loop.space, rate_bounds)
     degrees = degrees_of(loop.space, degree)
     return Question(
@@ -155,5 +145,4 @@ def _question(
         rates=bounds,
         relaxation=relaxation,
         form=form,
-        slack=rates == "slack",
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.ramps.effort_ramp import ramp, ramp_slope, share_range
+from takagi.models.ramps import ramp, ramp_slope, share_range
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -12,11 +12,12 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.blending.blending import SHARE, Actuator, Blending
 from takagi.models.errors import ModelError
-from takagi.models.ramps.effort_ramp import effort_ramp
+from takagi.models.ramps import effort_ramp
 
 if TYPE_CHECKING:
     import sympy as sp
 
+    from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
 
 
@@ -82,71 +83,41 @@ class RunTimeBlending:
         high = [np.inf if side is None else float(side.upper) for side in sides]
         return np.clip(self.commands(state), low, high)
 
-    def actuators(self, state: Floats, *, limited: bool = False) -> Floats:
-        """Return the actual positions (low, high), with ``errors`` in their motion from rest.
-
-        Parameters
-        ----------
-        limited : whether commands are held within the ranges of the actuators.
-        """
-        return self.moved(self.sent(state) if limited else self.commands(state))
-
     def moved(self, told: Floats) -> Floats:
         """Return the actual positions (low, high) for their commands, with ``errors``."""
         rest = self.at_rest
         wrong = [(self.errors or {}).get(a.name, 0.0) for a in self.blending.actuators]
         return np.asarray(rest + (1 + np.array(wrong)) * (told - rest))
 
-    def rate(self, *, limited: bool = False) -> Callable[[Floats, Floats], Floats]:
-        """Return (x, u) -> x' of the plant as it was written, moved by its two actuators.
-
-        u has the plant's other inputs, then the rate of the effort.  Signals and disturbances have
-        their rest values.
-        """
-        slope = self.disturbed_rate((), limited=limited)
-        none = np.zeros(0)
-        return lambda x, u: slope(x, u, none)
-
     def disturbed_rate(
-        self, moving: Sequence[Variable], *, limited: bool = False, told: bool = False
+        self, moving: Sequence[Variable], *, told: bool = False
     ) -> Callable[[Floats, Floats, Floats], Floats]:
-        """Return (x, u, w) -> x' of the same; w has the disturbances in ``moving``, in its order.
+        """Return (x, u, w) -> x' of the plant as it was written, moved by its two actuators.
+
+        u has the plant's other inputs, then the rate of the effort; w has the disturbances in
+        ``moving``, in its order.  Other signals have their rest values, and commands are held
+        within the ranges of the actuators.
 
         Parameters
         ----------
-        limited : whether commands are held within the ranges of the actuators.
         told : whether u ends with the commands (low, high), as a program sends and holds them, and
             they do not follow from the state.
         """
-        import sympy as sp
-
         plant = self.blending.plant
         free = [v.symbol for v in moving]
         values = {s: value for s, value in self._values().items() if s not in free}
         inputs = [v.symbol for v in plant.inputs]
         blended = {a.variable.symbol: k for k, a in enumerate(self.blending.actuators)}
-        symbols = [*(v.symbol for v in plant.states), *inputs, *free]
-        rows = [sp.sympify(row).subs(values) for row in plant.equations]
-        right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
-        mass = None
-        if plant.mass is not None:
-            mass = sp.lambdify(
-                symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"]
-            )
+        right = explicit_rows(plant, [*(v.symbol for v in plant.states), *inputs, *free], values)
 
         def slope(x: Floats, u: Floats, w: Floats) -> Floats:
             if told:
-                u, sent = u[:-2], u[-2:]
-                acting = self.moved(np.asarray(sent, dtype=np.float64))
+                u, sent = u[:-2], np.asarray(u[-2:], dtype=np.float64)
             else:
-                acting = self.actuators(x, limited=limited)
-            others = iter(u[:-1])
+                sent = self.sent(x)
+            acting, others = self.moved(sent), iter(u[:-1])
             given = [float(acting[blended[s]] if s in blended else next(others)) for s in inputs]
-            point = (*map(float, x[:-1]), *given, *map(float, w))
-            f = np.array(right(*point), dtype=np.float64)
-            if mass is not None:
-                f = np.asarray(np.linalg.solve(np.array(mass(*point), float), f), np.float64)
-            return np.append(f, float(u[-1]))
+            return np.append(right(*map(float, x[:-1]), *given, *map(float, w)), float(u[-1]))
 
         return slope
 
@@ -174,3 +145,22 @@ class RunTimeBlending:
     def at_rest(self) -> Floats:
         """The commands (low, high) at the equilibrium."""
         return np.array([float(self.blending.at_rest(a)) for a in self.blending.actuators])
+
+
+def explicit_rows(
+    plant: Plant, symbols: Sequence[sp.Symbol], values: Mapping[sp.Symbol, sp.Expr]
+) -> Callable[..., Floats]:
+    """Return f of the plant's equations, or M^-1 f, as a function of the symbols in floats."""
+    import sympy as sp
+
+    rows = [sp.sympify(row).subs(values) for row in plant.equations]
+    right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
+    if plant.mass is None:
+        return lambda *point: np.array(right(*point), dtype=np.float64)
+    mass = sp.lambdify(symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"])
+
+    def solved(*point: float) -> Floats:
+        f = np.array(right(*point), dtype=np.float64)
+        return np.asarray(np.linalg.solve(np.array(mass(*point), float), f), dtype=np.float64)
+
+    return solved

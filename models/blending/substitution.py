@@ -14,17 +14,123 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING
 
-from takagi.models.blending.actuator_authority import check_authority
-from takagi.models.blending.blending import SHARE, Actuator, Blending
+from takagi.models.blending.blending import SHARE, Actuator, Blending, blending_of, unit_text
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Parameter, Variable
+from takagi.models.ramps import ramp
+from takagi.models.sector.model import sector_model
 
 if TYPE_CHECKING:
     import sympy as sp
+
+    from takagi.models.plant.design_settings import Choice, Rest
+    from takagi.models.ranges.expression_range import Range
+    from takagi.models.ts.model import TSModel
+
+GRID = 9  # grid points along each side of the box, where a place for the message is sought
+MOST_POINTS = 10_000
+HALVINGS = 40
+
+
+def check_authority(blending: Blending) -> None:
+    """Raise ModelError unless b > 0 on the box and every command stays within its limits.
+
+    The effectiveness b is enclosed rigorously.  psi(U) grows with U, so that the command is largest
+    at an end of the effort's range and where b is least: psi_max / b_min must be at most the
+    distance from idle to the limit.
+
+    Raises
+    ------
+    ModelError : names the actuator, a place on the box, and the largest effort that fits.
+    """
+    for place, actuator in (("low", blending.low), ("high", blending.high)):
+        found = effectiveness_range(blending, actuator)
+        least = found.outer.lower
+        where, value = _lowest(blending, actuator)
+        if least <= 0:
+            sure = value <= 0
+            found_so_far = "" if sure else "not shown to be positive on the box, with "
+            raise ModelError(
+                f"{place}.effectiveness: {_text(actuator)} is {found_so_far}{value:.6g} {where}; "
+                f"there {actuator.name} moves nothing, or the wrong way: shrink the ranges that it "
+                "depends on, or correct it or its direction"
+            )
+        room = blending.room(actuator)
+        if room is None or blending.most(actuator) <= room * least:
+            continue
+        fits = _fitting(blending, actuator, room * least)
+        end = "upper" if actuator is blending.high else "lower"
+        name, unit = actuator.name, unit_text(actuator.variable.unit)
+        raise ModelError(
+            f"effort: at its {end} end {name} would have to go "
+            f"{float(blending.most(actuator) / least):.6g}{unit} from where it idles {where}, "
+            f"and its range leaves {float(room):.6g}: beyond that no actuator acts; give effort "
+            f"a range up to {fits:.6g}{unit_text(blending.effort.unit)} on that side, or {name} a "
+            "wider one"
+        )
+
+
+def effectiveness_range(blending: Blending, actuator: Actuator) -> Range:
+    """Return the rigorous range of an actuator's effectiveness on the box.
+
+    Raises
+    ------
+    ModelError : a variable in it has no range, or it is not defined on the whole box.
+    """
+    from takagi.models.ranges.expression_range import expression_range
+
+    b, box = blending.effectiveness(actuator), blending.plant.box
+    missing = sorted(str(s) for s in b.free_symbols if s not in box)
+    place = "low" if actuator is blending.low else "high"
+    if missing:
+        raise ModelError(
+            f"{place}.effectiveness: it depends on {', '.join(missing)}, which has no range"
+        )
+    try:
+        return expression_range(b, {s: box[s] for s in b.free_symbols})
+    except ModelError as error:
+        raise ModelError(f"{place}.effectiveness: {_text(actuator)}: {error}") from error
+
+
+def _lowest(blending: Blending, actuator: Actuator) -> tuple[str, float]:
+    """Return the grid point of the box with the least b, in words, and b there; for messages."""
+    b, box = blending.effectiveness(actuator), blending.plant.box
+    symbols: list[sp.Symbol] = sorted(b.free_symbols, key=str)
+    sides = []
+    for symbol in symbols:
+        low, high = box[symbol].lower, box[symbol].upper
+        sides.append([low + (high - low) * Fraction(k, GRID - 1) for k in range(GRID)])
+    if GRID ** len(sides) > MOST_POINTS:
+        sides = [[side[0], side[-1]] for side in sides]
+    best: tuple[float, tuple[Fraction, ...]] | None = None
+    for point in product(*sides):
+        value = float(b.subs({s: float(x) for s, x in zip(symbols, point, strict=True)}))
+        if best is None or value < best[0]:
+            best = value, point
+    assert best is not None  # an empty product has one point
+    units = {v.symbol: unit_text(v.unit) for v in blending.plant.variables}
+    pairs = zip(symbols, best[1], strict=True)
+    words = ", ".join(f"{s} = {float(x):g}{units[s]}" for s, x in pairs)
+    return (f"at {words}" if words else "everywhere"), best[0]
+
+
+def _fitting(blending: Blending, actuator: Actuator, most: Fraction) -> float:
+    """Return the effort at which an actuator delivers ``most``, rounded towards 0."""
+    low, high = -blending.overlap, max(most, blending.overlap)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if ramp(middle, blending.overlap) <= most else (low, middle)
+    return float(blending.sign(actuator) * low)
+
+
+def _text(actuator: Actuator) -> str:
+    return str(actuator.effectiveness).replace("**", "^")
+
 
 FROM = "from [blending]"
 
@@ -169,3 +275,53 @@ def _symbol(name: str) -> sp.Symbol:
     import sympy as sp
 
     return sp.Symbol(name, real=True)
+
+
+def blended_model(
+    plant: Plant,
+    *,
+    choice: Choice = "fewest-rules",
+    rest: Rest = "given",
+    share_apart: bool = False,
+) -> TSModel:
+    """Return ``sector_model(plant)``, with share and errors as premises of their own where it goes.
+
+    Entries such as (1 + delta) F are then products of premises that are variables, and the bounds
+    of the premises are those of the variables. The premises that the law knows (F) stay apart from
+    those that it does not know (delta). Without errors the premises are chosen as usual, because
+    the share cancels if both actuators act alike.
+
+    Parameters
+    ----------
+    choice, rest : as of ``sector_model``.
+    share_apart : make the share a premise of its own even without errors.
+
+    Raises
+    ------
+    ModelError : as ``sector_model`` does.
+    """
+    wanted = _wanted(plant, always=share_apart)
+    if wanted:
+        try:
+            return sector_model(
+                plant, choice=choice, rest=rest, premises={**plant.premises, **wanted}
+            )
+        except ModelError:
+            # Some may not be found, if a term has another factor too. Then any factored form is
+            # taken.
+            return sector_model(plant, choice=choice, rest=rest)
+    return sector_model(plant, choice=choice, rest=rest)
+
+
+def _wanted(plant: Plant, *, always: bool) -> dict[sp.Symbol, sp.Expr]:
+    """Return premise -> signal, of those that appear in the equations once they are expanded."""
+    import sympy as sp
+
+    blending = blending_of(plant)
+    if blending is None or not (always or any(a.error for a in blending.actuators)):
+        return {}
+    expanded = sp.Matrix([sp.expand(row) for row in plant.equations])
+    named = {"high_share": SHARE}
+    named |= {f"{a.name}_off": a.error_name for a in blending.actuators if a.error}
+    found = {sp.Symbol(k, real=True): sp.Symbol(s, real=True) for k, s in named.items()}
+    return {name: signal for name, signal in found.items() if expanded.has(signal)}

@@ -1,4 +1,4 @@
-"""Equations of motion in symbols, and the same as matrices whose entries are premises."""
+"""Equations of motion in symbols, the same as matrices whose entries are premises, and steps."""
 
 from __future__ import annotations
 
@@ -9,6 +9,17 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     import sympy as sp
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    r"""One line of reasoning: ``title`` in plain words, ``latex`` in display mathematics.
+
+    ``latex`` has neither dollar signs nor an environment around it; it fits inside ``\[ ... \]``.
+    """
+
+    title: str
+    latex: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)

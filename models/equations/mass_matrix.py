@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.step import Step
+import numpy as np
+
+from takagi.models.equations.equations import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
@@ -67,14 +69,11 @@ def explicit(
 
 def _blocks(mass: sp.Matrix) -> list[list[int]]:
     """Return the sets of rows that hang together through entries off the diagonal."""
-    size = mass.rows
-    group = list(range(size))
-    for i in range(size):
-        for j in range(size):
-            if i != j and mass[i, j] != 0 and group[i] != group[j]:
-                old, new = max(group[i], group[j]), min(group[i], group[j])
-                group = [new if g == old else g for g in group]
-    return [[k for k in range(size) if group[k] == g] for g in sorted(set(group))]
+    from scipy.sparse.csgraph import connected_components
+
+    joined = np.array([[entry != 0 for entry in mass.row(k)] for k in range(mass.rows)])
+    count, group = connected_components(joined, directed=False)
+    return sorted([k for k, g in enumerate(group) if g == number] for number in range(count))
 
 
 def _bounded_away(det: sp.Expr, plant: Plant, labels: str, domain: Domain) -> Interval | None:

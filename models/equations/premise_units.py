@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
+from takagi.models.plant.dimensions import NUMBERS, dimension_of
 from takagi.models.plant.plant import Plant
 
 if TYPE_CHECKING:
     import sympy as sp
 
 UNKNOWN = "SI"  # coherent SI units; which, is hidden in the numbers
-NUMBERS = (
-    "sin cos tan exp log asin acos atan sinh cosh tanh asinh acosh atanh sinc erf sign".split()
-)
 
 
 def units_of(plant: Plant, premises: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, str]:
     """Return the unit of each premise that is written with the plant's own parameters."""
-    from takagi.models.plant.dimensions import dimension_of
-
     known = {p.symbol: p.unit for p in plant.parameters}
     known |= {v.symbol: v.unit for v in plant.variables}
     found = {}

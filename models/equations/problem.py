@@ -1,37 +1,31 @@
-"""What a model is derived from: equations that vanish at the origin, box, names, premises.
-
-What a model was derived from, in symbols: plant, equations about rest, entries, premises.
-"""
+"""What a model is derived from: equations that vanish at the origin, box, names, premises."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from takagi.models.equations.ball import Ball, balls_of, decimal_near
-from takagi.models.equations.equations import Equations
+from takagi.models.equations.equations import Equations, Step
 from takagi.models.equations.equilibrium import (
-    RESTS,
-    EquilibriumOption,
     check_equilibrium,
     check_equilibrium_stays,
     inputs_at_equilibrium,
+    require_zero,
+    residuals,
 )
 from takagi.models.equations.premise_units import units_of
-from takagi.models.equations.residuals import require_zero, residuals
-from takagi.models.equations.step import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, rational
+from takagi.models.plant.design_settings import RESTS, Rest
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Variable
 from takagi.models.ranges.domain import Domain
 
 if TYPE_CHECKING:
     import sympy as sp
-
-    from takagi.models.equations.equations import Factored
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +75,7 @@ class Problem:
 def problem_of_plant(
     plant: Plant,
     premises: Mapping[sp.Symbol, sp.Expr] | None,
-    how: EquilibriumOption = "given",
+    how: Rest = "given",
     domain: Domain | None = None,
 ) -> Problem:
     """Return the plant with its parameters' values, explicit in x', in deviations from its rest.
@@ -331,21 +325,3 @@ def box_in_fractions(problem: Problem) -> dict[str, tuple[Fraction, Fraction]]:
         problem.equations.named([symbol])[0]: (side.lower, side.upper)
         for symbol, side in problem.box.items()
     }
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SymbolicForm:
-    """The symbols behind a model of ``sector_model``.
-
-    Attributes
-    ----------
-    plant : as it was given; None where expressions were given instead.
-    problem : equations in deviations from the equilibrium, box and domain.
-    factored : A, B, C, D, E with entries in premise symbols, and what each premise stands for.
-    kind : "sector" where f = A(z) x + ..., "secant" where A(z), ... are the slopes of f.
-    """
-
-    plant: Plant | None
-    problem: Problem
-    factored: Factored
-    kind: Literal["sector", "secant"] = "sector"

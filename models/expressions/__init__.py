@@ -1,5 +1,1 @@
-"""Expressions as text, by a grammar that executes nothing.
-
-parser           from text to sympy
-lost_parts       parts that sympy folds away, and whether they have a value on the box
-"""
+"""Expressions as text, by a grammar that executes nothing."""

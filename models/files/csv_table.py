@@ -1,18 +1,21 @@
-"""Tables of one or two arguments from CSV.
+"""Tables of one or two arguments from CSV, and a turbine's tables of coefficients.
 
 One argument: lines ``x, value``.  Two arguments: the first line has an empty corner and then the
 values of the second argument; each further line the value of the first argument and then one
-number for each of the second.  Lines that start with ``#`` are comments.
+number for each of the second.  Lines that start with ``#`` are comments.  Those of a coefficient
+table say what it is.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.files.toml_document import read_text
 from takagi.models.files.units import Unit
@@ -23,6 +26,10 @@ MAX_CELLS = 200_000
 SMALLEST_AXIS = 4  # points; what a cubic needs
 FIT = 1e-6  # of the largest value: how near the spline passes to the table
 Row = tuple[int, list[Fraction]]
+FIRST_LINE = "takagi coefficient table 1"
+ROWS = "tip-speed ratio [-]"
+COLUMNS = {"collective pitch [deg]": np.pi / 180, "collective pitch [rad]": 1.0}
+NEEDED = ("quantity", "rows", "columns", "source", "licence")
 
 
 def read_curve(path: Path, *, name: str, units: tuple[Unit, Unit], x_name: str = "x") -> Curve:
@@ -64,8 +71,70 @@ def read_surface(
     ModelError : as ``read_curve`` does, and for rows of different length, or numbers so small that
         12 decimals do not hold them.
     """
-    rows = _rows(path, skip_corner=True)
-    (top, across), down = rows[0], rows[1:]
+    down, across, cells = _grid(path, axes)
+    x = [float(units[0].to_si(value)) for value in down]
+    y = [float(units[1].to_si(value)) for value in across]
+    values = np.array([[float(units[2].to_si(value)) for value in row] for row in cells])
+    surface = interpolate(x, y, values, name=name, x_name=axes[0], y_name=axes[1])
+    found = surface(np.array(x)[:, None], np.array(y)[None, :], clip=True)
+    _check_fit(path, np.asarray(found), values)
+    return surface
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CoefficientTable:
+    """values[i, j] at tip_speed_ratio[i] [-] and pitch[j] [rad]; header as the file gives it."""
+
+    tip_speed_ratio: Floats
+    pitch: Floats
+    values: Floats
+    header: dict[str, str]
+
+
+def read_coefficient_table(path: Path) -> CoefficientTable:
+    """Return a table from a file of this project's format.
+
+    The file starts with ``# takagi coefficient table 1`` and ``# key: value`` lines (quantity,
+    rows, columns, source, licence are needed), then a line with the pitch angles, then one line
+    per tip-speed ratio.
+
+    Raises
+    ------
+    ModelError : with file and line: header incomplete, a cell that is not a finite number, rows of
+        different length, axes that do not increase, fewer than 4 points in a direction.
+    """
+    comments = [line[1:].strip() for line in read_text(path).splitlines() if line.startswith("#")]
+    if not comments or comments[0] != FIRST_LINE:
+        raise ModelError(f"{path}:1: the first line must be '# {FIRST_LINE}'; add the header")
+    pairs = (comment.partition(":") for comment in comments[1:])
+    header = {key.strip(): value.strip() for key, colon, value in pairs if colon}
+    _check_header(path, header)
+    ratios, angles, values = (
+        np.array(part, dtype=np.float64) for part in _grid(path, ("tip-speed ratio", "pitch angle"))
+    )
+    if ratios[0] <= 0:
+        raise ModelError(
+            f"{path}: tip-speed ratios from {ratios[0]:.9g} were given; ratios above 0 are needed"
+        )
+    return CoefficientTable(ratios, angles * COLUMNS[header["columns"]], values, header)
+
+
+def _check_header(path: Path, header: dict[str, str]) -> None:
+    for key in NEEDED:
+        if not header.get(key):
+            raise ModelError(f"{path}: header line '# {key}: ...' is missing; add it")
+    if header["rows"] != ROWS or header["columns"] not in COLUMNS:
+        raise ModelError(
+            f"{path}: rows are {header['rows']!r} and columns {header['columns']!r}; expected rows "
+            f"{ROWS!r} and columns {' or '.join(map(repr, COLUMNS))}"
+        )
+
+
+def _grid(
+    path: Path, axes: tuple[str, str]
+) -> tuple[list[Fraction], list[Fraction], list[list[Fraction]]]:
+    """Return the arguments down and across, and one row of values for each of the first."""
+    (top, across), *down = _rows(path, skip_corner=True)
     for line, row in down:
         if len(row) != len(across) + 1:
             raise ModelError(
@@ -74,13 +143,7 @@ def read_surface(
             )
     _check_axis(path, axes[0], [(line, row[0]) for line, row in down])
     _check_axis(path, axes[1], [(top, value) for value in across])
-    x = [float(units[0].to_si(row[0])) for _, row in down]
-    y = [float(units[1].to_si(value)) for value in across]
-    values = np.array([[float(units[2].to_si(v)) for v in row[1:]] for _, row in down])
-    surface = interpolate(x, y, values, name=name, x_name=axes[0], y_name=axes[1])
-    found = surface(np.array(x)[:, None], np.array(y)[None, :], clip=True)
-    _check_fit(path, np.asarray(found), values)
-    return surface
+    return [row[0] for _, row in down], across, [row[1:] for _, row in down]
 
 
 def _rows(path: Path, *, skip_corner: bool) -> list[Row]:

@@ -1,10 +1,8 @@
-"""Units as text -> dimensions and an exact factor to SI.
+"""Units as text -> dimensions and an exact factor to SI; the units that a turbine file may use.
 
 The list is closed on purpose.  A reader of all units there are (pint 0.25 was tried) takes ``Nm``
 for "number metre" and ``rads`` for centigray, and so gives a typing error a wrong meaning instead
 of a message.
-
-The units that a turbine file may use, and their factors to SI.
 """
 
 from __future__ import annotations
@@ -14,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from math import pi
+from math import isfinite, pi
 
 from takagi.models.errors import ModelError, did_you_mean
 
@@ -129,6 +127,7 @@ _ADVICE = {
     "1": "a pure number has the unit '-'",
     "": "a pure number has the unit '-'",
 }
+_TYPED = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
 _FACTOR = re.compile(r"([A-Za-z%]+)(?:(?:\^|\*\*)(-?\d{1,3}))?", re.ASCII)
 
 
@@ -262,6 +261,23 @@ UNITS: dict[str, tuple[str, float]] = {
 def accepted_units(si_unit: str) -> list[str]:
     """Return the spellings that convert to an SI unit."""
     return [unit for unit, (target, _) in UNITS.items() if target == si_unit]
+
+
+def typed_figure(text: str) -> tuple[float, str]:
+    """Return number and unit of a text such as ``34.5kNm``, where ``kN m`` may lack its space.
+
+    Without a unit the second is empty.
+
+    Raises
+    ------
+    ModelError : the text does not begin with a number.
+    """
+    match = _TYPED.fullmatch(text)
+    if match is None or not isfinite(float(match.group(1))):
+        raise ModelError(f"{text!r} is not a number; write it like 0.05 or 1e-3")
+    spellings = {spelled.replace(" ", ""): spelled for spelled in UNITS}
+    unit = spellings.get(match.group(2).replace(" ", ""), match.group(2))
+    return float(match.group(1)), unit
 
 
 def to_si(value: float, unit: str, si_unit: str) -> float:

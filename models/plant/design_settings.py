@@ -29,7 +29,7 @@ class PlantSettings:
         the inputs.
     decay_rate : alpha [1/s] with V' <= -2 alpha V; ``"max"`` for nine tenths of the largest, which
         needs bounded gains or limited inputs; None for a moderate one
-        (``takagi.certificates.design.plant.moderate_rate``).
+        (``takagi.certificates.design.plant.wishes``).
     relaxation : of the double sum, as ``takagi.lmi.pdc`` names it; None takes all pairs of rules,
         and richer ones where these have no gains.
     input_limit : input -> largest deviation from its rest; one that is not named takes the range
@@ -43,7 +43,7 @@ class PlantSettings:
     effort : how hard the law may use the inputs.  ``"small"``: at most half of
         the range of every input, and a slower loop; ``"large"``: a faster loop at the price of a
         smaller set or larger gains; ``"moderate"`` for neither.  In numbers:
-        ``takagi.certificates.design.plant.wished_effort``.
+        ``takagi.certificates.design.plant.wishes``.
     sample_time : T [s] of a law that runs every T seconds and holds its command on a plant in
         continuous time; None for a law that runs all the time.
     noise : disturbance -> root of the intensity (two-sided spectral density) of the white noise

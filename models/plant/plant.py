@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from types import MappingProxyType
@@ -47,7 +47,7 @@ class Plant:
     blending : the ``takagi.models.blending.Blending`` from which a blended plant was made; it has
         the plant as it was written. None for other plants.
     references : what follows what, by integral states that are among the states
-        (``takagi.models.tracking.following``).
+        (``takagi.models.tracking``).
 
     Two plants are equal if all of this is, symbol by symbol; expressions are compared as sympy
     holds them, not simplified.
@@ -128,6 +128,17 @@ class Plant:
         """Return symbol -> value of the parameters, or the nearest decimal to it."""
         return {parameter.symbol: parameter.value for parameter in self.parameters}
 
+    @property
+    def expressions(self) -> list[tuple[str, sp.Expr]]:
+        """Return (place, expression): of all equations, the mass matrix, outputs and premises."""
+        found = [
+            (f"equation of {v.name}", row)
+            for v, row in zip(self.states, self.equations, strict=True)
+        ]
+        found += [("mass matrix", entry) for entry in (() if self.mass is None else self.mass)]
+        found += [(f"output {y.name}", y.expression) for y in self.outputs]
+        return [*found, *((f"premise {symbol}", row) for symbol, row in self.premises.items())]
+
     def _check_measured(self) -> None:
         if self.measured is None:
             return
@@ -179,18 +190,8 @@ class Plant:
 
     def _check_symbols(self) -> None:
         known = {v.symbol for v in self.variables} | {p.symbol for p in self.parameters}
-        parts: list[tuple[str, Sequence[sp.Expr]]] = [
-            (f"equation of {v.name}", [row])
-            for v, row in zip(self.states, self.equations, strict=True)
-        ]
-        parts += [(f"output {y.name}", [y.expression]) for y in self.outputs]
-        parts += [(f"premise {symbol}", [row]) for symbol, row in self.premises.items()]
-        if self.mass is not None:
-            parts.append(("mass matrix", list(self.mass)))
-        for what, expressions in parts:
-            unknown = sorted(
-                str(s) for row in expressions for s in row.free_symbols if s not in known
-            )
+        for what, row in self.expressions:
+            unknown = sorted(str(s) for s in row.free_symbols if s not in known)
             if unknown:
                 raise ModelError(
                     f"plant {self.name!r}, {what}: {', '.join(unknown)} is neither a variable nor "

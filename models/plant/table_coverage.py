@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ def check_coverage(plant: Plant) -> None:
 
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     seen: set[Any] = set()
-    for place, expression in _expressions(plant):
+    for place, expression in plant.expressions:
         calls = expression.atoms(TableFunction)
         for call in sorted(calls, key=lambda c: (len(c.atoms(TableFunction)), str(c))):
             if call in seen:
@@ -78,15 +78,3 @@ def _range(plant: Plant, place: str, argument: sp.Expr) -> Interval:
         return expression_range(argument, plant.box, tolerance=TOLERANCE).outer
     except ModelError as error:
         raise ModelError(f"{place}: its range cannot be enclosed: {error}") from error
-
-
-def _expressions(plant: Plant) -> Iterator[tuple[str, sp.Expr]]:
-    for variable, row in zip(plant.states, plant.equations, strict=True):
-        yield f"equation of {variable.name}", row
-    if plant.mass is not None:
-        for entry in plant.mass:
-            yield "mass matrix", entry
-    for output in plant.outputs:
-        yield f"output {output.name}", output.expression
-    for symbol, expression in plant.premises.items():
-        yield f"premise {symbol}", expression

@@ -17,9 +17,8 @@ from takagi.models.files.units import Unit, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.plant import Plant
 from takagi.models.plant.variables import Output, Parameter, Variable
-from takagi.models.plant_files.derived_numbers import DerivedNumbers
-from takagi.models.plant_files.design_section import seconds
-from takagi.models.plant_files.uncertain_parameters import check_divisors
+from takagi.models.plant_files.derived_numbers import DerivedNumbers, check_divisors
+from takagi.models.plant_files.sections import seconds
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -57,16 +56,6 @@ def load_plant(name_or_path: str | Path) -> Plant:
         cover the box.
     """
     return PlantFile.of(name_or_path).model
-
-
-def plant_files(name_or_path: str | Path) -> list[Path]:
-    """Return the files that ``load_plant`` reads: the TOML file, then its tables.
-
-    Raises
-    ------
-    ModelError : as ``load_plant`` does for the name, the file, and the names of its tables.
-    """
-    return PlantFile.of(name_or_path).files
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +103,8 @@ class PlantFile:
 
     @property
     def files(self) -> list[Path]:
-        """The file and its tables, as ``plant_files`` returns them."""
-        from takagi.models.plant_files.table_entry import table_path
+        """The file, then its tables: all files that ``load_plant`` reads."""
+        from takagi.models.plant_files.sections import table_path
 
         given = self.entry.tables.items()
         tables = [table_path(self.document, name, table.file) for name, table in given]
@@ -124,7 +113,7 @@ class PlantFile:
     @property
     def settings(self) -> PlantSettings:
         """What the section ``[design]`` asks for."""
-        from takagi.models.plant_files.design_section import settings_of
+        from takagi.models.plant_files.sections import settings_of
 
         return settings_of(self.document, self.entry)
 
@@ -216,14 +205,14 @@ class _Reader:
         return self.at(f"{field}.rest", lambda: solve_rest(plant, starts))
 
     def with_measured(self, plant: Plant, scope: Scope) -> Plant:
-        from takagi.models.plant_files.measured_section import with_measured
+        from takagi.models.plant_files.sections import with_measured
 
         read = partial(self.expression, scope=scope)
         work = partial(with_measured, self.document, self.entry, plant, read, self.si_unit)
         return self.at("measured", work)
 
     def behind_blend(self, plant: Plant, scope: Scope) -> Plant:
-        from takagi.models.plant_files.blending_section import behind_blend
+        from takagi.models.plant_files.sections import behind_blend
 
         read = partial(self.expression, scope=scope)
         return behind_blend(self.document, self.entry, plant, self.variable, read)
@@ -333,7 +322,7 @@ class _Reader:
 
     def scope(self, variables: Iterable[Variable], parameters: Iterable[Parameter]) -> Scope:
         from takagi.models.expressions.parser import Scope
-        from takagi.models.plant_files.table_entry import read_table
+        from takagi.models.plant_files.sections import read_table
 
         symbols = {v.name: v.symbol for v in variables}
         symbols |= {p.symbol.name: p.symbol for p in parameters}
@@ -375,7 +364,7 @@ class _Reader:
     def check_lost(self, plant: Plant) -> None:
         """Refuse terms that sympy removed, unless they have a value on the whole box."""
         from takagi.models.expressions.lost_parts import check_lost
-        from takagi.models.expressions.parser import expression_error
+        from takagi.models.expressions.tokens import expression_error
 
         for place, text, part in self.lost:
             try:

@@ -32,8 +32,7 @@ def with_references(
         whose range does not contain the rest; a reference whose equilibria are not within the
         ranges of states and inputs.
     """
-    from takagi.models.tracking.following import following_plant
-    from takagi.models.tracking.held_rests import held_rests
+    from takagi.models.tracking import following_plant, held_rests
 
     found = []
     for name, given in entry.reference.items():

@@ -1,7 +1,4 @@
-"""The loop that is simulated: plant, law, actuator limits, and signals from outside.
-
-The right-hand side of the plant by its own equations, in floating point, without a model.
-"""
+"""The loop that is simulated: the plant by its own equations, law, actuator limits, signals."""
 
 from __future__ import annotations
 
@@ -18,7 +15,6 @@ from takagi.models.plant_simulation.signals import Signals
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
-
 
 Rate = Callable[[Floats, Floats, Floats], Floats]
 
@@ -46,11 +42,11 @@ def right_side(
     import sympy as sp
 
     from takagi.models.blending.blending import blending_of
-    from takagi.models.blending.run_time import RunTimeBlending
+    from takagi.models.blending.run_time import RunTimeBlending, explicit_rows
 
     blending = blending_of(plant)
     if blending is not None:
-        return RunTimeBlending(blending).disturbed_rate(moving, limited=True, told=told)
+        return RunTimeBlending(blending).disturbed_rate(moving, told=told)
     free = [v.symbol for v in moving]
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {
@@ -59,20 +55,8 @@ def right_side(
         if v.symbol not in free
     }
     symbols = [*(v.symbol for v in (*plant.states, *plant.inputs)), *free]
-    rows = [sp.sympify(row).subs(values) for row in plant.equations]
-    right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
-    mass = None
-    if plant.mass is not None:
-        mass = sp.lambdify(symbols, plant.mass.subs(values).tolist(), modules=["scipy", "numpy"])
-
-    def rate(x: Floats, u: Floats, w: Floats) -> Floats:
-        point = (*map(float, x), *map(float, u), *map(float, w))
-        f = np.array(right(*point), dtype=np.float64)
-        if mass is None:
-            return f
-        return np.asarray(np.linalg.solve(np.array(mass(*point), float), f), dtype=np.float64)
-
-    return rate
+    right = explicit_rows(plant, symbols, values)
+    return lambda x, u, w: right(*map(float, x), *map(float, u), *map(float, w))
 
 
 # (measured x - x*, w) -> the inputs before their limits, then the commands of blended actuators.

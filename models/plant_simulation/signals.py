@@ -3,19 +3,33 @@
 A loop with signals is integrated segment by segment.  ``breaks`` has the times at which a signal
 jumps or has a kink; between two breaks it is the smooth function that ``on`` returns.  A jump
 belongs to the segment that begins at its time, so the integrator never evaluates the other value.
+
+A user writes a signal as a kind, a size with its unit, and times with their units:
+
+    step 0.2 at 1s                     pulse 3 N from 1s to 1.5s    pulse 3 N at 1s for 500ms
+    ramp 5 deg from 1s to 3s           ramp 5 deg at 1s for 2s      constant 0.2
+    sine 0.1 period 2s                 sine 0.1 frequency 3 rad/s from 1s
+    noise 0.1 every 10ms seed 3
+
+A size without a unit is in the unit of the variable in the plant's file; a time without a unit is
+in s.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
-from math import ceil, pi, sin
+from math import ceil, isfinite, pi, sin
 from typing import Protocol
 
 import numpy as np
 
 from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.units import Unit, parse_unit
 
 Function = Callable[[float], float]
 # Random numbers are drawn in blocks, so that a longer run begins with those of a shorter one.
@@ -214,3 +228,183 @@ def _constant(value: float) -> Function:
 @lru_cache(maxsize=32)
 def _draws(seed: tuple[int, ...], blocks: int) -> Floats:
     return np.random.default_rng(list(seed)).standard_normal(blocks * _BLOCK)
+
+
+KINDS: Mapping[str, str] = {
+    "step": "step 0.2 at 1s",
+    "pulse": "pulse 0.2 from 1s to 1.5s",
+    "ramp": "ramp 0.2 from 1s to 3s",
+    "sine": "sine 0.2 period 2s",
+    "noise": "noise 0.2 every 10ms",
+    "constant": "constant 0.2",
+}
+# Kind -> the words that may follow its size.
+_WORDS: Mapping[str, tuple[str, ...]] = {
+    "step": ("at",),
+    "pulse": ("at", "from", "to", "for"),
+    "ramp": ("at", "from", "to", "for"),
+    "sine": ("period", "frequency", "at", "from"),
+    "noise": ("every", "seed"),
+    "constant": (),
+}
+_ALL_WORDS = ("at", "from", "to", "for", "period", "frequency", "every", "seed")
+_SPLIT = re.compile(rf"(?<![A-Za-z])({'|'.join(_ALL_WORDS)})(?![A-Za-z])")
+_NUMBER = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
+_LARGEST_SEED = 2**63
+
+
+def parse_signal(
+    text: str,
+    unit: Unit,
+    *,
+    place: str,
+    seed: tuple[int, ...] = (0,),
+    every: Callable[[], float] | None = None,
+) -> Signal:
+    """Return the signal of a text, in SI units.
+
+    Parameters
+    ----------
+    unit : unit of the disturbed variable, as in the plant's file.
+    place : the first words of each message, such as the option's name.
+    seed : seed of noise if the text has none.
+    every : the time [s] for which a value of noise is held, if the text has none.
+
+    Raises
+    ------
+    ModelError : an unknown kind or word, a number or unit that does not fit, a time below 0, or an
+        end before its start.
+    """
+    return _Reader(text, unit, place, seed, every).signal()
+
+
+class _Reader:
+    """The parts of one text."""
+
+    def __init__(
+        self,
+        text: str,
+        unit: Unit,
+        place: str,
+        seed: tuple[int, ...],
+        every: Callable[[], float] | None,
+    ) -> None:
+        self.text, self.unit, self.seed, self.every = text.strip(), unit, seed, every
+        self.place = f"{place} {self.text!r}"
+        kind, _, behind = re.sub(r"^white\s+", "", self.text).partition(" ")
+        if kind not in KINDS:
+            examples = "; ".join(KINDS.values())
+            raise ModelError(
+                f"{self.place}: {kind!r} is no kind of signal{did_you_mean(kind, KINDS)}; write "
+                f"one of: {examples}"
+            )
+        self.kind, self.example = kind, KINDS[kind]
+        first, *rest = _SPLIT.split(behind)
+        self.size_text = first
+        self.given: dict[str, str] = {}
+        for word, value in zip(rest[::2], rest[1::2], strict=True):
+            if word not in _WORDS[kind]:
+                known = ", ".join(_WORDS[kind]) or "nothing"
+                raise self.error(f"{word!r} does not belong to a {kind}; behind its size it has "
+                                 f"{known}")  # fmt: skip
+            if word in self.given:
+                raise self.error(f"{word!r} stands there twice")
+            self.given[word] = value
+
+    def error(self, words: str) -> ModelError:
+        return ModelError(f"{self.place}: {words}; write for instance '{self.example}'")
+
+    def signal(self) -> Signal:
+        size = self.size()
+        match self.kind:
+            case "step":
+                return Step(size, self.time("at"))
+            case "constant":
+                # From the first instant on.
+                return Step(size, 0.0)
+            case "pulse":
+                return Pulse(size, *self.span())
+            case "ramp":
+                return Ramp(size, *self.span())
+            case "sine":
+                return Sine(size, self.period(), self.time(self.first("at", "from"), default=0.0))
+        if size < 0:
+            raise self.error(f"its size is a standard deviation, and {self.size_text.strip()} is "
+                             "below 0")  # fmt: skip
+        return Noise(size, self.held(), self.drawn())
+
+    def size(self) -> float:
+        number, unit = self.number(self.size_text, "its size", self.unit)
+        return float(unit.to_si(number))
+
+    def number(self, text: str, what: str, own: Unit) -> tuple[Fraction, Unit]:
+        match = _NUMBER.fullmatch(text)
+        if match is None:
+            found = f"{text.strip()!r} was given" if text.strip() else "it is missing"
+            raise self.error(f"{what} must be a number with or without a unit, and {found}")
+        try:
+            unit = parse_unit(match.group(2)) if match.group(2) else own
+        except ModelError as error:
+            raise ModelError(f"{self.place}: {error}") from error
+        if unit.dimension != own.dimension:
+            raise self.error(f"{what} is in {own.text}, which {match.group(2)!r} does not fit")
+        value = Fraction(match.group(1))
+        if not isfinite(float(match.group(1))) or abs(value) > Fraction(10) ** 100:
+            raise self.error(f"{what} is too large")
+        return value, unit
+
+    def time(self, word: str, *, default: float | None = None) -> float:
+        if word not in self.given:
+            if default is not None:
+                return default
+            raise self.error(f"the time behind {word!r} is missing")
+        number, unit = self.number(self.given[word], f"the time behind {word!r}", parse_unit("s"))
+        if number < 0:
+            raise self.error(f"the time behind {word!r} is below 0, and a run begins at 0")
+        return float(unit.to_si(number))
+
+    def first(self, *words: str) -> str:
+        both = [word for word in words if word in self.given]
+        if len(both) > 1:
+            raise self.error(f"{both[0]!r} and {both[1]!r} say the same; leave one out")
+        return both[0] if both else words[0]
+
+    def span(self) -> tuple[float, float]:
+        start = self.time(self.first("from", "at"))
+        word = self.first("to", "for")
+        if word not in self.given:
+            raise self.error("its end is missing: 'to' with a time, or 'for' with a duration")
+        stop = self.time(word) + (start if word == "for" else 0.0)
+        if not stop > start:
+            raise self.error(f"it would end at {stop:g} s, not after its start at {start:g} s")
+        return start, stop
+
+    def period(self) -> float:
+        word = self.first("period", "frequency")
+        if word not in self.given:
+            raise self.error("how fast it is is missing: 'period' with a time, or 'frequency' in "
+                             "rad/s")  # fmt: skip
+        if word == "period":
+            found = self.time("period")
+        else:
+            number, unit = self.number(self.given[word], "the frequency", parse_unit("rad/s"))
+            found = 2 * pi / float(unit.to_si(number)) if number > 0 else 0.0
+        if not found > 0:
+            raise self.error(f"its {word} must be above 0")
+        return found
+
+    def held(self) -> float:
+        if "every" not in self.given and self.every is not None:
+            return self.every()
+        found = self.time("every")
+        if not found > 0:
+            raise self.error("the time behind 'every' must be above 0")
+        return found
+
+    def drawn(self) -> tuple[int, ...]:
+        if "seed" not in self.given:
+            return self.seed
+        text = self.given["seed"].strip()
+        if not text.isascii() or not text.isdigit() or int(text) >= _LARGEST_SEED:
+            raise self.error(f"the seed must be a whole number from 0 on, and {text!r} was given")
+        return (int(text),)

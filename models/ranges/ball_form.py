@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Bounded, Ends
-from takagi.models.ranges.box_side import (
+from takagi.models.ranges.ball_operations import (
     Ball,
     BoxSide,
     Sides,
@@ -31,15 +31,14 @@ from takagi.models.ranges.box_side import (
     wider,
     worst_axis,
 )
-from takagi.models.ranges.symbolic_derivatives import (
+from takagi.models.ranges.symbolic_steps import (
     derivative,
     is_zero,
     order_of,
     slope_or_none,
     with_exponentials_as_symbols,
 )
-from takagi.models.ranges.table_balls import tables_class
-from takagi.models.ranges.tape import Tape, tape_of
+from takagi.models.ranges.tape import Tape, tables_class, tape_of
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.cell_enclosures import Cell
-from takagi.models.ranges.cell_search import bounds_on
+from takagi.models.ranges.cell_search import Cell, bounds_on
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -48,8 +47,6 @@ class Domain:
         cls,
         box: Mapping[sp.Symbol, Interval],
         between: Mapping[sp.Symbol, tuple[sp.Expr, sp.Expr]],
-        *,
-        check: bool = True,
     ) -> Domain:
         """Return {x : lower_i(v) <= x_i <= upper_i(v), v in box}, e.g. a band around a trim curve.
 
@@ -60,7 +57,6 @@ class Domain:
         ----------
         box : ranges of v (and of all else).
         between : variable -> (lower, upper), expressions in the symbols of the box.
-        check : prove lower_i <= upper_i over the box; with False the caller must ensure it.
 
         Raises
         ------
@@ -75,8 +71,7 @@ class Domain:
             share = sp.Dummy(f"share_{symbol}", real=True)
             sides[share] = Interval.of(0, 1)
             places[symbol] = low + share * (high - low)
-            if check:
-                _check_order(symbol, high - low, box)
+            _check_order(symbol, high - low, box)
         return cls((Cell(sides, places),))
 
     def __or__(self, other: Domain) -> Domain:

@@ -10,8 +10,6 @@ A tree is text in preorder.  A digit or capital letter is the number of the side
     b   Bernstein coefficients, exact
 
 Replaying needs no search: one enclosure for each leaf.
-
-The enclosures on the leaves of a tree of boxes, computed again without a search.
 """
 
 from __future__ import annotations
@@ -24,13 +22,11 @@ from typing import TYPE_CHECKING, TypeVar
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import SIDES, Ends
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.cell_enclosures import Cell, enclosed_by_letter, halve
-from takagi.models.ranges.cell_search import cell_root, fraction
+from takagi.models.ranges.cell_search import Cell, cell_root, enclosed_by_letter, fraction, halve
 from takagi.models.ranges.domain import Domain, DomainLike, as_domain
 
 if TYPE_CHECKING:
     import sympy as sp
-
 
 Place = TypeVar("Place")
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import sympy as sp
 
     from takagi.models.intervals.interval import Number
-    from takagi.models.ranges.cell_enclosures import Cell
+    from takagi.models.ranges.cell_search import Cell
     from takagi.models.ranges.domain import Domain, DomainLike
 
 

@@ -1,7 +1,4 @@
-"""From the arguments of ``sector_model`` to a problem and a factored form of it.
-
-Writing f(x, u, w) with f(0, 0, 0) = 0 as A(x) x + B(x) u + E(x) w.
-"""
+"""From the arguments of ``sector_model`` to a problem and a factored form of it."""
 
 from __future__ import annotations
 
@@ -19,9 +16,8 @@ from takagi.models.sector.assembly import LETTERS
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import EquilibriumOption
+    from takagi.models.plant.design_settings import Choice, Rest
     from takagi.models.ranges.domain import Domain
-    from takagi.models.sector.choice import Choice
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -31,7 +27,7 @@ class GivenEquations:
     f: Plant | Sequence[sp.Expr]
     states: Sequence[sp.Symbol] = ()
     inputs: Sequence[sp.Symbol] = ()
-    rest: EquilibriumOption = "given"
+    rest: Rest = "given"
     box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None
     domain: Domain | None = None
     disturbances: Sequence[sp.Symbol] = ()

@@ -2,23 +2,228 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING
 
-from takagi.models.equations.equations import Equations, Factored
-from takagi.models.equations.step import Step
+from takagi.models.arrays import Floats
+from takagi.models.equations.equations import Equations, Factored, Step
+from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number
-from takagi.models.sector.exactness import Exactness, check_exact
+from takagi.models.ranges.symbolic_steps import with_exponentials_as_symbols
 from takagi.models.sector.multilinear import vertex_product
-from takagi.models.sector.rule_steps import rule_steps
+from takagi.models.sector.terms import terms_of
 from takagi.models.ts.model import Derivation, TSModel
 from takagi.models.ts.premise import Premise
+from takagi.models.ts.vertex_arrays import VertexProduct
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.problem import SymbolicForm
+    from takagi.models.ranges.cell_search import Cell
+    from takagi.models.ranges.domain import Domain
+    from takagi.models.ts.model import SymbolicForm
+
+POINTS = 12
+DENOMINATOR = 997  # of the points' coordinates; a prime avoids special angles
+SMALLEST = Fraction(1, 10**20)  # the widest ball that is evidence for zero
+LONGEST = 150  # most operations for sympy's simplify: about a second
+
+
+@dataclass(frozen=True, slots=True)
+class Exactness:
+    """How it is known that the rows agree: ``symbolic`` of all rows, and that in ``words``."""
+
+    symbolic: bool
+    words: str
+
+
+def check_exact(
+    rows: Sequence[tuple[str, sp.Expr, sp.Expr]], sides: Mapping[sp.Symbol, Interval]
+) -> Exactness:
+    """Return how wanted = written was checked, in every row (place, wanted, written).
+
+    First by expansion, over a common denominator too; then at random rational points in ball
+    arithmetic, where a ball without 0 refutes; then by sympy's ``simplify`` if the difference is
+    short.  The remaining entries agree at the points, and the sentence says that this is no proof.
+
+    Parameters
+    ----------
+    sides : range of each variable; a variable without one is tried in [-1, 1].
+
+    Raises
+    ------
+    ModelError : a row that is refuted, or one that can neither be shown nor tried at points.
+    """
+    tried = [place for place, wanted, written in rows if not _row(place, wanted, written, sides)]
+    if not tried:
+        return Exactness(True, "checked symbolically")
+    return Exactness(
+        False,
+        f"{', '.join(tried)} checked in ball arithmetic at {POINTS} random rational points only, "
+        "which is no proof; the others symbolically",
+    )
+
+
+def _row(
+    place: str, wanted: sp.Expr, written: sp.Expr, sides: Mapping[sp.Symbol, Interval]
+) -> bool:
+    """Return whether the row is shown symbolically; False when it only agrees at the points."""
+    import sympy as sp
+
+    rest = sp.expand(wanted - written)
+    # The sum of terms keeps each denominator in one piece, so that long ones cancel too.
+    if rest == 0 or not terms_of(wanted - written):
+        return True
+    if rest.count_ops() <= 4 * LONGEST:
+        joined = with_exponentials_as_symbols(sp.together, rest)
+        if sp.expand(sp.fraction(joined)[0]) == 0:
+            return True
+    agrees = _agrees(place, rest, sides)
+    short = rest.count_ops() <= LONGEST or agrees is None
+    simple = with_exponentials_as_symbols(sp.simplify, rest) if short else rest
+    if simple == 0:
+        return True
+    if agrees is None or not simple.free_symbols:
+        raise ModelError(
+            f"{place}: the factored form misses the plant by {simple}, which does not simplify to "
+            "0; correct the entries of that row"
+        )
+    return False
+
+
+def _agrees(place: str, rest: sp.Expr, sides: Mapping[sp.Symbol, Interval]) -> bool | None:
+    """Return True when the balls at the points contain 0 and are small; None if none could tell."""
+    from takagi.models.ranges.expression_range import expression_range
+
+    chance = random.Random(rest.count_ops())  # the same points each time
+    symbols = sorted(rest.free_symbols, key=str)
+    told = 0
+    for _ in range(POINTS):
+        point = {s: _point(sides.get(s, Interval.of(-1, 1)), chance) for s in symbols}
+        try:
+            ball = expression_range(rest, {s: Interval(v, v) for s, v in point.items()}).outer
+        except ModelError:
+            continue
+        if not ball.contains(0):
+            at = ", ".join(f"{s} = {float(v):.4g}" for s, v in point.items())
+            raise ModelError(
+                f"{place}: the factored form misses the plant by {rest}, which is "
+                f"{float(ball.centre):.4g} at {at or 'every point'}; correct the entries of that "
+                "row"
+            )
+        told += ball.width <= SMALLEST
+    return True if told == POINTS else None
+
+
+def _point(side: Interval, chance: random.Random) -> Fraction:
+    return side.lower + side.width * Fraction(chance.randrange(1, DENOMINATOR), DENOMINATOR)
+
+
+MOST_LISTED = 16  # the most rules whose corners and vertices are written out
+
+
+def rule_steps(
+    premises: Sequence[Premise], products: Mapping[str, VertexProduct], *, discrete: bool = False
+) -> tuple[Step, ...]:
+    """Return the steps from proved ranges to vertices; empty for a model without premises.
+
+    Up to 16 rules are listed with their matrices, to six digits; of more the numbering alone.
+    """
+    varying = [premise for premise in premises if len(premise.corners) > 1]
+    if not varying:
+        return ()
+    corners = list(product(*(range(len(p.corners)) for p in varying)))
+    steps = [
+        Step("Weights of the premises.", r" \\ ".join(_weights(premise) for premise in varying)),
+        _numbering(varying, len(corners), products, discrete),
+    ]
+    if len(corners) <= MOST_LISTED:
+        steps.append(_listed(varying, corners))
+        stacks = {letter: found.stack() for letter, found in products.items()}
+        steps += [_vertex(rule, stacks) for rule in range(len(corners))]
+    steps[0] = Step(steps[0].title, rf"\begin{{gathered}}{steps[0].latex}\end{{gathered}}")
+    return tuple(steps)
+
+
+def _weights(premise: Premise) -> str:
+    z = premise.latex
+    lower, upper = (f"{float(end):.9g}" for end in premise.corners)
+    width = f"{float(premise.upper - premise.lower):.9g}"
+    minus = f"- {lower}" if premise.lower >= 0 else f"+ {lower.removeprefix('-')}"
+    first = rf"w_{{{z},0}} = \frac{{{upper} - {z}}}{{{width}}}"
+    return first + rf", \quad w_{{{z},1}} = \frac{{{z} {minus}}}{{{width}}}"
+
+
+def _numbering(
+    varying: Sequence[Premise], count: int, products: Mapping[str, VertexProduct], discrete: bool
+) -> Step:
+    names = ", ".join(premise.name for premise in varying)
+    weights = r"\, ".join(f"w_{{{p.latex},c_{{i,{k}}}}}" for k, p in enumerate(varying, start=1))
+    pairs = (("A", "x"), ("B", "u"), ("E", "w"))
+    terms = " + ".join(f"{m}_i {v}" for m, v in pairs if m in products and products[m].columns)
+    left = "x^+" if discrete else r"\dot x"
+    return Step(
+        f"Memberships of the {count} rules; c counts the corners (0 lower, 1 upper) of {names}, "
+        "the last changing first.",
+        rf"h_i = {weights}, \qquad {left} = \sum_{{i=1}}^{{{count}}} h_i \left({terms}\right)",
+    )
+
+
+def _listed(varying: Sequence[Premise], corners: Sequence[tuple[int, ...]]) -> Step:
+    head = " & ".join(["i", *(premise.latex for premise in varying)])
+    rows = []
+    for i, rule in enumerate(corners, start=1):
+        values = [f"{float(p.corners[c]):.6g}" for p, c in zip(varying, rule, strict=True)]
+        rows.append(" & ".join([str(i), *values]))
+    body = r" \\ ".join([head + r" \\ \hline " + rows[0], *rows[1:]])
+    columns = "c|" + "c" * len(varying)
+    return Step("Rules and their corners.", rf"\begin{{array}}{{{columns}}}{body}\end{{array}}")
+
+
+def _vertex(rule: int, stacks: Mapping[str, Floats]) -> Step:
+    shown = [
+        rf"{letter}_{{{rule + 1}}} = " + _array(stack[rule])
+        for letter, stack in stacks.items()
+        if stack.size
+    ]
+    return Step(f"Vertex {rule + 1}.", r",\quad ".join(shown))
+
+
+def _array(rows: Floats) -> str:
+    body = r"\\".join(" & ".join(_decimal(value, 6) for value in row) for row in rows)
+    return rf"\begin{{pmatrix}}{body}\end{{pmatrix}}"
+
+
+MOST_SHOWN = 4
+
+
+def domain_steps(domain: Domain | None) -> tuple[Step, ...]:
+    """Return the steps of the derivation about a band or a union of cells; none for a box."""
+    if domain is None:
+        return ()
+    count = len(domain.cells)
+    shown = [_cell(cell) for cell in domain.cells[:MOST_SHOWN]]
+    title = "Domain: the bounds hold there, not on the whole box around it"
+    title += f"; {count} cells" if count > 1 else ""
+    title += f", the first {MOST_SHOWN} of them are shown." if count > MOST_SHOWN else "."
+    return (Step(title, r"\begin{gathered}" + r" \\ ".join(shown) + r"\end{gathered}"),)
+
+
+def _cell(cell: Cell) -> str:
+    import sympy as sp
+
+    parts = [rf"{sp.latex(s)} \in {_ends(side)}" for s, side in cell.box.items()]
+    parts += [f"{sp.latex(s)} = {sp.latex(place)}" for s, place in cell.places.items()]
+    return r",\ ".join(parts)
+
+
+def _ends(side: Interval) -> str:
+    return rf"[{float(side.lower):.6g},\ {float(side.upper):.6g}]"
+
 
 LETTERS = ("A", "B", "C", "D", "E")
 
@@ -141,8 +346,8 @@ def _matrix(matrix: sp.Matrix) -> str:
     return str(sp.latex(matrix, mat_delim="", mat_str="pmatrix"))
 
 
-def _decimal(value: Number) -> str:
-    text = f"{float(value):.12g}"
+def _decimal(value: Number, digits: int = 12) -> str:
+    text = f"{float(value):.{digits}g}"
     if "e" in text:
         mantissa, exponent = text.split("e")
         return rf"{mantissa} \cdot 10^{{{int(exponent)}}}"

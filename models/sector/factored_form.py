@@ -1,7 +1,4 @@
-"""A factored form: premises, and each entry as a multi-affine polynomial in them.
-
-Exact linear algebra on sums of atoms: which sums are combinations of others.
-"""
+"""A factored form: premises, and each entry as a multi-affine polynomial in them."""
 
 from __future__ import annotations
 
@@ -14,7 +11,6 @@ from takagi.models.sector.terms import Sum, product_of, terms_of
 
 if TYPE_CHECKING:
     import sympy as sp
-
 
 Combination: TypeAlias = "dict[Hashable, sp.Rational]"
 

@@ -3,70 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any
 
-from takagi.models.equations.problem import SymbolicForm, box_in_fractions
+from takagi.models.equations.problem import box_in_fractions
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.arguments import GivenEquations, factored_problem
-from takagi.models.sector.assembly import assemble
+from takagi.models.sector.assembly import assemble, domain_steps
 from takagi.models.sector.premise_bounds import (
+    ROUGH,
     BoundsRequest,
     Given,
+    RuleCount,
     bounded_premises,
+    counted,
     counted_premises,
 )
-from takagi.models.sector.rule_counting import ROUGH, RuleCount, counted
-from takagi.models.sector.rule_steps import domain_steps
-from takagi.models.ts.model import TSModel
+from takagi.models.ts.model import SymbolicForm, TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import EquilibriumOption
+    from takagi.models.plant.design_settings import Choice, Rest
     from takagi.models.ranges.domain import Domain
-    from takagi.models.sector.choice import Choice
 
 MOST_RULES = 1024
-
-
-@overload
-def sector_model(
-    f: Plant,
-    *,
-    rest: EquilibriumOption = "given",
-    domain: Domain | None = None,
-    choice: Choice = "fewest-rules",
-    premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    bounds: Mapping[sp.Symbol, Given] | None = None,
-    sampled_bounds: Collection[sp.Symbol] = (),
-    tolerance: Number | None = None,
-    most_rules: int = MOST_RULES,
-) -> TSModel: ...
-
-
-@overload
-def sector_model(
-    f: Sequence[sp.Expr],
-    states: Sequence[sp.Symbol],
-    inputs: Sequence[sp.Symbol] = (),
-    *,
-    box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
-    domain: Domain | None = None,
-    disturbances: Sequence[sp.Symbol] = (),
-    outputs: Sequence[sp.Expr] = (),
-    parameters: Mapping[sp.Symbol, Number] | None = None,
-    matrices: Mapping[str, Sequence[Sequence[sp.Expr]]] | None = None,
-    choice: Choice | None = None,
-    premises: Mapping[sp.Symbol, sp.Expr] | None = None,
-    bounds: Mapping[sp.Symbol, Given] | None = None,
-    sampled_bounds: Collection[sp.Symbol] = (),
-    units: Mapping[sp.Symbol, str] | None = None,
-    tolerance: Number | None = None,
-    most_rules: int = MOST_RULES,
-    name: str = "",
-    source: str = "",
-) -> TSModel: ...
 
 
 def sector_model(
@@ -74,7 +35,7 @@ def sector_model(
     states: Sequence[sp.Symbol] = (),
     inputs: Sequence[sp.Symbol] = (),
     *,
-    rest: EquilibriumOption = "given",
+    rest: Rest = "given",
     box: Mapping[sp.Symbol, tuple[Number, Number]] | None = None,
     domain: Domain | None = None,
     disturbances: Sequence[sp.Symbol] = (),

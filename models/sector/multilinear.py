@@ -11,7 +11,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.ts.vertex_product import VertexProduct
+from takagi.models.ts.vertex_arrays import VertexProduct
 
 if TYPE_CHECKING:
     import sympy as sp

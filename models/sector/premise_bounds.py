@@ -1,4 +1,4 @@
-"""Premises with proved ranges; or with given ones, contradicted or confirmed; or sampled ones."""
+"""Premises with proved ranges; with given ones, contradicted or confirmed; sampled; and counted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from takagi.models.intervals.box_search import NoBound
 from takagi.models.intervals.interval import Interval, Number
 from takagi.models.ranges.sampled import SampledBounds, sampled_bounds
 from takagi.models.ranges.tape import UnknownFunction
-from takagi.models.sector.rule_counting import ROUGH, counted
 from takagi.models.ts.premise import Premise, round_outward
 
 if TYPE_CHECKING:
@@ -21,6 +20,53 @@ if TYPE_CHECKING:
 
     from takagi.models.equations.equations import Factored
     from takagi.models.ranges.evidence import Evidence
+
+ROUGH = Fraction(1, 50)  # allowed excess of bounds that are only used to rank premises
+MOST_TOLD = 8  # the most premises that a message names
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RuleCount:
+    """The rules that premises make: 2^k for the k that are not constant.
+
+    Attributes
+    ----------
+    rules : number of vertices.
+    premises : those that vary, sorted by width over size: the one with the least effect comes
+        first.
+    constant : those that cost no rule.
+    """
+
+    rules: int
+    premises: tuple[Premise, ...]
+    constant: tuple[Premise, ...]
+
+    @property
+    def words(self) -> str:
+        """The first premises in that order: range, and width as a share of its size."""
+        told = [
+            f"{_named(p)} in {p.bounds}, width {100 * _relative(p):.3g} % of its size"
+            for p in self.premises[:MOST_TOLD]
+        ]
+        left = len(self.premises) - len(told)
+        return "; ".join(told) + (f"; and {left} more" if left else "")
+
+
+def counted(premises: Sequence[Premise]) -> RuleCount:
+    """Return the count of premises that are bounded already."""
+    varying = [premise for premise in premises if len(premise.corners) > 1]
+    constant = tuple(premise for premise in premises if len(premise.corners) == 1)
+    return RuleCount(1 << len(varying), tuple(sorted(varying, key=_relative)), constant)
+
+
+def _relative(premise: Premise) -> float:
+    return float(premise.bounds.width / premise.bounds.magnitude)
+
+
+def _named(premise: Premise) -> str:
+    """Return e.g. ``z1 = sin(x)/x``: a number alone says nothing before there is a model."""
+    return premise.name if premise.proof is None else f"{premise.name} = {premise.proof.expression}"
+
 
 Given: TypeAlias = "tuple[Number, Number] | SampledBounds"
 
@@ -235,13 +281,8 @@ def _over(expression: sp.Expr, problem: Problem) -> str:
     return f", over {', '.join(problem.equations.named(varying))}{shape}"
 
 
-def check_rule_count(premises: Sequence[Premise], most_rules: int) -> int:
-    """Return the number of rules that the premises make.
-
-    Raises
-    ------
-    ModelError : more than ``most_rules``, with the premises ranked by what they cost.
-    """
+def check_rule_count(premises: Sequence[Premise], most_rules: int) -> None:
+    """Raise ModelError at more than ``most_rules`` rules, the premises ranked by what they cost."""
     count = counted(premises)
     if count.rules > most_rules:
         raise ModelError(
@@ -249,4 +290,3 @@ def check_rule_count(premises: Sequence[Premise], most_rules: int) -> int:
             f"{most_rules}; each premise doubles them, and a narrow one is the cheapest to do "
             f"without (as an uncertainty, or by a smaller box): {count.words}"
         )
-    return count.rules

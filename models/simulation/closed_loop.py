@@ -1,29 +1,109 @@
 """A law on a plant in a wind: fixed-step Runge-Kutta, the law sampled and held.
 
 At every controller sample the law sees (speed, pitch, wind estimate) and what it sends holds until
-the next one, as in a digital controller (``takagi.models.laws.sampled``); with a computation time
+the next one, as in a digital controller (``takagi.models.laws.protocol``); with a computation time
 it takes effect that much later.  Torque follows its command within the plant's rate limit, from
 sample to sample; pitch goes through the drive.  The observer takes one Euler step per sample.
-
-How a simulation is cut in time: samples of the law, and the plant's own steps within them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
 from math import ceil, isfinite
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Command, Law, Measurement
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Command, Law, Measurement, SampledLaw
 from takagi.models.simulation.dynamics import dynamics, loads
-from takagi.models.simulation.history import History
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine
 from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.aerodynamics import rotor_thrust
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import rated_wind, trim
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class History:
+    """A closed loop over time, one row per controller sample; all arrays are (n,) and read-only.
+
+    Attributes
+    ----------
+    time [s]; wind, wind_estimate [m/s] : the wind without the tower's motion, and what the law saw.
+    rotor_speed [rad/s]; generator_speed : as seen from the low-speed side [rad/s], equal to
+        rotor_speed without torsion.
+    pitch, pitch_reference [rad]; pitch_rate [rad/s].
+    torque : of the generator, high-speed shaft, in force from this sample to the next [N m].
+    torque_command : what the law asked for [N m].
+    electrical_power : efficiency times torque times generator speed [W].
+    rotor_torque [N m], thrust [N] : aerodynamic, at the sample.
+    tower_displacement [m], tower_velocity [m/s] : fore-aft, at the top; 0 without a tower.
+    tower_moment : fore-aft at the base [N m]: hub height times (stiffness x + damping x') over the
+        turbine's ``tower_share``, which is thrust times hub height at rest.
+    plant_states : (n, m), in the order of the plant's ``state_names``.
+    law_states : (n, k), in the order of the law's ``state_names``.
+    flags : (n,) integers, sums of ``takagi.models.simulation.turbine_plant.Flag``.
+    wind_name : for tables.
+    """
+
+    time: Floats
+    wind: Floats
+    wind_estimate: Floats
+    rotor_speed: Floats
+    generator_speed: Floats
+    pitch: Floats
+    pitch_reference: Floats
+    pitch_rate: Floats
+    torque: Floats
+    torque_command: Floats
+    electrical_power: Floats
+    rotor_torque: Floats
+    thrust: Floats
+    tower_displacement: Floats
+    tower_velocity: Floats
+    tower_moment: Floats
+    plant_states: Floats
+    law_states: Floats
+    flags: NDArray[np.int64]
+    wind_name: str
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def share_flagged(self, flag: Flag) -> float:
+        """Return the share of samples at which the flag stands [-]."""
+        return float(np.mean((self.flags & flag.value) != 0))
+
+    def per_unit(self, turbine: Turbine) -> dict[str, Floats]:
+        """Return the series over their bases [-], by name; ``time`` stays in s.
+
+        Bases: wind and its estimate by rated wind; rotor speed, torque and electrical power by
+        their rated values; pitch and its reference by the trim pitch at cut-out; tower
+        displacement and moment by their static values at rated wind.
+        """
+        wind = rated_wind(turbine)
+        thrust = float(rotor_thrust(turbine, turbine.rated_rotor_speed, turbine.pitch_min, wind))
+        bases = {
+            "wind": wind,
+            "wind_estimate": wind,
+            "rotor_speed": turbine.rated_rotor_speed,
+            "pitch": trim(turbine, turbine.cut_out).pitch,
+            "pitch_reference": trim(turbine, turbine.cut_out).pitch,
+            "torque": turbine.rated_torque,
+            "electrical_power": turbine.rated_power,
+            "tower_displacement": turbine.tower_share * thrust / turbine.tower_stiffness,
+            "tower_moment": thrust * turbine.hub_height,
+        }
+        scaled = {name: np.asarray(getattr(self, name)) / base for name, base in bases.items()}
+        return {"time": self.time, **scaled}
+
 
 # Of the plant's integration [s]: resolves all its modes.
 TIME_STEP = 0.02
@@ -195,7 +275,7 @@ def _march(
     estimator = np.zeros(0)
     if observer is not None:
         estimator = observer.initial_state(point.rotor_speed, float(wind.speed[0]))
-    speed_at = _measured_speed(plant)
+    speed_at = measured_speed(plant)
     # The wind at half steps, for the middle of a Runge-Kutta step.
     winds = wind.at(wind.time[0] + np.arange(2 * inner * samples + 1) * (time_step / 2))
     for first in range(0, 2 * inner * samples + 1, 2 * inner):
@@ -219,7 +299,7 @@ def _march(
         before = given
 
 
-def _measured_speed(plant: SimulatedTurbine) -> int:
+def measured_speed(plant: SimulatedTurbine) -> int:
     """Return which state is the measured speed: filtered, the generator's, or the rotor's."""
     places = (plant.index(name) for name in ("filtered", "generator speed", "rotor speed"))
     return next(place for place in places if place is not None)

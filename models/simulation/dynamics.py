@@ -6,7 +6,7 @@ their first call: some ten seconds once, after that they are read from the disk.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -119,24 +119,6 @@ def equilibrium_state(plant: SimulatedTurbine, wind: float) -> tuple[Floats, flo
     trim(plant.turbine, wind)
     state, point = plant.initial_state(wind)
     return state, point.torque, point.pitch
-
-
-def plant_derivative(
-    plant: SimulatedTurbine,
-    state: Sequence[float] | Floats,
-    torque: float,
-    pitch_reference: float,
-    wind: float,
-) -> Floats:
-    """Return the time derivative of the plant's state, same order as ``state_names``.
-
-    Parameters
-    ----------
-    torque : sent to the generator, on the high-speed shaft [N m].
-    pitch_reference [rad], wind [m/s] (undisturbed by the machine's own motion).
-    """
-    place = np.asarray(state, dtype=np.float64)
-    return dynamics(plant).derivative(place, float(torque), float(pitch_reference), float(wind))
 
 
 @lru_cache(maxsize=32)

@@ -18,11 +18,16 @@ from scipy.interpolate import BSpline, make_interp_spline
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.splines.bernstein_coefficients import DEGREE, MAX_ORDER
-from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_spline
+from takagi.models.splines.exact_spline import (
+    DEGREE,
+    MAX_ORDER,
+    ExactSpline,
+    exact_bounds,
+    exact_spline,
+    points_inside,
+    require_inside,
+)
 
-# A point given in other units lands on the edge only up to rounding: see models/splines/surface.py.
-EDGE = 1e-9
 # A curve is treated as a surface that does not depend on y: the y direction has one span [0, 1] and
 # four equal coefficients.
 FLAT_KNOTS = tuple(Fraction(k) for k in (0, 0, 0, 0, 1, 1, 1, 1))
@@ -84,24 +89,15 @@ class Curve:
         ModelError : order out of range, a NaN, or a point outside the table with clip=False.
         """
         _check_order(self.name, dx)
-        array = np.asarray(x, dtype=np.float64)
-        low, high = self.x_range
-        slack = np.inf if clip else EDGE
-        good = (array >= low - slack) & (array <= high + slack)
-        if not good.all():
-            raise ModelError(
-                f"{self.name}: {self.x_name} = {array[~good].flat[0]:.9g} is outside the table, "
-                f"{low:.9g} to {high:.9g}; stay inside, extend the table, or ask for clip=True"
-            )
-        return np.asarray(self._spline(np.clip(array, low, high), nu=dx), dtype=np.float64)
+        held = points_inside(self.name, self.x_name, x, self.x_range, clip)
+        return np.asarray(self._spline(held, nu=dx), dtype=np.float64)
 
-    def bounds(self, x: Interval, dx: int = 0, *, tolerance: Number | None = None) -> Interval:
+    def bounds(self, x: Interval, dx: int = 0) -> Interval:
         """Return a rigorous enclosure of a derivative over x, in exact arithmetic.
 
         Parameters
         ----------
         dx : order 0, 1 or 2.
-        tolerance : relative excess allowed at each end; None takes the Bernstein hull (fastest).
 
         Raises
         ------
@@ -109,14 +105,8 @@ class Curve:
         """
         _check_order(self.name, dx)
         spline = _exact(self)
-        if x.lower < spline.x.lower or x.upper > spline.x.upper:
-            raise ModelError(
-                f"{self.name}: {self.x_name} in {x} leaves the table, "
-                f"{float(spline.x.lower):.9g} to {float(spline.x.upper):.9g}; extend the table "
-                "or shrink the box"
-            )
-        wanted = None if tolerance is None else exact(tolerance)
-        return exact_bounds(spline, x, ORIGIN, dx, 0, tolerance=wanted)
+        require_inside(self.name, self.x_name, x, spline.x)
+        return exact_bounds(spline, x, ORIGIN, dx, 0)
 
     def exact(self, x: Number, dx: int = 0) -> Fraction:
         """Return a derivative at one rational point, exactly; ModelError outside the table."""

@@ -18,14 +18,18 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, exact
-from takagi.models.splines.bernstein_coefficients import DEGREE, MAX_ORDER
-from takagi.models.splines.exact_spline import ExactSpline, exact_bounds, exact_spline, exact_value
+from takagi.models.splines.exact_spline import (
+    DEGREE,
+    MAX_ORDER,
+    ExactSpline,
+    exact_bounds,
+    exact_spline,
+    exact_value,
+    points_inside,
+    require_inside,
+)
 
 DECIMALS = 12
-# A point given in other units lands on the edge only up to rounding: 30 deg is 3e-13 rad
-# outside a knot of 12 decimals.  Points that far outside are moved to the edge; points further
-# outside are refused.
-EDGE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,32 +109,14 @@ class Surface:
         """
         if dx not in range(MAX_ORDER + 1) or dy not in range(MAX_ORDER + 1):
             raise ModelError(f"{self.name}: derivative ({dx}, {dy}) asked; orders are 0, 1 or 2")
-        inside_x = self._inside(x, self.x_range, self.x_name, clip)
-        inside_y = self._inside(y, self.y_range, self.y_name, clip)
+        inside_x = points_inside(self.name, self.x_name, x, self.x_range, clip)
+        inside_y = points_inside(self.name, self.y_name, y, self.y_range, clip)
         if inside_x.shape != inside_y.shape:
             inside_x, inside_y = np.broadcast_arrays(inside_x, inside_y)
         points = np.stack((inside_x, inside_y), axis=-1)
         return np.asarray(self._spline(points, nu=(dx, dy)), dtype=np.float64)
 
-    def _inside(
-        self, values: ArrayLike, allowed: tuple[float, float], what: str, clip: bool
-    ) -> Floats:
-        array = np.asarray(values, dtype=np.float64)
-        low, high = allowed
-        slack = np.inf if clip else EDGE
-        good = (array >= low - slack) & (array <= high + slack)
-        if not good.all():
-            worst = array[~good].flat[0]
-            raise ModelError(
-                f"{self.name}: {what} = {worst:.9g} is outside the table, "
-                f"{low:.9g} to {high:.9g}; stay inside, extend the table, or ask for clip=True"
-            )
-        held = np.minimum(np.maximum(array, low), high)
-        return np.asarray(held, dtype=np.float64)
-
-    def bounds(
-        self, x: Interval, y: Interval, dx: int = 0, dy: int = 0, *, tolerance: Number | None = None
-    ) -> Interval:
+    def bounds(self, x: Interval, y: Interval, dx: int = 0, dy: int = 0) -> Interval:
         """Return a rigorous enclosure of a partial derivative over the rectangle x times y.
 
         The union of the Bernstein hulls of the cells that the rectangle meets, in exact
@@ -139,22 +125,15 @@ class Surface:
         Parameters
         ----------
         dx, dy : orders 0, 1 or 2.
-        tolerance : relative excess allowed at each end; None takes the plain hull (fastest).
 
         Raises
         ------
         ModelError : order out of range, or the rectangle leaves the table.
         """
         spline = _exact(self)
-        for box, axis, what in ((x, spline.x, self.x_name), (y, spline.y, self.y_name)):
-            if box.lower < axis.lower or box.upper > axis.upper:
-                raise ModelError(
-                    f"{self.name}: {what} in {box} leaves the table, "
-                    f"{float(axis.lower):.9g} to {float(axis.upper):.9g}; extend the table "
-                    "or shrink the box"
-                )
-        wanted = None if tolerance is None else exact(tolerance)
-        return exact_bounds(spline, x, y, dx, dy, tolerance=wanted)
+        require_inside(self.name, self.x_name, x, spline.x)
+        require_inside(self.name, self.y_name, y, spline.y)
+        return exact_bounds(spline, x, y, dx, dy)
 
     def exact(self, x: Number, y: Number, dx: int = 0, dy: int = 0) -> Fraction:
         """Return a partial derivative at one rational point, exactly."""

@@ -12,9 +12,6 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.ts.model import TSModel
 
-# Letter -> which of (n, m, p, q) its rows and columns are.
-SHAPES = {"B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
-
 
 def load_ts_model(path: str | Path) -> TSModel:
     """Return the model with the vertices of a MAT-file, without premises: a polytope.
@@ -51,14 +48,19 @@ def load_ts_model(path: str | Path) -> TSModel:
     if time.size > 1:
         raise ModelError(f"{path}: sample_time has {time.size} numbers; one is needed, or none")
     step = float(time[0]) if time.size else None
-    return TSModel(
-        matrices["A"],
-        matrices.get("B"),
-        C=matrices.get("C"),
-        D=matrices.get("D"),
-        E=matrices.get("E"),
-        sample_time=step,
-    )
+    try:
+        return TSModel(
+            matrices["A"],
+            matrices.get("B"),
+            C=matrices.get("C"),
+            D=matrices.get("D"),
+            E=matrices.get("E"),
+            sample_time=step,
+        )
+    except ModelError as error:
+        raise ModelError(
+            f"{path}: {error} (the rules are the first axis here, and the last one in the file)"
+        ) from error
 
 
 def _members(found: Any) -> Mapping[str, Any]:
@@ -79,39 +81,13 @@ def _real(value: Any, name: str, path: str) -> Floats:
 
 
 def _matrices(found: Mapping[str, Any], path: str) -> dict[str, Floats]:
-    """Return the matrices as (r, rows, columns)."""
-    A = _real(found["A"], "A", path)
-    n = A.shape[0]
-    if A.ndim not in (2, 3) or A.shape[1] != n or n == 0:
+    """Return the matrices as (r, rows, columns), or (rows, columns) for the same in every rule."""
+    made = {k: _real(found[k], k, path) for k in ("A", "B", "C", "D", "E") if k in found}
+    A = made["A"]
+    if A.ndim not in (2, 3) or A.shape[1] != A.shape[0] or A.shape[0] == 0:
         raise ModelError(f"{path}: A has shape {A.shape}; (n, n, r) is needed")
-    r = A.shape[2] if A.ndim == 3 else 1
-    sizes: dict[str, int] = {"n": n}
-    made = {"A": A}
-    for letter, (rows, columns) in SHAPES.items():
-        if letter not in found:
-            continue
-        made[letter] = value = _real(found[letter], letter, path)
-        wanted = (sizes.get(rows, rows), sizes.get(columns, columns), r)
-        if value.ndim not in (2, 3) or any(
-            isinstance(size, int) and size != given
-            for size, given in zip(wanted, value.shape, strict=False)
-        ):
-            told = ", ".join(map(str, wanted))
-            raise ModelError(
-                f"{path}: {letter} has shape {value.shape}; with A of {r} rules ({told}) is "
-                "needed, or without the rules"
-            )
-        sizes |= {rows: value.shape[0], columns: value.shape[1]}
-    for letter, value in made.items():
-        if not np.all(np.isfinite(value)):
-            raise ModelError(f"{path}: {letter} has a number that is not finite")
-    full = {
-        letter: value if value.ndim == 3 else value[:, :, None] for letter, value in made.items()
-    }
-    # A matrix without the axis of the rules is the same in every rule.
+    made["A"] = A if A.ndim == 3 else A[:, :, None]
     return {
-        letter: np.ascontiguousarray(
-            np.moveaxis(np.broadcast_to(value, (*value.shape[:2], r)), 2, 0)
-        )
-        for letter, value in full.items()
+        k: np.ascontiguousarray(np.moveaxis(value, 2, 0)) if value.ndim == 3 else value
+        for k, value in made.items()
     }

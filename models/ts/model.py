@@ -1,7 +1,4 @@
-"""The vertex form of a Takagi-Sugeno model: matrices, premises, rules, and the box they hold on.
-
-The derivation that a model came from, step by step, as LaTeX.
-"""
+"""The vertex form of a Takagi-Sugeno model: matrices, premises, rules, box, and its derivation."""
 
 from __future__ import annotations
 
@@ -11,22 +8,46 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.step import Step
+from takagi.models.equations.equations import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.premise import Premise
-from takagi.models.ts.vertex_arrays import check_unique
-from takagi.models.ts.vertex_product import VertexProduct, check_corners, stored_matrices
+from takagi.models.ts.vertex_arrays import (
+    VertexProduct,
+    check_corners,
+    check_unique,
+    stored_matrices,
+)
 
 if TYPE_CHECKING:
-    from takagi.models.equations.problem import SymbolicForm
+    from takagi.models.equations.equations import Factored
+    from takagi.models.equations.problem import Problem
+    from takagi.models.plant.plant import Plant
     from takagi.models.ranges.domain import Domain
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SymbolicForm:
+    """The symbols behind a model of ``sector_model``.
+
+    Attributes
+    ----------
+    plant : as it was given; None where expressions were given instead.
+    problem : equations in deviations from the equilibrium, box and domain.
+    factored : A, B, C, D, E with entries in premise symbols, and what each premise stands for.
+    kind : "sector" where f = A(z) x + ..., "secant" where A(z), ... are the slopes of f.
+    """
+
+    plant: Plant | None
+    problem: Problem
+    factored: Factored
+    kind: Literal["sector", "secant"] = "sector"
 
 
 SPECIAL = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {

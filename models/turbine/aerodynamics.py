@@ -87,22 +87,6 @@ def rotor_torque_gradient(
     )
 
 
-def rotor_power(
-    turbine: Turbine,
-    rotor_speed: ArrayLike,
-    pitch: ArrayLike,
-    wind: ArrayLike,
-    *,
-    clip: bool = False,
-) -> Floats:
-    """Return omega T_r [W], mechanical; from c_Q, so that power and torque never disagree.
-
-    Parameters and errors as for ``rotor_torque``.
-    """
-    torque = rotor_torque(turbine, rotor_speed, pitch, wind, clip=clip)
-    return np.asarray(np.asarray(rotor_speed, dtype=np.float64) * torque, dtype=np.float64)
-
-
 def rotor_thrust(
     turbine: Turbine,
     rotor_speed: ArrayLike,

@@ -26,13 +26,16 @@ from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import operating_band
 from takagi.models.turbine.regional_model import (
     INTEGRAL,
+    KINDS,
     PITCH_DEVIATION,
     SPEED_ERROR,
     WIND_DEVIATION,
     RegionalPlant,
     region_model,
+    secant_premise,
+    telescoping_step,
+    torque_symbols,
 )
-from takagi.models.turbine.torque_secants import secant_premise, telescoping_step, torque_symbols
 from takagi.models.turbine.trim import rated_wind
 
 
@@ -84,11 +87,8 @@ def full_load_model(
         wind_step=wind_step,
         speed_setpoint=speed_setpoint,
     )
-    share = exact(tolerance)
-    premises = (
-        secant_premise(band, "speed", with_pitch=True, tolerance=share),
-        secant_premise(band, "pitch", with_pitch=True, tolerance=share),
-        secant_premise(band, "wind", with_pitch=True, tolerance=share),
+    premises = tuple(
+        secant_premise(band, slope, with_pitch=True, tolerance=exact(tolerance)) for slope in KINDS
     )
     return region_model(_region(turbine), band, premises, name=f"{turbine.name} full load")
 

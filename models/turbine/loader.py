@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, Literal
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.files.coefficient_table import CoefficientTable, read_coefficient_table
+from takagi.models.files.csv_table import CoefficientTable, read_coefficient_table
 from takagi.models.files.library import resolve_model
 from takagi.models.files.toml_document import Document, read_document
 from takagi.models.splines.surface import Surface, interpolate
@@ -22,8 +22,14 @@ from takagi.models.turbine.data import (
     TorsionMode,
     Turbine,
 )
-from takagi.models.turbine.file_figures import FileFigure, figure_at, read_figure, text_at
-from takagi.models.turbine.frozen_wake import WAKE, read_frozen_wake
+from takagi.models.turbine.file_figures import (
+    WAKE,
+    FileFigure,
+    figure_at,
+    read_figure,
+    read_frozen_wake,
+    text_at,
+)
 
 _FIELDS = (
     FileFigure("rotor.radius", "rotor_radius", "m", 0.1, 500),

@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 
-from takagi.models.equations.equations import Equations, Factored
-from takagi.models.equations.step import Step
+from takagi.models.equations.equations import Equations, Factored, Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.ts.model import TSModel
@@ -26,8 +25,10 @@ from takagi.models.turbine.regional_model import (
     RegionalPlant,
     inertia_value,
     region_model,
+    secant_premise,
+    telescoping_step,
+    torque_symbols,
 )
-from takagi.models.turbine.torque_secants import secant_premise, telescoping_step, torque_symbols
 from takagi.models.turbine.trim import rated_wind, reference_speed
 
 LOWEST_WIND_STEP = 0.05  # m/s

@@ -27,8 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Equations, Factored
-from takagi.models.equations.step import Step
+from takagi.models.equations.equations import Equations, Factored, Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
 from takagi.models.sector.assembly import assemble
@@ -39,8 +38,7 @@ from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
 from takagi.models.turbine.partial_load import lowest_wind
-from takagi.models.turbine.regional_model import band_box
-from takagi.models.turbine.torque_secants import torque_secant
+from takagi.models.turbine.regional_model import band_box, torque_secant
 from takagi.models.turbine.trim import trim
 
 STATES = ("rotor speed estimation error [rad/s]", "wind estimation error [m/s]")

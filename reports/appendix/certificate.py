@@ -6,8 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.reports.appendix.assembly import checked_context
-from takagi.reports.appendix.tex import Tex, decimal, escape, interval, matrix, range_text
+from takagi.reports.appendix.tex import (
+    Tex,
+    checked_context,
+    decimal,
+    escape,
+    interval,
+    matrix,
+    range_text,
+)
 from takagi.reports.page.rounded_bounds import at_most_to
 
 _RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")

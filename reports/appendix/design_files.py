@@ -28,16 +28,17 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     ----------
     tell : called with a word before each step.
     """
-    from takagi.reports.appendix.assembly import assembled
-    from takagi.reports.appendix.blending import blending_context
     from takagi.reports.appendix.certificate import certificate_context
-    from takagi.reports.appendix.conditions import conditions_context
-    from takagi.reports.appendix.regional import region_context
-    from takagi.reports.appendix.robustness import margins_context, trim_loops
-    from takagi.reports.appendix.schedule import law_context
-    from takagi.reports.appendix.tex import Tex, escape
-    from takagi.reports.appendix.turbine import plant_context
-    from takagi.reports.appendix.turbine_figures import drawn_figures
+    from takagi.reports.appendix.regional import conditions_context, region_context
+    from takagi.reports.appendix.tex import Tex, assembled, escape
+    from takagi.reports.appendix.turbine import (
+        blending_context,
+        drawn_figures,
+        law_context,
+        margins_context,
+        plant_context,
+        trim_loops,
+    )
 
     say = tell or (lambda _: None)
     say("margins at the trims")
@@ -87,8 +88,8 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
             f"plant {design.plant.name!r} has measured outputs, and the appendix has the formulas "
             "of a law of all states alone; the report (takagi report) has this law's"
         )
-    from takagi.reports.appendix.assembly import assembled
     from takagi.reports.appendix.plant_context import latex_context
+    from takagi.reports.appendix.tex import assembled
 
     say = tell or (lambda _: None)
     loop = plant_loop(design)
@@ -102,9 +103,8 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
 
 def _figures(loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> dict[str, Figure]:
     from takagi.reports.figures.plant.captioned import AROUND, bode_drawings
-    from takagi.reports.figures.plant.phase_plane import phase_figure, planes
-    from takagi.reports.figures.plant.poles import vertex_poles_figure
-    from takagi.reports.figures.plant.responses import responses_figure
+    from takagi.reports.figures.plant.poles import responses_figure, vertex_poles_figure
+    from takagi.reports.figures.plant.proved_set import phase_figure, planes
     from takagi.reports.figures.plant.weights import premise_curves, weights_figure
     from takagi.reports.loops.plant_motion import around, motions, starts
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.reports.appendix.assembly import checked_context
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
+    checked_context,
     decimal,
     escape,
     matrix,
@@ -22,9 +22,8 @@ from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.loops.proved_kinds import embedded
 from takagi.reports.page.readable_latex import readable, shortens
 from takagi.reports.page.text import name_of
-from takagi.reports.sections.plant.derivation import derivation_steps
 from takagi.reports.sections.plant.gains import gain_columns
-from takagi.reports.sections.plant.plant import equations_latex, kinds
+from takagi.reports.sections.plant.plant import derivation_steps, equations_latex, kinds
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -1,13 +1,44 @@
-"""The plant in words and numbers: parameters with sources, the surface, the trims."""
+"""The appendix of a turbine: plant, law, blending, margins at the trims, figures."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
-from takagi.certificates.design.turbine.result import TurbineDesign
-from takagi.models.turbine.data import Figure, Turbine
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.published.law import PublishedLaw
+from takagi.models.turbine.data import Figure as DataFigure
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
-from takagi.reports.appendix.tex import Tex, escape, matrix, scientific, unit, with_decimals
+from takagi.reports.appendix.tex import (
+    NONE,
+    Tex,
+    decimal,
+    escape,
+    matrix,
+    scientific,
+    unit,
+    with_decimals,
+)
+from takagi.reports.figures.loops import poles_figure
+from takagi.reports.loops.turbine_local import loop_points
+from takagi.reports.margins.margins import Margins
+from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
+from takagi.reports.sections.turbine.loops import ACTUATORS, LoopRow, bode_drawing, loop_rows
+from takagi.reports.sections.turbine.model import (
+    power_surface,
+    region_starts,
+    trim_curve,
+    trim_drawing,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DEGREES = 180 / np.pi
 RPM = 30 / np.pi
@@ -78,7 +109,7 @@ def _parameters(turbine: Turbine) -> list[list[Tex]]:
     return rows
 
 
-def _parameter(path: str, words: str, figure: Figure) -> list[Tex]:
+def _parameter(path: str, words: str, figure: DataFigure) -> list[Tex]:
     symbol = Tex(f"${_SYMBOLS[path]}$") if path in _SYMBOLS else Tex("")
     return [
         escape(words),
@@ -111,3 +142,156 @@ def _observer(design: TurbineDesign) -> dict[str, object]:
         "high": scientific(float(premise.upper), 6),
         "gain": matrix([[observer.gains[0]], [observer.gains[1]]]),
     }
+
+
+def blending_context(design: TurbineDesign) -> dict[str, object]:
+    """Return the numbers of the filter, its corners, and the count of rules."""
+    coupling = filter_of(design)
+    low, high = coupling.torque_corners
+    ramp = coupling.speed_ramp
+    law = design.law if isinstance(design.law, PublishedLaw) else None
+    n_b, n_c = len(design.partial_load.rules), len(design.full_load.rules)
+    slopes = coupling.torque_slope_range
+    return {
+        "paper_law": law is not None,
+        "law_name": design.law.name,
+        "tracking_time": None if law is None or law.tracking_time is None
+        else with_decimals(law.tracking_time, 1),
+        "variant": coupling.variant,
+        "shape": ramp.shape,
+        "corners": [matrix(corner, digits=6) for corner in coupling.corners],
+        "f2_low": scientific(low, 6),
+        "f2_high": scientific(high, 6),
+        "ramp_start": with_decimals(ramp.start, 5),
+        "ramp_end": with_decimals(ramp.end, 5),
+        "speed_overlap": scientific(ramp.width),
+        "torque_overlap": scientific(coupling.torque_overlap, 6),
+        "minimum_torque": scientific(coupling.minimum_torque, 8),
+        "maximum_torque": scientific(coupling.rated_torque, 8),
+        "top_torque": scientific(coupling.top_torque, 8),
+        "slopes": Tex(f"[{slopes[0]:.4g},\\ {slopes[1]:.4g}]"),
+        "n_b": n_b,
+        "n_c": n_c,
+        "n_rules": 4 * n_b * n_c,
+    }  # fmt: skip
+
+
+def law_context(design: TurbineDesign) -> dict[str, Any]:
+    """Return constants and gain table of the effort-sharing law; for another law a flag alone."""
+    law = design.effort_sharing_law
+    if law is None:
+        return {"coherent": False}
+    return {
+        "coherent": True,
+        "overlap": scientific(law.schedule.overlap),
+        "wind_filter": decimal(law.wind_filter),
+        "pitch_lead": with_decimals(law.feedforward.pitch_lead, 3),
+        "integral_limit": scientific(law.integral_limit),
+        "effort_torque": scientific(law.effort_torque, 8),
+        "rated_torque": scientific(law.rated_torque, 8),
+        "nodes": len(law.schedule.wind),
+        "gain_rows": [_gain_row(design, law, k) for k in range(len(law.schedule.wind))],
+        "limited": design.effort is not None and bool(design.effort.torque_limited.any()),
+    }
+
+
+def _gain_row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]:
+    table, gains, turbine = law.schedule, law.gains, design.turbine
+    wind = float(table.wind[k])
+    last = k == len(table.wind) - 1
+    limited = design.effort is not None and bool(design.effort.torque_limited[k])
+    return [
+        escape(k + 1),
+        with_decimals(wind, 4),
+        with_decimals(table.rotor_speed[k], 4),
+        with_decimals(table.trim_effort[k], 5),
+        with_decimals(table.pitch(wind, turbine) * DEGREES, 2),
+        with_decimals(table.torque(wind, turbine) / 1e3, 2),
+        with_decimals(law.pitch_share(wind), 3),
+        with_decimals(table.effectiveness[k], 4),
+        with_decimals(table.effectiveness_limit[k], 4),
+        Tex(with_decimals(gains.proportional[k], 5) + (r"\rlap{$^\dagger$}" if limited else "")),
+        NONE if last else with_decimals(gains.integral_rate[k], 6),
+        NONE if last else with_decimals(law.feedforward.inertia[k], 4),
+        NONE if last else with_decimals(law.feedforward.effort_limit[k], 4),
+    ]
+
+
+def trim_loops(design: TurbineDesign) -> tuple[list[LoopRow], tuple[float, ...]]:
+    """Return the loops at the winds of the trim table, and the winds without an equilibrium."""
+    points, none = loop_points(design, table_winds(design.turbine))
+    return [row for point in points for row in loop_rows(design, point)], none
+
+
+def margins_context(rows: Sequence[LoopRow], none: Sequence[float]) -> dict[str, Any]:
+    """Return the margins table, the unstable winds, and the winds without an equilibrium."""
+    first = _first_rows(rows)
+    return {
+        "margin_rows": [
+            _margin_row(one, {(r.actuator, r.wake): r for r in rows if r.loop is one.loop})
+            for one in first
+        ],
+        "unstable": ", ".join(f"{r.loop.wind:g}" for r in first if r.loops.decay_rate <= 0),
+        "without_equilibrium": ", ".join(f"{wind:g}" for wind in none),
+    }
+
+
+def _first_rows(rows: Sequence[LoopRow]) -> list[LoopRow]:
+    """Return the first row of each wind, with the wake in equilibrium."""
+    return list({row.loop.wind: row for row in reversed(rows)}.values())[::-1]
+
+
+def _margin_row(one: LoopRow, every: Mapping[tuple[str, str], LoopRow]) -> list[Tex]:
+    torque, pitch = (every.get((name, "equilibrium")) for name in ("torque", "pitch"))
+    frozen = every.get(("pitch", "frozen"))
+    return [
+        with_decimals(one.loop.wind, 1),
+        escape(one.loop.point.region),
+        *_margin_cells(None if torque is None else torque.margins),
+        *_margin_cells(None if pitch is None else pitch.margins),
+        NONE if frozen is None else with_decimals(frozen.margins.disk.alpha, 2),
+        with_decimals(one.loops.decay_rate, 4),
+    ]
+
+
+def _margin_cells(margins: Margins | None) -> list[Tex]:
+    """Return gain [dB], phase [deg], delay [s], disk size and peak sensitivity of one loop."""
+    if margins is None:
+        return [NONE] * 5
+    return [
+        _decibels(margins.gain_increase),
+        with_decimals(margins.phase * DEGREES, 1),
+        with_decimals(margins.delay, 2),
+        with_decimals(margins.disk.alpha, 2),
+        with_decimals(margins.sensitivity_peak, 2),
+    ]
+
+
+def _decibels(factor: float) -> Tex:
+    return with_decimals(20 * math.log10(factor) if 0 < factor < math.inf else factor, 1)
+
+
+_BODE_WINDS = (6.0, 10.0, 11.4, 12.0, 14.0, 18.0, 25.0)
+
+
+def drawn_figures(design: TurbineDesign, rows: Sequence[LoopRow]) -> dict[str, Figure]:
+    """Return name -> figure; a figure without content is left out."""
+    turbine, curve, first = design.turbine, trim_curve(design), _first_rows(rows)
+    ratio = np.linspace(*turbine.power.x_range, 90)
+    pitch = np.linspace(*turbine.power.y_range, 80)
+    found = {
+        "surface": power_surface(design, curve, ratio=ratio, pitch=pitch),
+        "trim": trim_drawing(design, curve, region_starts(design)),
+        "memberships": memberships_drawing(design, filter_of(design)),
+    }
+    summary = claim_summary(design)
+    if summary is not None and design.checked.verdict is Verdict.PROVED:
+        found["cells"] = cells_drawing(design, summary)
+    if first:
+        winds = [row.loop.wind for row in first]
+        found["poles"] = poles_figure(winds, [row.loops.poles for row in first])
+    shown = [row for row in rows if row.loop.wind in _BODE_WINDS]
+    for actuator in ACTUATORS:
+        if any(row.actuator == actuator for row in shown):
+            found[f"bode-{actuator}"] = bode_drawing(design, shown, actuator, "equilibrium")
+    return found

@@ -62,8 +62,11 @@ def claim_figures(claim: Data, document: Data) -> tuple[Found, ...]:
     ----------
     claim, document : as the strict reader returns them, accepted by the checker.
     """
-    read = _READINGS.get(str(claim["kind"]))
-    return () if read is None else tuple(read(claim, document))
+    kind = str(claim["kind"])
+    found: list[Found] = []
+    for key, unit, larger, name in _MEMBERS.get(kind, ()):
+        found += _of(claim, key, unit, larger=larger, name=name)
+    return (*found, *(_READINGS[kind](claim, document) if kind in _READINGS else ()))
 
 
 def question(claim: Data) -> str:
@@ -107,21 +110,7 @@ def _of(claim: Data, key: str, unit: str, *, larger: bool, name: str = "") -> It
         yield ClaimFigure(words, unit, number(claim, key, key), larger)
 
 
-def _decay(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "decay_rate", "1/s", larger=True)
-
-
-def _sampled(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "decay_rate", "1/s", larger=True)
-    yield from _of(claim, "sample_time", "s", larger=True)
-
-
-def _fuzzy(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _decay(claim, document)
-    yield from _weight_rates(claim)
-
-
-def _weight_rates(claim: Data) -> Iterator[Found]:
+def _weight_rates(claim: Data, document: Data) -> Iterator[Found]:
     for k, row in enumerate(claim.get("rates", [])):
         name = f"rates of weights {k + 1}"
         if row is None:
@@ -130,36 +119,9 @@ def _weight_rates(claim: Data) -> Iterator[Found]:
             yield ClaimFigure(name, "1/s", min(numbers({"row": row}, "row", name)))
 
 
-def _scheduled_energy(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _energy(claim, document)
-    yield from _weight_rates(claim)
-
-
-def _transient(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _decay(claim, document)
-    yield from _of(claim, "overshoot", "-", larger=False)
-    yield from _of(claim, "settling_time", "s", larger=False)
-
-
 def _rounding(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _decay(claim, document)
-    yield from _of(claim, "relative", "-", larger=True, name="relative rounding of gains")
     least = min(min(row) for row in matrix(claim, "absolute", "absolute"))
     yield ClaimFigure("absolute rounding of gains, least", "", least)
-
-
-def _enlargement(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _decay(claim, document)
-    yield from _of(claim, "enlargement", "-", larger=True)
-
-
-def _energy(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "gain", "-", larger=False)
-    yield from _of(claim, "energy_bound", "-", larger=True)
-
-
-def _variance(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "norm", "-", larger=False)
 
 
 def _ellipsoid(claim: Data, document: Data) -> Iterator[Found]:
@@ -178,16 +140,6 @@ def _inputs(claim: Data, document: Data) -> Iterator[Found]:
     yield from _ellipsoid(claim, document)
     yield from _of(claim, "input_limits", "", larger=False, name="limit of input")
     yield from _of(claim, "rate_limits", "", larger=False, name="limit of rate of input")
-
-
-def _peak(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "gain", "-", larger=False)
-    yield from _of(claim, "disturbance_norm", "", larger=True, name="bound on disturbance")
-
-
-def _exit(claim: Data, document: Data) -> Iterator[Found]:
-    yield from _of(claim, "probability", "-", larger=False, name="probability of leaving the set")
-    yield from _of(claim, "horizon", "s", larger=True)
 
 
 def _states(document: Data, count: int) -> list[tuple[str, str]]:
@@ -254,22 +206,34 @@ def _spans(cells: list[Data], key: str) -> tuple[tuple[Fraction, Fraction, Fract
     return tuple(sorted((low, high, value) for low, high, value in found))
 
 
+# Kind -> members that are figures: key, unit, whether larger is better, and the name of another.
+_DECAY = ("decay_rate", "1/s", True, "")
+_ENERGY = (("gain", "-", False, ""), ("energy_bound", "-", True, ""))
+_MEMBERS: dict[str, tuple[tuple[str, str, bool, str], ...]] = {
+    "decay": (_DECAY,),
+    "observer": (_DECAY,),
+    "observed-feedback": (_DECAY,),
+    "fuzzy-decay": (_DECAY,),
+    "transient": (_DECAY, ("overshoot", "-", False, ""), ("settling_time", "s", False, "")),
+    "gain-rounding": (_DECAY, ("relative", "-", True, "relative rounding of gains")),
+    "box-enlargement": (_DECAY, ("enlargement", "-", True, "")),
+    "l2-gain": _ENERGY,
+    "fuzzy-l2-gain": _ENERGY,
+    "h2-norm": (("norm", "-", False, ""),),
+    "peak": (("gain", "-", False, ""), ("disturbance_norm", "", True, "bound on disturbance")),
+    "exit-probability": (
+        ("probability", "-", False, "probability of leaving the set"),
+        ("horizon", "s", True, ""),
+    ),
+    "sampled-loop": (_DECAY, ("sample_time", "s", True, "")),
+}
+# Kind -> its further figures.
 _READINGS: dict[str, Reading] = {
-    "decay": _decay,
-    "observer": _decay,
-    "observed-feedback": _decay,
-    "fuzzy-decay": _fuzzy,
-    "transient": _transient,
+    "fuzzy-decay": _weight_rates,
     "gain-rounding": _rounding,
-    "box-enlargement": _enlargement,
-    "l2-gain": _energy,
-    "fuzzy-l2-gain": _scheduled_energy,
-    "h2-norm": _variance,
+    "fuzzy-l2-gain": _weight_rates,
     "invariant-ellipsoid": _ellipsoid,
     "input-limits": _inputs,
-    "peak": _peak,
-    "exit-probability": _exit,
-    "sampled-loop": _sampled,
     "coherent-loop": _effort_sharing,
     "paper-loop": _published,
     "wind-rate": _wind_rate,

@@ -3,16 +3,165 @@
 All targets (C, MATLAB, structured text) read this value and not the file, so that they cannot
 interpret the file differently.  Every name in it has one meaning: where two programs of the file
 use a name for two things, the program's name is put in front, such as ``observer_v_rate``.
+
+Formulas are trees, which every target writes in its own language.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import ast
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any, TypeAlias
 
-from takagi.reports.code.formula import Formula
+from takagi.models.errors import ModelError
+
+# Function -> (least, most) number of its arguments; None means any number.
+FUNCTIONS: dict[str, tuple[int, int | None]] = {
+    **dict.fromkeys(
+        ("abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan",
+         "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "erf", "first", "last"),
+        (1, 1),
+    ),
+    "min": (2, 2), "max": (2, 2), "limit": (3, 3), "choose": (3, 3),
+    "line": (3, 3), "slope": (3, 3), "hold": (3, 3), "spline": (2, 3), "mix": (2, None),
+}  # fmt: skip
+
+OPERATORS: dict[type[ast.operator], str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.Pow: "^",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number as it is written in the file."""
+
+    value: Decimal
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """The name of a constant, a kept value, a signal or a step's result; or ``pi``."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """``left sign right`` with one of + - * / ^; -x has the sign - and None as ``left``."""
+
+    sign: str
+    left: Formula | None
+    right: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function of ``FUNCTIONS`` and its arguments."""
+
+    function: str
+    arguments: tuple[Formula, ...]
+
+
+Formula: TypeAlias = Number | Name | Operation | Call
+
+
+def parsed(text: str, tables: Collection[str] = ()) -> Formula:
+    """Return the tree of a formula in the language of gain files.
+
+    Operators have the precedence of Python, with ^ for a power: -x^2 is -(x^2), 2^3^2 is 2^(3^2).
+
+    Parameters
+    ----------
+    tables : names that plant files call as functions: ``name(x)`` is ``spline(x, name)``.
+
+    Raises
+    ------
+    ModelError : the text has a part that the language does not have.
+    """
+    try:
+        tree = ast.parse(text.replace("^", "**").strip(), mode="eval").body
+        if tables:
+            tree = _Tables(tables).visit(tree)
+        return _formula(tree, text)
+    except (SyntaxError, RecursionError, MemoryError) as error:
+        raise ModelError(f"formula {text!r} cannot be read; see `language` in the file") from error
+
+
+class _Tables(ast.NodeTransformer):
+    def __init__(self, tables: Collection[str]) -> None:
+        self.tables = tables
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        self.generic_visit(node)
+        if isinstance(node.func, ast.Name) and node.func.id in self.tables:
+            spline = ast.Name("spline", ast.Load())
+            return ast.Call(spline, [*node.args, ast.Name(node.func.id, ast.Load())], node.keywords)
+        return node
+
+
+def walked(formula: Formula) -> Iterator[Formula]:
+    """Yield a formula and all parts of it, from left to right."""
+    yield formula
+    match formula:
+        case Operation(_, left, right):
+            yield from () if left is None else walked(left)
+            yield from walked(right)
+        case Call(_, arguments):
+            for argument in arguments:
+                yield from walked(argument)
+
+
+def names_of(formula: Formula) -> Iterator[str]:
+    """Yield the names in a formula, from left to right, without those of functions and pi."""
+    names = (one.name for one in walked(formula) if isinstance(one, Name))
+    yield from (name for name in names if name != "pi")
+
+
+def calls_of(formula: Formula) -> Iterator[Call]:
+    """Yield all calls in a formula."""
+    yield from (one for one in walked(formula) if isinstance(one, Call))
+
+
+def _formula(tree: ast.expr, text: str) -> Formula:
+    match tree:
+        case ast.Constant(value=int() | float()):
+            # The decimals as they are written, not those of the nearest float.
+            written = ast.get_source_segment(text.replace("^", "**").strip(), tree)
+            return Number(Decimal(str(written).replace("_", "")))
+        case ast.Name(id=name):
+            return Name(name)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return Operation("-", None, _formula(operand, text))
+        case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+            return _formula(operand, text)
+        case ast.BinOp(left=left, op=operator, right=right) if type(operator) in OPERATORS:
+            sign = OPERATORS[type(operator)]
+            return Operation(sign, _formula(left, text), _formula(right, text))
+        case ast.Call(func=ast.Name(id=function), args=arguments, keywords=[]):
+            return _call(function, tuple(_formula(one, text) for one in arguments), text)
+    raise ModelError(
+        f"formula {text!r}: {ast.unparse(tree)!r} is not in the language of gain files"
+    )
+
+
+def _call(function: str, arguments: tuple[Formula, ...], text: str) -> Call:
+    if function not in FUNCTIONS:
+        raise ModelError(f"formula {text!r}: function {function!r} is not known")
+    least, most = FUNCTIONS[function]
+    if len(arguments) < least or (most is not None and len(arguments) > most):
+        raise ModelError(
+            f"formula {text!r}: {function} has {len(arguments)} arguments; it takes "
+            f"{least if most == least else f'{least} or more'}"
+        )
+    return Call(function, arguments)
+
 
 Row: TypeAlias = tuple[Decimal, ...]
 Value: TypeAlias = "Decimal | Row | tuple[Row, ...] | Spline"
@@ -81,6 +230,12 @@ class Assignment:
     meaning: str
     formula: Formula
     near: tuple[Near, ...] = ()
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """The formula, and those of the places where another replaces it."""
+        inside = (formula for place in self.near for formula in (place.of, place.formula))
+        return (self.formula, *inside)
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +306,54 @@ class ControllerProgram:
         """The steps and sent values of all stages, in the order in which they are computed."""
         return tuple(one for stage in self.stages for one in stage.assignments)
 
+    def formulas(self) -> Iterator[Formula]:
+        """Yield the formulas of all kept values, steps and sent values."""
+        yield from (formula for one in self.kept for formula in (one.start, one.next))
+        yield from (formula for one in self.assignments for formula in one.formulas)
+
     def names(self) -> Iterator[str]:
         """Yield every name: constants, inputs, kept values, steps and outputs."""
         for part in (self.constants, self.inputs, self.kept, self.assignments):
             yield from (one.name for one in part)
+
+
+LONGEST = 63  # characters that C99 promises to tell apart
+
+
+def identifiers(
+    names: Iterable[str], reserved: Collection[str], *, language: str, ignore_case: bool = False
+) -> dict[str, str]:
+    """Return a valid identifier for each name: the name itself, with ``_`` added if it is in use.
+
+    Parameters
+    ----------
+    reserved : keywords and functions of the language, in lower case if case is ignored.
+    language : its name, for the message.
+    ignore_case : whether ``K`` and ``k`` are the same name in the language.
+
+    Raises
+    ------
+    ModelError : a name that is too long for the language.
+    """
+    found: dict[str, str] = {}
+    taken = {word.lower() if ignore_case else word for word in reserved}
+    for name in dict.fromkeys(names):
+        word = re.sub(r"\W", "_", name, flags=re.ASCII)
+        while (word.lower() if ignore_case else word) in taken:
+            word += "_"
+        if len(word) > LONGEST:
+            raise ModelError(
+                f"name {name!r} has {len(word)} characters; {language} holds {LONGEST}: shorten it "
+                "in the model file and design again"
+            )
+        taken.add(word.lower() if ignore_case else word)
+        found[name] = word
+    return found
+
+
+def file_word(name: str) -> str:
+    """Return a model's name as one word for files and identifiers: ``NREL 5-MW`` is nrel_5_mw."""
+    word = re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")
+    if not word:
+        return "controller"
+    return f"law_{word}" if word[0].isdigit() else word

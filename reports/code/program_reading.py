@@ -1,4 +1,13 @@
-"""Reading a gain file as a ``ControllerProgram``: names that are unique, constants, formulas."""
+"""Reading a gain file as a ``ControllerProgram``: names that are unique, constants, formulas.
+
+Limits that are numbers of the file must be in order.  ``limit(x, low, high)`` is
+min(max(x, low), high): with the limits in the wrong order it is ``high`` whatever x is, so that the
+program would send one value at all times.
+
+Nodes of a table must increase in the floats that the code computes with.  ``line`` and ``slope``
+divide by the distance of two nodes.  Two decimals may differ and be one float: then nothing finite
+is computed there.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +15,8 @@ import json
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from decimal import Decimal
+from itertools import pairwise
+from math import frexp, ldexp
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +24,94 @@ from takagi.certificates.checker.controller.content import VERSION
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import (
     Assignment,
+    Call,
     Constant,
     ControllerProgram,
+    Formula,
     Kept,
+    Name,
     Near,
+    Operation,
     Row,
     Signal,
     Spline,
     Stage,
     Value,
+    calls_of,
+    names_of,
+    parsed,
 )
-from takagi.reports.code.formula import Call, Formula, Name, Operation, names_of, parsed
-from takagi.reports.code.ordered_numbers import require_nodes, require_order
+from takagi.reports.code.run import floats, value_of
+
+RATES = ("limits.torque_rate", "limits.pitch_rate")
+
+
+def require_order(program: ControllerProgram) -> None:
+    """Refuse limits in the wrong order; those that are known in a sample only are not looked at.
+
+    Raises
+    ------
+    ModelError : names the entries of the file, and both limits.
+    """
+    places = {one.name: one.place for one in program.constants}
+    numbers = {one.name: floats(one.value) for one in program.constants}
+    for one in program.constants:
+        if one.place in RATES and numbers[one.name] < 0:
+            raise ModelError(f"{one.place} is {numbers[one.name]:g}; 0 or more is needed")
+    calls = [call for formula in program.formulas() for call in calls_of(formula)]
+    for low, high in (call.arguments[1:] for call in calls if call.function == "limit"):
+        names = [*names_of(low), *names_of(high)]
+        if not set(names) <= set(numbers):
+            continue
+        least, most = value_of(low, numbers), value_of(high, numbers)
+        if least > most:
+            told = " and ".join(dict.fromkeys(places[name] for name in names))
+            raise ModelError(
+                f"{told}: the lower limit is {least:g} and the upper one {most:g}, so that the "
+                "program would send the upper one at all times; exchange them, or give the "
+                "gains.json that `takagi design` has written"
+            )
+
+
+# Functions whose second argument is a row of nodes, and the digits of a float of each precision.
+BETWEEN_NODES = ("line", "slope", "hold")
+BITS = {"double": 53, "float": 24}
+
+
+def require_nodes(program: ControllerProgram, precision: str) -> None:
+    """Refuse nodes that do not increase as floats of this precision, "double" or "float".
+
+    Raises
+    ------
+    ModelError : names the row of the file.
+    """
+    rows = {one.name: one for one in program.constants}
+    for name in dict.fromkeys(_nodes(program)):
+        values = [_rounded(value, BITS[precision]) for value in floats(rows[name].value)]
+        for k, (low, high) in enumerate(pairwise(values)):
+            if high <= low:
+                cure = "; give --precision double for this law" if precision == "float" else ""
+                raise ModelError(
+                    f"{rows[name].place}: nodes {k} and {k + 1} do not increase as numbers of type "
+                    f"{precision}, so that the program would divide by zero between them{cure}"
+                )
+
+
+def _rounded(value: float, bits: int) -> float:
+    """Return the nearest number with so many binary digits."""
+    share, power = frexp(value)
+    return ldexp(round(ldexp(share, bits)), power - bits)
+
+
+def _nodes(program: ControllerProgram) -> Iterator[str]:
+    """Yield the names of constants that are nodes."""
+    known = {one.name for one in program.constants}
+    for formula in program.formulas():
+        for call in calls_of(formula):
+            if call.function in BETWEEN_NODES and len(call.arguments) > 1:
+                row = call.arguments[1]
+                if isinstance(row, Name) and row.name in known:
+                    yield row.name
 
 
 def read_controller(path: Path, *, without: Collection[str] = ()) -> ControllerProgram:
@@ -120,7 +207,7 @@ class _Reading:
             hashes=document["certificate"]["sha256"],
             document=document,
         )
-        for formula in _formulas(found):
+        for formula in found.formulas():
             for name in names_of(formula):
                 if name not in known:
                     raise ModelError(f"a formula names {name!r}, which nothing in the file sets")
@@ -164,8 +251,8 @@ class _Reading:
                 own[one["name"]],
                 one["unit"],
                 one["meaning"],
-                renamed(parsed(one["start"], self.tables), own),
-                renamed(parsed(one["next"], self.tables), own),
+                self._formula(one["start"], own),
+                self._formula(one["next"], own),
             )
             for one in part["keep"]
         )
@@ -173,12 +260,15 @@ class _Reading:
         sends = tuple(self._assignment(one, one["name"], own) for one in part["send"])
         return Stage(part["name"], kept, steps, sends)
 
+    def _formula(self, text: str, own: Mapping[str, str]) -> Formula:
+        return renamed(parsed(text, self.tables), own)
+
     def _assignment(self, one: Any, name: str, own: Mapping[str, str]) -> Assignment:
         near = tuple(
             Near(
-                renamed(parsed(place["of"], self.tables), own),
+                self._formula(place["of"], own),
                 place["within"],
-                renamed(parsed(place["formula"], self.tables), own),
+                self._formula(place["formula"], own),
             )
             for place in one.get("near", ())
         )
@@ -186,7 +276,7 @@ class _Reading:
             name,
             one["unit"],
             one["meaning"],
-            renamed(parsed(one["formula"], self.tables), own),
+            self._formula(one["formula"], own),
             near,
         )
 
@@ -214,15 +304,6 @@ def _turbine_input(signal: Signal, document: Mapping[str, Any]) -> Signal:
     }
     rest, ends = known.get(signal.name, (None, None))
     return replace(signal, rest=rest, range=ends)
-
-
-def _formulas(program: ControllerProgram) -> Iterator[Formula]:
-    for one in program.kept:
-        yield from (one.start, one.next)
-    for step in program.assignments:
-        yield step.formula
-        for place in step.near:
-            yield from (place.of, place.formula)
 
 
 def renamed(formula: Formula, names: Mapping[str, str]) -> Formula:

@@ -8,8 +8,16 @@ from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
-from takagi.reports.code.controller_program import Assignment, ControllerProgram, Spline
-from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
+from takagi.reports.code.controller_program import (
+    Assignment,
+    Call,
+    ControllerProgram,
+    Formula,
+    Name,
+    Number,
+    Operation,
+    Spline,
+)
 
 _SIGNS: Mapping[str, Callable[[float, float], float]] = {
     "+": operator.add,

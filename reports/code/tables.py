@@ -7,7 +7,7 @@ from decimal import Decimal
 
 from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
 from takagi.reports.code.targets import Exported, ExportSettings
-from takagi.reports.csv_text import csv_text
+from takagi.reports.output import csv_text
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:

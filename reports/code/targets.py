@@ -1,4 +1,4 @@
-"""The targets of `takagi export`: the word of each, the tools for it, and its module."""
+"""The targets of `takagi export`, and what they get from the gain file's certificate."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from math import isfinite
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias, cast, get_args
 
+from takagi.certificates.checker.kernel.reader import digest, member, read_json
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.reports.code.controller_program import ControllerProgram
 
@@ -110,4 +112,45 @@ def exported(word: str, program: ControllerProgram, settings: ExportSettings) ->
     words = [target.word for target in TARGETS]
     raise ModelError(
         f"--to {word!r} was given; the targets are {', '.join(words)}{did_you_mean(word, words)}"
+    )
+
+
+def certified(
+    gains: Path, certificate: Path | None, program: ControllerProgram
+) -> tuple[Mapping[str, Any] | None, tuple[Mapping[str, Any], ...]]:
+    """Return model and claims of a gain file's certificate, with numbers as the file has them.
+
+    Claims with another hash than the gain file states are left out.
+
+    Parameters
+    ----------
+    certificate : None takes ``certificate.json`` in the gain file's folder; without such a file, or
+        with one about another model, None is returned as model.
+
+    Raises
+    ------
+    ModelError : the given certificate is about another model than the gain file, or the law is not
+        proved, so that no certificate is about it.
+    CertificateError : it cannot be read.
+    """
+    if not program.hashes:
+        if certificate is None:
+            return None, ()
+        raise ModelError(
+            f"{certificate} was given, and {gains} names no certificate: the law is not proved; "
+            "leave --certificate out"
+        )
+    path = certificate or gains.parent / "certificate.json"
+    if certificate is None and not path.is_file():
+        return None, ()
+    document = read_json(path)
+    model: Mapping[str, Any] = member(document, "model", str(path))
+    claims = member(document, "claims", str(path))
+    claims = tuple(claims) if digest(claims) == program.hashes.get("claims") else ()
+    if digest(model) == program.hashes.get("model"):
+        return model, claims
+    if certificate is None:
+        return None, claims
+    raise ModelError(
+        f"{path} is about another model than {gains}: the gain file names the SHA-256 of its model"
     )

@@ -1,14 +1,15 @@
-"""The certified quantities over wind: one step per wind cell; gaps stay visible."""
+"""What is certified over wind, and for which overlaps."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import COLOURS, columns, house_style, new_figure, wind_axis
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ def cells_figure(
     decay_rate: ArrayLike,
     wind_rate: ArrayLike,
     overspeed: ArrayLike,
-    title: str = "",
 ) -> Figure:
     """Return decay rate, wind class and overspeed bound per wind cell.
 
@@ -34,17 +34,9 @@ def cells_figure(
     decay_rate : (n,) [1/s].
     wind_rate : (n,) largest |v'| of the class [m/s^2].
     overspeed : (n,) bound on omega above its reference, as a share of rated [-]; shown in percent.
-
-    Raises
-    ------
-    ModelError : lengths that do not fit the edges.
     """
     v = np.asarray(edges, dtype=np.float64)
     sound = np.asarray(proved, dtype=bool)
-    if v.ndim != 1 or len(v) < 2 or sound.shape != (len(v) - 1,):
-        raise ModelError(
-            f"edges have shape {v.shape}, proved {sound.shape}; n + 1 edges bound n cells"
-        )
     figures = columns("cells", [decay_rate, wind_rate, overspeed], len(sound))
     labels = ("decay rate\n[1/s]", "wind class |v'|\n[m/s²]", "overspeed bound\n[%]")
     with house_style():
@@ -58,7 +50,6 @@ def cells_figure(
             axes.set_ylabel(label)
         wind_axis(panels[-1])
         panels[-1].set_xlim(v[0], v[-1])
-        panels[0].set_title(title)
         figure.align_ylabels(panels)
         if not sound.all():
             handles, texts = panels[0].get_legend_handles_labels()
@@ -86,3 +77,72 @@ def cells_panel(axes: Axes, edges: Floats, values: ArrayLike, sound: NDArray[np.
             )
             label = "_nolegend_"
     return heights
+
+
+# Narrower than this share of the axis a range could not be seen.
+LEAST_SHARE = 0.014
+# Any: the properties of a patch have as many types as there are of them.
+PROVED: dict[str, Any] = {"facecolor": COLOURS[0], "edgecolor": COLOURS[0], "linewidth": 0.0}
+LEFT: dict[str, Any] = {
+    "facecolor": "white",
+    "edgecolor": COLOURS[1],
+    "linewidth": 0.8,
+    "hatch": "//////",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class OverlapRow:
+    """One bar: its label, and the winds [m/s] proved, and those examined but not proved."""
+
+    label: str
+    proved: tuple[tuple[float, float], ...]
+    left: tuple[tuple[float, float], ...]
+
+
+def overlaps_figure(rows: Sequence[OverlapRow], *, wind: tuple[float, float]) -> Figure:
+    """Return horizontal bars over wind [m/s]: proved ranges filled, other examined ones hatched.
+
+    A range too narrow to be seen is drawn lower and wider than it is, about its middle.  What is
+    not proved lies on top, so that no widened bar hides it.
+
+    Parameters
+    ----------
+    rows : from top to bottom.
+    wind : the ends of the axis [m/s].
+    """
+    with house_style():
+        figure, (axes,) = new_figure(height=1.15 + 0.3 * len(rows))
+        least = LEAST_SHARE * (wind[1] - wind[0])
+        for place, row in enumerate(rows):
+            _bars(axes, place, row.proved, least, PROVED)
+            _bars(axes, place, row.left, least, LEFT)
+        axes.set_yticks(range(len(rows)), [row.label for row in rows])
+        axes.set_ylim(len(rows) - 0.4, -0.6)
+        # Room for a widened bar at either end.
+        axes.set_xlim(wind[0] - least, wind[1] + least)
+        axes.set_ylabel("overlaps\n\u03b5$_\u03c9$ [rad/s], \u03b5$_T$ [N m]")
+        axes.grid(visible=False, axis="y")
+        axes.tick_params(axis="y", length=0)
+        wind_axis(axes)
+        _legend(axes)
+    return figure
+
+
+def _bars(
+    axes: Axes, place: int, spans: Sequence[tuple[float, float]], least: float, look: dict[str, Any]
+) -> None:
+    from matplotlib.patches import Rectangle
+
+    for low, high in spans:
+        tall = 0.62 if high - low >= least else 0.42
+        width, middle = max(high - low, least), (low + high) / 2
+        corner = (middle - width / 2, place - tall / 2)
+        axes.add_patch(Rectangle(corner, width, tall, **look))
+
+
+def _legend(axes: Axes) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [Patch(label="proved", **PROVED), Patch(label="looked at, not proved", **LEFT)]
+    axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

@@ -1,14 +1,14 @@
-"""Steady operation: trim curves over wind, and the power coefficient with the trim on it."""
+"""Steady operation over wind, and the weights that blend torque and pitch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.errors import ModelError
+from takagi.models.arrays import Floats
 from takagi.reports.figures.style import (
     COLOURS,
     SEQUENTIAL,
@@ -20,6 +20,7 @@ from takagi.reports.figures.style import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.contour import QuadContourSet
     from matplotlib.figure import Figure
 
 RPM, DEGREES = 30 / np.pi, 180 / np.pi
@@ -34,7 +35,6 @@ def trim_figure(
     power: ArrayLike,
     regions: Mapping[str, float] | None = None,
     published_pitch: tuple[ArrayLike, ArrayLike] | None = None,
-    title: str = "",
 ) -> Figure:
     """Return rotor speed [rpm], pitch [deg], torque [kN m] and power [MW] over wind.
 
@@ -44,10 +44,6 @@ def trim_figure(
     rotor_speed [rad/s], pitch [rad], torque (high-speed shaft) [N m], electrical power [W] : (n,).
     regions : wind at which each region begins [m/s], such as ``{"2": 4.7, "3": 11.45}``.
     published_pitch : (wind [m/s], pitch [rad]) of a reference, drawn as dots.
-
-    Raises
-    ------
-    ModelError : an array of another length than wind.
     """
     v = np.asarray(wind, dtype=np.float64)
     omega, beta, load, energy = columns("trim", [rotor_speed, pitch, torque, power], len(v))
@@ -70,7 +66,6 @@ def trim_figure(
             )
             panels[1].legend(loc="lower right")
         region_axes(panels, v, regions or {})
-        figure.suptitle(title, fontsize=10)
     return figure
 
 
@@ -81,7 +76,6 @@ def power_surface_figure(
     *,
     trim: tuple[ArrayLike, ArrayLike] | None = None,
     band: float | None = None,
-    title: str = "",
 ) -> Figure:
     """Return c_P >= 0 over tip-speed ratio and pitch [deg], with the trim and its band.
 
@@ -91,19 +85,10 @@ def power_surface_figure(
     power_coefficient : (k, n) [-], pitch along rows.
     trim : (tip-speed ratio, pitch [rad]) along the wind.
     band : half-width of the band around the trim in pitch [rad].
-
-    Raises
-    ------
-    ModelError : shapes that do not fit.
     """
     ratio = np.asarray(tip_speed_ratio, dtype=np.float64)
     beta = np.asarray(pitch, dtype=np.float64) * DEGREES
     surface = np.asarray(power_coefficient, dtype=np.float64)
-    if surface.shape != (beta.size, ratio.size):
-        raise ModelError(
-            f"c_P has shape {surface.shape}; ({beta.size}, {ratio.size}) is needed, pitch by "
-            "tip-speed ratio"
-        )
     with house_style():
         figure, (axes,) = new_figure()
         levels = np.arange(0.0, max(0.05, float(surface.max())) + 0.05, 0.05)
@@ -119,7 +104,6 @@ def power_surface_figure(
         axes.set_ylim(beta[0], beta[-1])
         axes.grid(False)
         figure.colorbar(filled, ax=axes, label="power coefficient [-]")
-        axes.set_title(title)
     return figure
 
 
@@ -133,3 +117,58 @@ def _trim_line(axes: Axes, trim: tuple[ArrayLike, ArrayLike], band: float | None
             shifted = degrees + side * band * DEGREES
             axes.plot(ratio, shifted, color=COLOURS[1], linestyle="--", linewidth=1.2, label=label)
     axes.legend(loc="upper right", frameon=True, framealpha=0.9)
+
+
+LEVELS = np.linspace(0.0, 1.0, 11)
+
+
+def membership_figure(
+    rotor_speed: ArrayLike,
+    torque: ArrayLike,
+    memberships: ArrayLike,
+    *,
+    titles: Sequence[str],
+    path: tuple[ArrayLike, ArrayLike] | None = None,
+) -> Figure:
+    """Return h^a_m(omega, T_g) as filled contours with one colour scale from 0 to 1.
+
+    Parameters
+    ----------
+    rotor_speed : (n,) [rad/s]; shown in rpm.
+    torque : (k,) high-speed shaft [N m]; shown in kN m.
+    memberships : (4, k, n), torque along rows.
+    titles : one per panel, such as the filter's corner ``"$h^a_1$: diag(0, 1)"``.
+    path : (rotor speed, torque) of the trim curve, drawn over each panel.
+    """
+    omega = np.asarray(rotor_speed, dtype=np.float64) * RPM
+    load = np.asarray(torque, dtype=np.float64) / 1e3
+    weights = np.asarray(memberships, dtype=np.float64)
+    with house_style():
+        figure, panels = new_figure(2, 2, height=5.0)
+        for k, (axes, text) in enumerate(zip(panels, titles, strict=True)):
+            filled = _panel(axes, omega, load, weights[k])
+            axes.set_title(text)
+            if path is not None:
+                _path(axes, *(np.asarray(part, dtype=np.float64) for part in path))
+            if k >= 2:
+                axes.set_xlabel("rotor speed [rpm]")
+            if k % 2 == 0:
+                axes.set_ylabel("torque [kN m]")
+        figure.colorbar(filled, ax=panels, label="weight [-]", aspect=30)
+    return figure
+
+
+def _panel(axes: Axes, omega: Floats, load: Floats, weights: Floats) -> QuadContourSet:
+    filled = axes.contourf(omega, load, np.clip(weights, 0.0, 1.0), levels=LEVELS, cmap=SEQUENTIAL)
+    # Neighbouring patches would let the paper show between them.
+    filled.set_edgecolor("face")
+    filled.set_linewidth(0.4)
+    axes.set_xlim(omega[0], omega[-1])
+    axes.set_ylim(load[0], load[-1])
+    axes.grid(False)
+    return filled
+
+
+def _path(axes: Axes, speeds: Floats, loads: Floats) -> None:
+    axes.plot(speeds * RPM, loads / 1e3, color="white", linewidth=2.6)
+    axes.plot(speeds * RPM, loads / 1e3, color="black", linewidth=1.2)

@@ -1,4 +1,4 @@
-"""Step and gust responses: wind, pitch, torque, speed, power under one another."""
+"""Simulations over time: steps and gusts, and the scenario of the paper."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
-from takagi.models.errors import ModelError
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
@@ -22,10 +21,12 @@ from takagi.reports.figures.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from takagi.models.simulation.history import History
+    from takagi.models.simulation.closed_loop import History
+    from takagi.models.turbine.data import Turbine
 
 # quantity: factor to the shown unit, label
 QUANTITIES = {
@@ -74,18 +75,8 @@ def response_figure(
     time : (n,) [s].
     rated : figures drawn as thin horizontal lines, by quantity ("torque", "rotor_speed", "power",
         SI units).
-
-    Raises
-    ------
-    ModelError : an array of another length than time, an unknown quantity in ``rated``, no or more
-        than seven lines.
     """
     t = np.asarray(time, dtype=np.float64)
-    unknown = set(rated or {}) - set(QUANTITIES)
-    if unknown:
-        raise ModelError(f"rated: unknown {sorted(unknown)}; known are {sorted(QUANTITIES)}")
-    if not 1 <= len(lines) <= len(COLOURS):
-        raise ModelError(f"{len(lines)} lines were given; 1 to {len(COLOURS)} can be told apart")
     with house_style():
         figure, panels = new_figure(len(QUANTITIES), 1, height=7.0, share_x=True)
         for axes, (quantity, (factor, label)) in zip(panels, QUANTITIES.items(), strict=True):
@@ -113,3 +104,74 @@ def _panel(
         return
     for line, value, colour, style in zip(lines, values, COLOURS, STYLES, strict=False):
         axes.plot(*decimate(t, factor * value), color=colour, linestyle=style, label=line.label)
+
+
+ROWS = {
+    "wind": "wind\n[m/s]",
+    "pitch": "pitch\n[°]",
+    "torque": "torque\n[p.u.]",
+    "rotor_speed": "speed\n[p.u.]",
+    "electrical_power": "power\n[p.u.]",
+    "tower_displacement": "tower top\n[p.u.]",
+}
+
+
+def scenario_figure(
+    runs: Sequence[tuple[str, str, History]], turbine: Turbine, *, title: str, total_points: int
+) -> Figure:
+    """Return six rows of panels with one column per law; one line per wind, one scale per row.
+
+    Parameters
+    ----------
+    runs : (law, wind, series); laws and winds appear in the order of their first run.
+    turbine : whose rated values are 1 p.u.
+    total_points : shared by all lines: more show faster oscillations, and weigh more.
+    """
+    laws = list(dict.fromkeys(law for law, _, _ in runs))
+    winds = dict.fromkeys(wind for _, wind, _ in runs)
+    colours = dict(zip(winds, COLOURS, strict=False))
+    points = max(80, min(1000, total_points // (len(ROWS) * len(runs))))
+    drawn = [
+        (law, wind, run.time, {**run.per_unit(turbine), "wind": run.wind, "pitch": run.pitch})
+        for law, wind, run in runs
+    ]
+    with house_style():
+        figure, panels = new_figure(len(ROWS), len(laws), height=8.2, share_x=True)
+        for row, (quantity, label) in enumerate(ROWS.items()):
+            factor = 180 / np.pi if quantity == "pitch" else 1.0
+            strip = dict(zip(laws, panels[row * len(laws) :], strict=False))
+            for law, wind, time, values in drawn:
+                x, y = decimate(time, factor * values[quantity], points=points)
+                strip[law].plot(x, y, color=colours[wind], linewidth=0.9, label=wind)
+            _same_scale(list(strip.values()))
+            strip[laws[0]].set_ylabel(label)
+        _finish(figure, panels, laws, title)
+    return figure
+
+
+def _same_scale(strip: Sequence[Axes]) -> None:
+    low = min(axes.get_ylim()[0] for axes in strip)
+    high = max(axes.get_ylim()[1] for axes in strip)
+    for k, axes in enumerate(strip):
+        axes.set_ylim(low, high)
+        if k:
+            axes.tick_params(labelleft=False)
+
+
+def _finish(figure: Figure, panels: Sequence[Axes], laws: Sequence[str], title: str) -> None:
+    across = len(laws)
+    for axes, law in zip(panels[:across], laws, strict=True):
+        axes.set_title(law)
+    for axes in panels[-across:]:
+        axes.set_xlabel("time [s]")
+        axes.margins(x=0)
+    figure.align_ylabels(panels[::across])
+    figure.suptitle(title, fontsize=10)
+    named: dict[str, Artist] = {}
+    for axes in panels[:across]:
+        handles, labels = axes.get_legend_handles_labels()
+        for handle, label in zip(handles, labels, strict=True):
+            named.setdefault(label, handle)
+    figure.legend(
+        list(named.values()), list(named), loc="outside lower center", ncols=min(len(named), 4)
+    )

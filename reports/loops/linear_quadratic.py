@@ -20,8 +20,8 @@ import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
+from takagi.reports.loops.plant_claims import SETTLED, half_widths
 from takagi.reports.loops.plant_loop import largest_commands
-from takagi.reports.loops.proved_figures import SETTLED, half_widths
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -139,7 +139,7 @@ def _gain(
 
 def _starts(design: PlantDesign, gain: Floats) -> Floats | None:
     """Return how far each state alone may start in the set that is proved for a gain."""
-    from takagi.certificates.claims.plant.certification import certify
+    from takagi.certificates.claims.certification import certify
     from takagi.certificates.requests.invariant_ellipsoid import InvariantEllipsoid
     from takagi.reports.loops.proved_kinds import proved_claims
 

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Complex, Floats
-from takagi.reports.margins import LoopResponse, Margins, loop_margins, loop_response
+from takagi.reports.margins.margins import Margins, loop_margins
+from takagi.reports.margins.response import LoopResponse, loop_response
 
 if TYPE_CHECKING:
-    from takagi.reports.loops.observed import ObservedMotion
-    from takagi.reports.loops.plant_loop import PlantLoop
+    from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
 
 POINTS = 1200
 # An undamped open loop has no finite response at its own frequency.

@@ -229,7 +229,7 @@ def _rate_with_errors(
     blending = blending_of(plant)
     if blending is None:
         raise ModelError(f"errors of {', '.join(errors)}: the plant has no blended actuators")
-    return RunTimeBlending(blending, errors).disturbed_rate(moving, limited=True, told=told)
+    return RunTimeBlending(blending, errors).disturbed_rate(moving, told=told)
 
 
 def _law_rate(loop: PlantLoop) -> LawRate | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.reports.code.formula import Call, Formula
+from takagi.reports.code.controller_program import Call, Formula
 from takagi.reports.code.run import ProgramRun, value_of
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ import numpy as np
 from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 from takagi.models.turbine.trim import TrimPoint, trim
-from takagi.reports.margins import LocalGains
+from takagi.reports.margins.turbine_loops import LocalGains
 
 if TYPE_CHECKING:
     from control import StateSpace

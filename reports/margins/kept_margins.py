@@ -18,15 +18,18 @@ import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    wind_by_wind_law,
+    wind_observer_design,
+)
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.law_words import law_words
+from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 from takagi.models.turbine.wind_observer import WindObserver
 from takagi.reports.margins.design_levers import (
     LEVERS,
@@ -35,7 +38,7 @@ from takagi.reports.margins.design_levers import (
     lever_changes,
     positioned,
 )
-from takagi.reports.margins.running_equilibrium import NoEquilibrium
+from takagi.reports.margins.running_loop import NoEquilibrium
 from takagi.reports.margins.running_over_wind import (
     RunningMargins,
     plant_modes,

@@ -1,4 +1,4 @@
-r"""Gain, phase, delay and disk margins, sensitivity peaks and bandwidth of one loop.
+"""Gain, phase, delay and disk margins, sensitivity peaks and bandwidth of one loop.
 
     gain    factors g with 1 + g L(j omega) = 0: g = -1 / L where L is real and negative
     phase   |arg(-L)| where |L| = 1, the smallest over all such frequencies
@@ -7,7 +7,19 @@ r"""Gain, phase, delay and disk margins, sensitivity peaks and bandwidth of one 
     bandwidth  the lowest frequency at which |S| reaches 1/sqrt 2
 
 Source: Astrom & Murray (2008), Feedback Systems, sec. 9.3; Skogestad & Postlethwaite (2005),
-Multivariable Feedback Control, sec. 2.4; for the disk, see ``takagi.reports.margins.disk``.
+Multivariable Feedback Control, sec. 2.4.
+
+The disk margin is how far gain and phase of a loop may move together.  The factor
+f = (1 + (alpha/2) delta) / (1 - (alpha/2) delta), |delta| <= 1, in every loop leaves it stable
+exactly while alpha is below
+
+    alpha_max = 1 / sup_omega mu(S - I/2) = 2 / sup_omega mu(S - T)
+
+with mu over diagonal complex delta.  For one loop mu is the modulus.  From alpha follow a gain
+margin ((2 - alpha)/(2 + alpha), (2 + alpha)/(2 - alpha)) and a phase margin 2 atan(alpha/2).
+
+Source: Seiler, Packard, Gahinet (2020), An Introduction to Disk Margins, IEEE Control Systems
+Magazine 40(5), with skew 0; Packard & Doyle (1993), The complex structured singular value.
 """
 
 from __future__ import annotations
@@ -21,11 +33,101 @@ from scipy.optimize import brentq
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
-from takagi.reports.margins.disk import DiskMargin, disk_margin
 from takagi.reports.margins.response import LoopResponse, largest, loop_response
 
 if TYPE_CHECKING:
-    from control import FrequencyResponseData, StateSpace, TransferFunction
+    from control import StateSpace, TransferFunction
+
+
+@dataclass(frozen=True, slots=True)
+class DiskMargin:
+    """The largest symmetric disk of gain and phase variation a loop survives.
+
+    Attributes
+    ----------
+    alpha : size of the disk [-]; 0 for an unstable loop, 2 at most where L vanishes at high
+        frequency.
+    frequency : where it is smallest [rad/s]; inf where that is the high-frequency limit.
+    """
+
+    alpha: float
+    frequency: float
+
+    @property
+    def gain_decrease(self) -> float:
+        """Gain factor guaranteed tolerable downwards, max(0, (2 - alpha)/(2 + alpha)) [-]."""
+        return max(0.0, (2 - self.alpha) / (2 + self.alpha)) if np.isfinite(self.alpha) else 0.0
+
+    @property
+    def gain_increase(self) -> float:
+        """Gain factor guaranteed tolerable upwards, (2 + alpha)/(2 - alpha), inf from 2 on [-]."""
+        return (2 + self.alpha) / (2 - self.alpha) if self.alpha < 2 else float("inf")
+
+    @property
+    def phase(self) -> float:
+        """Phase guaranteed tolerable either way, 2 atan(alpha/2) [rad]."""
+        return float(2 * np.arctan(self.alpha / 2))
+
+
+def disk_margin(
+    loop: StateSpace | TransferFunction | LoopResponse,
+) -> DiskMargin:
+    """Return alpha_max = 1 / sup |S - 1/2| of one loop.
+
+    Raises
+    ------
+    ModelError : the loop is not single-input single-output (or what ``loop_response`` refuses).
+    """
+    response = loop_response(loop)
+    size = response.evaluate(response.frequencies[-1:]).shape[1]
+    if size != 1:
+        raise ModelError(
+            f"the loop is {size} x {size}; disk_margin takes one loop, disk_of several"
+        )
+    return _smallest(response, lambda m: np.abs(m[:, 0, 0]))
+
+
+def disk_of(response: LoopResponse) -> DiskMargin:
+    """Return the disk margin of two loops, perturbed at once and independently."""
+    return _smallest(response, scaled_bound)
+
+
+def scaled_bound(matrices: Complex) -> Floats:
+    """Return mu over diagonal complex delta, min_D sigma_max(D M D^-1), of matrices (k, 2, 2).
+
+    The scaling d^2 = |m21| / |m12| is optimal, since sigma_1 sigma_2 = |det M| does not depend on d
+    while sigma_1^2 + sigma_2^2 is smallest there, and the bound equals mu.
+
+    Source: Packard & Doyle (1993), sec. 5 (three blocks or fewer: equality).
+    """
+    m = matrices
+    assert m.shape[1:] == (2, 2)
+    square = np.abs(m[:, 0, 0]) ** 2 + np.abs(m[:, 1, 1]) ** 2
+    square = square + 2 * np.abs(m[:, 0, 1] * m[:, 1, 0])
+    product = np.abs(m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0])
+    root = np.sqrt(np.maximum(square**2 - 4 * product**2, 0.0))
+    return np.asarray(np.sqrt((square + root) / 2), dtype=np.float64)
+
+
+def _smallest(response: LoopResponse, measure: Callable[[Complex], Floats]) -> DiskMargin:
+    if not response.stable:
+        return DiskMargin(alpha=0.0, frequency=float("nan"))
+
+    def height(omega: Floats) -> Floats:
+        return np.asarray(measure(_centred(response.evaluate(omega))), dtype=np.float64)
+
+    end = None
+    if response.at_infinity is not None:
+        end = float(measure(_centred(response.at_infinity[None]))[0])
+    peak, frequency = largest(height, response, end)
+    return DiskMargin(alpha=1 / peak if peak > 0 else float("inf"), frequency=frequency)
+
+
+def _centred(loops: Complex) -> Complex:
+    """Return S - I/2 for a stack of loops."""
+    eye = np.eye(loops.shape[1])
+    return np.asarray(np.linalg.inv(eye + loops) - eye / 2, dtype=np.complex128)
+
 
 INF = float("inf")
 
@@ -36,8 +138,7 @@ class Margins:
 
     Attributes
     ----------
-    stable : of the closed loop; None where only a sampled response was given, and then the
-        margins hold only if it is stable.
+    stable : of the closed loop.
     gain_decrease, gain_increase : factors below and above 1 at which it becomes unstable [-];
         0 and inf where there is none.
     gain_decrease_frequency, gain_increase_frequency : where L is negative real there [rad/s];
@@ -52,7 +153,7 @@ class Margins:
     disk : symmetric disk margin.
     """
 
-    stable: bool | None
+    stable: bool
     gain_decrease: float
     gain_increase: float
     gain_decrease_frequency: float
@@ -75,7 +176,7 @@ class Margins:
 
 
 def loop_margins(
-    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
+    loop: StateSpace | TransferFunction | LoopResponse,
 ) -> Margins:
     """Return the margins of one loop L under negative feedback.
 
@@ -98,7 +199,7 @@ def loop_margins(
     crossovers = _roots(scalar, lambda L: np.log(np.maximum(np.abs(L), 1e-300)))
     factors = _gain_factors(scalar)
     peaks = _peaks(response)
-    unstable = response.stable is False
+    unstable = not response.stable
     below = max(((g, w) for g, w in factors if g < 1), default=(0.0, float("nan")))
     above = min(((g, w) for g, w in factors if g > 1), default=(INF, float("nan")))
     phase = _phase(scalar, crossovers)

@@ -1,7 +1,17 @@
-r"""L(j omega) of a square loop, on a grid that is fine near its modes.
+"""L(j omega) of a square loop, on a grid that is fine near its modes.
 
 A loop is given in the convention of negative feedback: the closed loop is 1 + L = 0, and the
 sensitivity is S = (I + L)^-1.
+
+In discrete time it is L(e^{j omega T}), broken at one command or at both:
+
+    x+ = A x + B u,   -u = C x,   L(z) = C (z I - A)^-1 B
+
+Gain, phase and disk margins mean what they mean in continuous time, up to omega = pi / T.  A delay
+margin is phase over frequency: exact for a delay of whole samples, which is e^{-j omega k T}.
+
+Source: Franklin, Powell & Workman (1998), Digital Control of Dynamic Systems, sec. 7.4; for the
+disk, which asks no more of S than to be stable, ``takagi.reports.margins.margins``.
 """
 
 from __future__ import annotations
@@ -11,19 +21,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
+from takagi.reports.margins.running_loop import RunningLoop, continuous
 
 if TYPE_CHECKING:
-    from control import FrequencyResponseData, StateSpace, TransferFunction
+    from control import StateSpace, TransferFunction
 
 POINTS_PER_DECADE = 150
 # A pole nearer than this to the axis, relative to the fastest pole, counts as lying at zero.
 ORIGIN = 1e-9
-MINIMUM_SAMPLES = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,22 +43,21 @@ class LoopResponse:
     ----------
     evaluate : omega (k,) [rad/s] -> L(j omega) (k, m, m).
     frequencies : increasing grid [rad/s]; begins with 0 where L(0) is finite.
-    at_infinity : L(j inf) (m, m), or None where it is not known (sampled responses); of a loop in
-        discrete time, L at ``end``.
-    stable : whether all closed-loop poles lie in the open left half-plane; None where it cannot
-        be known (sampled responses).
+    at_infinity : L(j inf) (m, m), or None where it is not known; of a loop in discrete time, L at
+        ``end``.
+    stable : whether all closed-loop poles lie in the open left half-plane.
     end : the highest frequency [rad/s]: inf, or pi / T of a loop in discrete time.
     """
 
     evaluate: Callable[[Floats], Complex]
     frequencies: Floats
     at_infinity: Complex | None
-    stable: bool | None
+    stable: bool
     end: float = float("inf")
 
 
 def loop_response(
-    loop: StateSpace | TransferFunction | FrequencyResponseData | LoopResponse,
+    loop: StateSpace | TransferFunction | LoopResponse,
     *,
     frequencies: Floats | None = None,
 ) -> LoopResponse:
@@ -57,20 +65,17 @@ def loop_response(
 
     Parameters
     ----------
-    loop : python-control system; a ``FrequencyResponseData`` is interpolated between its samples
-        by a cubic spline over log omega, and says nothing outside of them.
+    loop : python-control system.
     frequencies : grid [rad/s] instead of the one chosen from the poles.
 
     Raises
     ------
-    ModelError : not square, discrete in time, or fewer than 8 samples.
+    ModelError : not square, or discrete in time.
     """
     if isinstance(loop, LoopResponse):
         return loop
     import control
 
-    if isinstance(loop, control.FrequencyResponseData):
-        return _sampled(loop)
     system = control.ss(loop)
     if system.ninputs != system.noutputs:
         raise ModelError(
@@ -162,24 +167,67 @@ def _evaluator(A: Floats, B: Floats, C: Floats, D: Floats) -> Callable[[Floats],
     return evaluate
 
 
-def _sampled(loop: Any) -> LoopResponse:
-    omega = np.asarray(loop.omega, dtype=np.float64)
-    samples = np.moveaxis(np.asarray(loop.frdata, dtype=np.complex128), 2, 0)
-    if samples.shape[1] != samples.shape[2]:
-        raise ModelError(
-            f"the sampled loop has {samples.shape[2]} inputs and {samples.shape[1]} outputs; "
-            "a loop is broken at as many inputs as outputs"
-        )
-    if len(omega) < MINIMUM_SAMPLES:
-        raise ModelError(
-            f"the sampled loop has {len(omega)} frequencies; at least {MINIMUM_SAMPLES} are needed"
-        )
-    start = 1 if omega[0] == 0 else 0
-    spline = CubicSpline(np.log(omega[start:]), samples[start:], axis=0)
+# Modal sums lose digits with the conditioning of the eigenvectors; beyond it, solve.
+WELL_CONDITIONED = 1e9
+# At a pole on the axis a loop has no finite response; the grid stays this far away, over T.
+APART = 1e-9
 
-    def evaluate(frequencies: Floats) -> Complex:
-        return np.asarray(spline(np.log(frequencies)), dtype=np.complex128)
 
-    dense = np.geomspace(omega[start], omega[-1], 4 * len(omega))
-    grid = np.unique(np.concatenate([omega[start:], dense[1:-1]]))
-    return LoopResponse(evaluate=evaluate, frequencies=grid, at_infinity=None, stable=None)
+@dataclass(frozen=True, slots=True, eq=False)
+class BrokenLoops:
+    """The responses of a running loop: broken at the torque, at the pitch, and at both."""
+
+    torque: LoopResponse
+    pitch: LoopResponse
+    both: LoopResponse
+
+
+def broken_loops(loop: RunningLoop) -> BrokenLoops:
+    """Return the responses of a loop: one for each command, the other closed, and one for both."""
+    A, B, C = _scaled(loop)
+    T, end = loop.sample_time, float(np.pi / loop.sample_time)
+    answer = _sampled_evaluator(A, B, C, T)
+    stable = bool(np.all(np.abs(loop.multipliers) < 1))
+    alone = [A - B[:, [1 - i]] @ C[[1 - i]] for i in (0, 1)]
+    closed = np.linalg.eigvals(A - B @ C)
+
+    def response(evaluate: Callable[[Floats], Complex], opened: Floats) -> LoopResponse:
+        open_modes = continuous(np.linalg.eigvals(opened).astype(np.complex128), T)
+        modes = np.concatenate([open_modes, continuous(closed.astype(np.complex128), T)])
+        grid = grid_of_modes(modes, open_modes)
+        last = evaluate(np.array([end]))[0].real.astype(np.complex128)
+        return LoopResponse(evaluate, grid[grid < end * (1 - APART)], last, stable, end)
+
+    def one(i: int) -> LoopResponse:
+        def evaluate(omega: Floats) -> Complex:
+            # The other loop closed: a Schur complement of I + L.
+            L, j = answer(omega), 1 - i
+            rest = L[:, i, j] * L[:, j, i] / (1 + L[:, j, j])
+            return np.asarray((L[:, i, i] - rest)[:, None, None], dtype=np.complex128)
+
+        return response(evaluate, alone[i])
+
+    return BrokenLoops(one(0), one(1), response(answer, A))
+
+
+def _scaled(loop: RunningLoop) -> tuple[Floats, Floats, Floats]:
+    """Return the loop with every state over its size; the responses are the same."""
+    size = loop.scale
+    return loop.A * size / size[:, None], loop.B / size[:, None], loop.C * size
+
+
+def _sampled_evaluator(A: Floats, B: Floats, C: Floats, T: float) -> Callable[[Floats], Complex]:
+    values, vectors = np.linalg.eig(A)
+    modal = np.linalg.cond(vectors) < WELL_CONDITIONED
+    left, right = C @ vectors, np.linalg.solve(vectors, B) if modal else B
+    eye = np.eye(len(A))
+
+    def evaluate(omega: Floats) -> Complex:
+        z = np.exp(1j * T * np.asarray(omega))
+        if modal:
+            return np.asarray((left / (z[:, None, None] - values)) @ right, dtype=np.complex128)
+        shifted = z[:, None, None] * eye - A
+        inner = np.linalg.solve(shifted, np.broadcast_to(B, (len(z), *B.shape)))
+        return np.asarray(C @ inner, dtype=np.complex128)
+
+    return evaluate

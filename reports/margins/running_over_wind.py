@@ -15,22 +15,20 @@ import numpy as np
 
 from takagi.models.arrays import Complex
 from takagi.models.errors import ModelError
-from takagi.models.laws.protocol import Law
-from takagi.models.laws.sampled import SampledLaw
+from takagi.models.laws.protocol import Law, SampledLaw
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
 from takagi.models.turbine.data import Turbine
-from takagi.reports.margins.disk import DiskMargin, disk_of
-from takagi.reports.margins.margins import Margins, loop_margins
-from takagi.reports.margins.running_equilibrium import loop_equilibrium
+from takagi.reports.margins.margins import DiskMargin, Margins, disk_of, loop_margins
+from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import (
     WAKES,
     RunningLoop,
     linearised_loop,
+    loop_equilibrium,
     with_inertia,
 )
-from takagi.reports.margins.sampled_response import BrokenLoops, broken_loops
 
 # (Factor on the inertia, wake): the machine as its file says, then the ends of what is not known.
 NOMINAL = (1.0, "dynamic")
@@ -41,8 +39,6 @@ SILENT = 1e-6
 SAMPLES_A_PERIOD = 6.0
 # Around a mode, as a share of its frequency: it is inside the crossover where |L| reaches 1 there.
 NEAR_MODE = 0.15
-
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +95,6 @@ def running_margins(
     sample_time: float = 0.02,
     computation_time: float = 0.0,
     plants: Sequence[tuple[float, str]] = PLANTS,
-    tell: Tell | None = None,
 ) -> tuple[RunningMargins, ...]:
     """Return the margins of the loop that runs: validation plant, observer, filters, sampling.
 
@@ -130,8 +125,6 @@ def running_margins(
     made = {factor: with_inertia(plant, factor) for factor, _ in plants}
     found = []
     for wind, rest in rests.items():
-        if tell is not None:
-            tell(f"margins of the loop that runs, {wind:g} m/s")
         first, *others = _sides(turbine, wind)
         for factor, wake in plants:
             at = partial(

@@ -14,7 +14,7 @@ from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
 from takagi.reports.margins.margins import Margins
-from takagi.reports.margins.running_equilibrium import NoEquilibrium
+from takagi.reports.margins.running_loop import NoEquilibrium
 from takagi.reports.margins.running_over_wind import (
     NOMINAL,
     PLANTS,
@@ -27,8 +27,6 @@ FINE = 0.2
 # A least disk margin is least as far as this to both sides [m/s]: two steps, so that noise of the
 # linearisation in one of them makes no place.
 AROUND = 0.4
-
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

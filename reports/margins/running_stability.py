@@ -9,7 +9,8 @@ of ``PLANTS`` (inertia and wake, the ends of what a certificate covers) at whole
 pitch begins to act.  An unstable loop is refused with its wind and with the part that makes it so:
 the first one without which the loop is stable there.
 
-A stable loop whose margins are below those of ``least_margins`` is noted, with wind, mode and cure.
+A stable loop whose margins are below those of ``loops_over_wind`` is noted, with wind, mode and
+cure.
 
 A law with a fast wind filter is for a wind that is measured (docs/laws.md): a loop that the
 turbine's default filter makes stable is not refused, but noted.
@@ -24,18 +25,29 @@ from dataclasses import dataclass, replace
 from math import degrees, pi
 from typing import TypeAlias
 
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    wind_by_wind_law,
+    wind_observer_design,
+)
 from takagi.certificates.design.turbine.result import speed_filter
 from takagi.certificates.design.turbine.scale import default_settings
 from takagi.certificates.design.turbine.settings import DesignSettings
-from takagi.certificates.design.turbine.wind_by_wind import wind_by_wind_law, wind_observer_design
 from takagi.models.errors import ModelError
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.derating import derated
+from takagi.models.turbine.trim import derated
 from takagi.reports.margins.design_levers import effort_of
-from takagi.reports.margins.least_margins import LEAST_GAIN, LEAST_PHASE, SmallMargin, small_margins
-from takagi.reports.margins.loops_over_wind import GROWTH, SAMPLE, LoopsOverWind, PlantChoice
+from takagi.reports.margins.loops_over_wind import (
+    GROWTH,
+    LEAST_GAIN,
+    LEAST_PHASE,
+    SAMPLE,
+    LoopsOverWind,
+    PlantChoice,
+    SmallMargin,
+    small_margins,
+)
 from takagi.reports.margins.running_over_wind import NOMINAL, Mode, plant_modes
 from takagi.reports.margins.running_search import wind_ranges
 
@@ -75,27 +87,8 @@ class UnstableLoop:
     by_filter: bool
 
 
-def unstable_loop(
-    turbine: Turbine, settings: DesignSettings, tell: Tell = lambda step: None
-) -> UnstableLoop | None:
-    """Return where the loop of settings that runs is unstable; None where it is stable.
-
-    The gains are those found wind by wind.  A wind at which the loop has no equilibrium is left
-    out: there is nothing to linearise at.
-
-    Parameters
-    ----------
-    tell : gets each step in words; the search for what helps takes up to half a minute.
-
-    Raises
-    ------
-    ModelError : no gains at some wind, a wind that the observer cannot estimate, or no wind at
-        which the loop has an equilibrium.
-    """
-    return _unstable_loop(_running(turbine, settings, tell), settings, tell)
-
-
-def _running(turbine: Turbine, settings: DesignSettings, tell: Tell) -> LoopsOverWind:
+def loops_of(turbine: Turbine, settings: DesignSettings, tell: Tell) -> LoopsOverWind:
+    """Return the loop of settings that runs, with gains found wind by wind."""
     tell("gains wind by wind")
     turbine = derated(turbine, settings.torque_setpoint, speed_setpoint=settings.speed_setpoint)
     observer = wind_observer_design(turbine, settings).observer
@@ -104,9 +97,17 @@ def _running(turbine: Turbine, settings: DesignSettings, tell: Tell) -> LoopsOve
     return LoopsOverWind(plant, law, observer)
 
 
-def _unstable_loop(
+def unstable_loop(
     loops: LoopsOverWind, settings: DesignSettings, tell: Tell
 ) -> UnstableLoop | None:
+    """Return where the loop that runs is unstable; None where it is stable.
+
+    A wind at which it has no equilibrium is left out: there is nothing to linearise at.
+
+    Raises
+    ------
+    ModelError : it has an equilibrium at no wind.
+    """
     turbine = loops.plant.turbine
     tell(f"{turbine.cut_in:g} to {turbine.cut_out:g} m/s")
     which, growths = NOMINAL, loops.growths_over_wind()
@@ -320,8 +321,8 @@ def require_stable(
     ------
     ModelError : names wind, growth, the part that does it, and what helps.
     """
-    loops = _running(turbine, settings, tell)
-    found = _unstable_loop(loops, settings, tell)
+    loops = loops_of(turbine, settings, tell)
+    found = unstable_loop(loops, settings, tell)
     if found is not None and not found.by_filter:
         raise ModelError(found.reason)
     tell("margins")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from fractions import Fraction
-from math import ceil, floor
+from math import ceil
 
 from takagi.certificates.checker.words import rounded as shown
 
@@ -29,11 +29,6 @@ def at_most(value: Bound, digits: int = 3) -> str:
 def at_most_to(value: Bound, places: int) -> str:
     """Return the least decimal with so many places that is not below the value, zeros kept."""
     return f"{Decimal(ceil(_exact(value) * 10**places)).scaleb(-places):f}"
-
-
-def at_least_to(value: Bound, places: int) -> str:
-    """Return the greatest decimal with so many places that does not exceed the value."""
-    return f"{Decimal(floor(_exact(value) * 10**places)).scaleb(-places):f}"
 
 
 def _exact(value: Bound) -> Fraction:

@@ -1,7 +1,4 @@
-"""Elements of a section: numbers as text, tables, figures; the templates print them.
-
-Labels of variables, such as ``"angle [rad]"``, in their two parts.
-"""
+"""Elements of a section: numbers as text, tables, figures; the templates print them."""
 
 from __future__ import annotations
 
@@ -12,6 +9,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from takagi.reports.page import rounded_bounds as bounds
+
+
+def name_of(label: str) -> str:
+    """Return the name without its unit."""
+    return label.split(" [")[0]
+
+
+def unit_of(label: str) -> str:
+    """Return the unit; "-" for a pure number, empty where the label has none."""
+    return label.partition(" [")[2].rstrip("]")
+
 
 LONG_CELL = 24
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -74,6 +82,11 @@ class Section:
             items = value if isinstance(value, (list, tuple)) else (value,)
             found += [item for item in items if isinstance(item, CaptionedFigure)]
         return tuple(found)
+
+
+def behind(unit: str) -> str:
+    """Return a unit as it follows a number; nothing for a pure number."""
+    return "" if unit in ("", "-") else f" {unit}"
 
 
 def with_decimals(value: float, digits: int) -> str:
@@ -140,13 +153,3 @@ def range_text(values: Sequence[float], digits: int = 3) -> str:
     """Return "low to high" of lower bounds, or the one number where both read the same."""
     low, high = at_least(min(values), digits), at_least(max(values), digits)
     return low if low == high else f"{low} to {high}"
-
-
-def name_of(label: str) -> str:
-    """Return the name without its unit."""
-    return label.split(" [")[0]
-
-
-def unit_of(label: str) -> str:
-    """Return the unit; "-" for a pure number, empty where the label has none."""
-    return label.partition(" [")[2].rstrip("]")

@@ -1,8 +1,4 @@
-"""What the reports of turbines and of plants have in common: tables, sections, the verdict box.
-
-Tables of margins and of premises; the verdict box, with which every report begins; the sections on
-checking the certificate, and on versions, hashes and settings.
-"""
+"""Sections and tables that both reports have: verdict, premises, margins, checking, provenance."""
 
 from __future__ import annotations
 
@@ -13,13 +9,42 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.kernel.result import Checked
-from takagi.reports.margins import Margins
+from takagi.reports.margins.margins import Margins
 from takagi.reports.page.text import Section, Table, decimal, significant, with_decimals
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.ts.model import TSModel
+
+
+def verdict_box(checked: Checked, content: Mapping[str, Any]) -> Section:
+    """Return the verdict box: the checker's verdict and claims, and the report's own content."""
+    return Section(
+        "verdict",
+        "Verdict",
+        {
+            "verdict": checked.verdict.name,
+            "meaning": checked.verdict.value,
+            "claims": [(c.name, c.verdict.name, c.text) for c in checked.claims],
+            **content,
+        },
+    )
+
+
+def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
+    """Return the premises of a model with their proved ranges.
+
+    ``evidence`` is the heading of the last column, which says how a range was bounded.
+    """
+    return Table(
+        caption,
+        (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), (evidence, "")),
+        tuple(
+            (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit, p.evidence)
+            for p in model.premises
+        ),
+    )
 
 
 BESIDE = (("disk: gain", "± dB"), ("disk: phase", "± °"), ("peak |S|", "-"))
@@ -70,35 +95,6 @@ def _cells(m: Margins, down: bool, count: int) -> tuple[str, ...]:
         with_decimals(20 * np.log10(m.disk.gain_increase), 1),
         with_decimals(float(np.degrees(m.disk.phase)), 0),
         with_decimals(m.sensitivity_peak, 2),
-    )
-
-
-def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
-    """Return the premises of a model with their proved ranges.
-
-    ``evidence`` is the heading of the last column, which says how a range was bounded.
-    """
-    return Table(
-        caption,
-        (("premise", ""), ("lower", ""), ("upper", ""), ("unit", ""), (evidence, "")),
-        tuple(
-            (p.name, decimal(float(p.lower)), decimal(float(p.upper)), p.unit, p.evidence)
-            for p in model.premises
-        ),
-    )
-
-
-def verdict_box(checked: Checked, content: Mapping[str, Any]) -> Section:
-    """Return the verdict box: the checker's verdict and claims, and the report's own content."""
-    return Section(
-        "verdict",
-        "Verdict",
-        {
-            "verdict": checked.verdict.name,
-            "meaning": checked.verdict.value,
-            "claims": [(c.name, c.verdict.name, c.text) for c in checked.claims],
-            **content,
-        },
     )
 
 

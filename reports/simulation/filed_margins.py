@@ -8,7 +8,7 @@ from typing import NamedTuple
 from takagi.models.turbine.loader import load_turbine
 from takagi.reports.margins.running_search import searched_margins, wind_ranges
 from takagi.reports.margins.thresholds import AskedMargins, failed, measured
-from takagi.reports.simulation.filed_law import filed_laws
+from takagi.reports.simulation.laws import filed_laws
 
 
 class MarginsFound(NamedTuple):

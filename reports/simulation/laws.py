@@ -1,4 +1,4 @@
-"""The laws to choose from, all made from one design and simulated with its observer."""
+"""The laws to choose from: made from one design, or the law of a gain file, with its observer."""
 
 from __future__ import annotations
 
@@ -6,18 +6,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.checker.kernel.reader import member, number, numbers, read_json
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.design.given.turbine_law import law_from_gains
 from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.protocol import Law
 from takagi.models.simulation.baseline import BaselineLaw
 from takagi.models.simulation.closed_loop import Observer
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.trim import derated
+from takagi.models.turbine.wind_observer import WindObserver
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
-    from takagi.certificates.design.turbine.settings import DesignSettings
 
 # The law's name, and what a reader of its numbers should know.
 LAW_NAMES: Mapping[str, str] = MappingProxyType(
@@ -64,7 +69,6 @@ def chosen_laws(
     turbine: Turbine,
     names: Sequence[str],
     *,
-    settings: DesignSettings | None = None,
     files: Sequence[Path] = (),
     tell: Tell | None = None,
 ) -> ChosenLaws:
@@ -73,8 +77,6 @@ def chosen_laws(
     Parameters
     ----------
     names : from ``LAW_NAMES``.
-    settings : of the design, whose law is the coherent one; None takes the defaults with gains in
-        two steps, which take seconds.
     files, tell : see ``design_turbine``.
 
     Raises
@@ -88,9 +90,8 @@ def chosen_laws(
     from takagi.certificates.design.turbine.design import design_turbine
     from takagi.certificates.design.turbine.scale import default_settings
 
-    if settings is None:
-        settings = replace(default_settings(turbine), synthesis="two-step")
-    asked = replace(settings, law="coherent")
+    # Gains in two steps take seconds.
+    asked = replace(default_settings(turbine), law="coherent", synthesis="two-step")
     design = design_turbine(turbine, asked, files=files, tell=tell)
     laws = {name: _law(name, design) for name in asked_for}
     filters = {"coherent": design.speed_filter} if design.speed_filter else {}
@@ -122,3 +123,87 @@ def _law(name: str, design: TurbineDesign) -> Law:
     return designed_law(
         design.turbine, asked, (design.partial_load, design.full_load, design.regional)
     )
+
+
+def filed_laws(
+    turbine: Turbine, path: Path, beside: Sequence[str] = ()
+) -> tuple[Turbine, ChosenLaws]:
+    """Return the law of a gain file, and the reference's own controller if it is requested.
+
+    If the law is de-rated at rated speed, the turbine is returned de-rated too, so that its numbers
+    are relative to the reduced torque.
+
+    Parameters
+    ----------
+    turbine : the turbine for which the gains were designed.
+    path : the gain file, as `takagi design` writes it.
+    beside : empty, or "baseline".
+
+    Raises
+    ------
+    CertificateError : a file that is no turbine's gain file, or has no observer.
+    ModelError : another law beside it, which would have to be designed anew; or the reference's
+        own beside a de-rated one, since it has no de-rated form.
+    """
+    for name in beside:
+        if name != "baseline":
+            raise ModelError(
+                f"law {name!r} was requested with the law of {path}; only baseline can be "
+                "simulated with it, because another law has to be designed: simulate that in "
+                "its own run"
+            )
+    law = law_from_gains(path, turbine)
+    held = law.rated_torque if isinstance(law, EffortSharingLaw) else law.coupling.rated_torque
+    if beside and held != turbine.rated_torque:
+        raise ModelError(
+            f"{path}: the law is de-rated to {held:.6g} N m and baseline has no de-rated form; "
+            "leave --law baseline out"
+        )
+    document = read_json(Path(path))
+    observer = _observer(turbine, member(document, "observer", str(path)), path)
+    laws = {law.name: law, **{name: BaselineLaw(turbine) for name in beside}}
+    return _as_held(turbine, held), ChosenLaws(
+        laws, observer, _speed_filter(document, law.name, path)
+    )
+
+
+def _observer(turbine: Turbine, stated: Any, path: Path) -> WindObserver:
+    """Return the file's observer; files without limits of the wind have those of the turbine."""
+    where = f"{path}: observer"
+    l1, l2 = (float(number(stated, name, where)) for name in ("l1", "l2"))
+    if "wind_limits" not in stated:
+        return WindObserver(turbine, l1, l2)
+    low, high = (float(one) for one in numbers(stated, "wind_limits", where, 2))
+    return WindObserver(turbine, l1, l2, (low, high))
+
+
+def _speed_filter(document: Any, law: str, path: Path) -> dict[str, SpeedFilter]:
+    """Return law -> the file's filter of the measured speed; files without one have no entry."""
+    if "measurement" not in document:
+        return {}
+    where = f"{path}: measurement"
+    stated = member(document, "measurement", str(path))
+    corner, stop, passed = float(number(stated, "speed_filter", where)), 0.0, 1.0
+    if "torsion_filter" in stated:
+        band_stop, inside = member(stated, "torsion_filter", where), f"{where}.torsion_filter"
+        stop = float(number(band_stop, "frequency", inside))
+        passed = float(number(band_stop, "passed", inside))
+        if not stop > 0:
+            raise CertificateError(
+                f"{inside}.frequency is {stop:g} rad/s; it must be above 0, or the member must not "
+                "be there"
+            )
+    if not corner > 0:
+        raise CertificateError(
+            f"{where}.speed_filter is {corner:g} rad/s; it must be above 0, or the "
+            "member must not be there"
+        )
+    return {law: SpeedFilter(corner, stop, passed)}
+
+
+def _as_held(turbine: Turbine, torque: float) -> Turbine:
+    try:
+        return derated(turbine, torque)
+    except ModelError:
+        # With a lower speed too: a run starts at the trim of rated speed, which it has not.
+        return turbine

@@ -15,15 +15,14 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.plant.file_units import file_unit
-from takagi.reports.simulation.plant_runs import (
+from takagi.reports.page.text import behind
+from takagi.reports.simulation.plant_scenario import (
     SETTLED,
+    PlantScenario,
     PlantSimulation,
     cuts_by_command,
     in_proved_set,
     left_box,
-)
-from takagi.reports.simulation.plant_scenario import (
-    PlantScenario,
     moving_disturbances,
     outside,
     resolved,
@@ -124,7 +123,8 @@ def _program_law(
     program: ControllerProgram | None,
 ) -> Callable[[], SampledProgram]:
     from takagi.reports.code.program_reading import controller_program
-    from takagi.reports.gains_file import dump_gains, plant_gain_file
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file
     from takagi.reports.loops.program_law import ProgramLaw
 
     step = scenario.sample_time
@@ -333,8 +333,7 @@ def _words(loop: PlantLoop, deviation: Floats) -> str:
     for variable, rest, off in zip(loop.plant.states, loop.state, deviation, strict=True):
         size, unit = file_unit(variable)
         if off:
-            behind = "" if unit in ("", "-") else f" {unit}"
-            parts.append(f"{variable.name} {float(rest + off) / size:.4g}{behind}")
+            parts.append(f"{variable.name} {float(rest + off) / size:.4g}{behind(unit)}")
     return ", ".join(parts) or "rest"
 
 

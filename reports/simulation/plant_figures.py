@@ -9,10 +9,17 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.plant.file_units import file_unit
-from takagi.reports.csv_text import csv_text
-from takagi.reports.figures.plant.phase_plane import phase_figure, planes
-from takagi.reports.figures.style import COLOURS, GREY, STYLES, decimate, house_style, new_figure
-from takagi.reports.figures.writing import figure_to_svg
+from takagi.reports.figures.plant.proved_set import phase_figure, planes
+from takagi.reports.figures.style import (
+    COLOURS,
+    GREY,
+    STYLES,
+    decimate,
+    figure_to_svg,
+    house_style,
+    new_figure,
+)
+from takagi.reports.output import csv_text
 from takagi.reports.simulation.plant_scenario import PlantScenario, moving_disturbances
 
 if TYPE_CHECKING:

@@ -8,22 +8,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.reports.loops.plant_claims import withstood
 from takagi.reports.loops.plant_motion import settling_time
-from takagi.reports.loops.proved_figures import withstood
 from takagi.reports.loops.proved_kinds import proved_claims
-from takagi.reports.simulation.plant_runs import (
+from takagi.reports.page.text import behind
+from takagi.reports.simulation.plant_scenario import (
     SETTLED,
     commanded,
     cuts_by_command,
     in_proved_set,
+    in_words,
     left_box,
+    moving_disturbances,
 )
-from takagi.reports.simulation.plant_scenario import in_words, moving_disturbances
 
 if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_motion import PlantMotion
-    from takagi.reports.simulation.plant_runs import PlantSimulation
+    from takagi.reports.simulation.plant_scenario import PlantSimulation
 # Largest number of states with a column of their own in the table.
 MOST_STATES = 3
 # Largest number of runs that are named in a sentence.
@@ -144,7 +146,7 @@ def _cut(found: PlantSimulation) -> list[str]:
             f"[{float(variable.range.lower) / size:.4g}, {float(variable.range.upper) / size:.4g}]"
         )
         lines.append(
-            f"{variable.name} was cut at its range {ends}{_behind(unit)}"
+            f"{variable.name} was cut at its range {ends}{behind(unit)}"
             f"{wanted}: {'; '.join(named[:MOST_NAMED])}{more}. A proof about the law holds only "
             "while no command is cut."
         )
@@ -157,7 +159,7 @@ def _most_wanted(found: PlantSimulation, k: int, variable: Variable) -> str:
     size, unit = file_unit(variable)
     wanted = np.concatenate([motion.wanted[:, k] for motion in found.motions])
     most = float(wanted[np.nanargmax(np.abs(wanted))])
-    return f" (the law commanded up to {most / size:.4g}{_behind(unit)})"
+    return f" (the law commanded up to {most / size:.4g}{behind(unit)})"
 
 
 def _left(found: PlantSimulation) -> list[str]:
@@ -256,7 +258,7 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
     if side is not None and (values.min() < float(side.lower) or values.max() > float(side.upper)):
         ends = f"[{float(side.lower) / size:.4g}, {float(side.upper) / size:.4g}]"
         return [
-            f"{name} from {values.min() / size:.4g} to {values.max() / size:.4g}{_behind(unit)}, "
+            f"{name} from {values.min() / size:.4g} to {values.max() / size:.4g}{behind(unit)}, "
             f"outside its range {ends}"
         ]
     if variable.schedules:
@@ -265,8 +267,8 @@ def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[
         return [f"{name} off rest (no invariant set is proved for it)"]
     if off > proved * (1 + 1e-9):
         return [
-            f"{name} up to {off / size:.4g}{_behind(unit)} off rest (an invariant set is proved "
-            f"for {proved / size:.4g}{_behind(unit)})"
+            f"{name} up to {off / size:.4g}{behind(unit)} off rest (an invariant set is proved "
+            f"for {proved / size:.4g}{behind(unit)})"
         ]
     return []
 
@@ -294,7 +296,3 @@ def _time(found: PlantSimulation, seconds: float) -> str:
 
 def _bracket(variable: Variable) -> str:
     return f"[{file_unit(variable)[1]}]"
-
-
-def _behind(unit: str) -> str:
-    return "" if unit in ("", "-") else f" {unit}"

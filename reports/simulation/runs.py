@@ -6,12 +6,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.laws.sampled import SampledLaw, require_times
-from takagi.models.simulation.closed_loop import TIME_STEP, Diverged, Observer, fitting_step
+from takagi.models.laws.protocol import SampledLaw, require_times
+from takagi.models.simulation.closed_loop import (
+    TIME_STEP,
+    Diverged,
+    History,
+    Observer,
+    fitting_step,
+)
 from takagi.models.simulation.dynamics import ready
-from takagi.models.simulation.history import History
-from takagi.models.simulation.metrics import Metrics
-from takagi.models.simulation.scenario import Case, run_case
+from takagi.models.simulation.scenario import Case, Metrics, run_case
 from takagi.models.simulation.turbine_plant import Flag, SimulatedTurbine, validation_plant
 from takagi.models.simulation.wind import WindSeries
 from takagi.models.turbine.data import Turbine

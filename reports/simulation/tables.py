@@ -1,20 +1,32 @@
-"""The numbers of a simulation: rows, Markdown, CSV and JSON, and the series of a run."""
+"""A simulation as files: tables, Markdown, CSV, JSON, series of runs, and figures."""
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.models.simulation.history import History
+from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.turbine_plant import Flag
-from takagi.reports.csv_text import csv_text
+from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.data import Turbine
+from takagi.reports.figures.response import (
+    ResponseLine,
+    response_figure,
+    scenario_figure,
+)
+from takagi.reports.figures.style import figure_to_png, figure_to_svg
+from takagi.reports.output import csv_text
 from takagi.reports.simulation.laws import LAW_NAMES
 from takagi.reports.simulation.runs import Run, Simulation, simulation_plant
 from takagi.reports.simulation.scenarios import SCENARIOS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Metric -> (title, unit, decimals), in the table's order.
 COLUMNS: dict[str, tuple[str, str, int]] = {
@@ -191,3 +203,74 @@ def _row(run: Run) -> dict[str, Any]:
         }
     row["remarks"] = list(run.remarks())
     return row
+
+
+# Enough for oscillations of a second in records of a minute; the file stays below 1 MB.
+POINTS = 40_000
+
+
+def simulation_figures(simulation: Simulation) -> dict[str, Figure]:
+    """Return the figures by a name fit for files; runs that diverged are left out.
+
+    ``scenario`` shows all winds of one turbulence, one column a law; the others one wind each.
+    """
+    figures: dict[str, Figure] = {}
+    finished = [(run, run.history) for run in simulation.runs if run.history is not None]
+    if simulation.scenario == "paper" and finished:
+        title = f"{simulation.turbine.name}: one turbulence, different mean winds"
+        figures["scenario"] = scenario_figure(
+            [(run.law, run.wind.split(",")[0], history) for run, history in finished],
+            simulation.turbine,
+            title=title,
+            total_points=POINTS,
+        )
+    for wind in simulation.winds:
+        runs = [(run.law, history) for run, history in finished if run.wind == wind.name]
+        if runs:
+            figures[slug(wind.name)] = _response(runs, wind, simulation.turbine)
+    return figures
+
+
+def slug(text: str) -> str:
+    """Return the text as a file name: small letters, digits and single hyphens."""
+    return re.sub(r"[^a-z0-9]+", "-", text.lower().replace("m/s", "mps")).strip("-")
+
+
+def _response(runs: list[tuple[str, History]], wind: WindSeries, turbine: Turbine) -> Figure:
+    lines = [ResponseLine.of(law, history) for law, history in runs]
+    title = f"{turbine.name}: {wind.name}"
+    rated = {
+        "torque": turbine.rated_torque,
+        "rotor_speed": turbine.rated_rotor_speed,
+        "power": turbine.rated_power,
+    }
+    return response_figure(runs[-1][1].time, lines, title=title, rated=rated)
+
+
+def simulation_files(simulation: Simulation) -> dict[str, bytes | str]:
+    """Return file name -> content: summary, tables, figures as SVG and PNG, series.
+
+    summary.md, simulation.csv, simulation.json; figures/NAME.svg and .png; series/LAW-WIND.csv.
+    The same simulation gives the same bytes.
+    """
+    figures: dict[str, bytes | str] = {}
+    for name, figure in simulation_figures(simulation).items():
+        described = f"{simulation.turbine.name}, scenario {simulation.scenario}: {name}"
+        # The first writing settles the layout for the second.
+        svg = figure_to_svg(figure, name=f"figure-{name}", description=described)
+        figures[f"figures/{name}.svg"] = svg + "\n"
+        figures[f"figures/{name}.png"] = figure_to_png(figure, dpi=144)
+    series = {
+        f"series/{slug(run.law)}-{slug(run.wind)}.csv": series_csv(run.history)
+        for run in simulation.runs
+        if run.history is not None
+    }
+    shown = [name for name in figures if name.endswith(".svg")]
+    names = ["summary.md", "simulation.csv", "simulation.json", *figures, *series]
+    return {
+        "summary.md": as_markdown(simulation, figures=shown),
+        "simulation.csv": as_csv(simulation),
+        "simulation.json": as_json(simulation, files=names),
+        **figures,
+        **series,
+    }

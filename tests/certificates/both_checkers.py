@@ -6,7 +6,8 @@ from typing import Any
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
 
 
 def verdicts(document: dict[str, Any]) -> list[str]:

@@ -11,15 +11,20 @@ import pytest
 
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.claims.turbine import (
-    EffortSharingCandidate,
+from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
     effort_sharing_claim,
 )
-from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    effort_sharing_law_data,
+    turbine_data,
+)
 from takagi.lmi.turbine import EffortSettings, effort_gains
 from takagi.models import Turbine, nrel5mw
-from takagi.models.laws import EffortSharingLaw, effort_schedule
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
 
 PER_INTERVAL = {"integral_rate", "inertia_feedforward", "feedforward_limit"}
 # Nodes kept in the short certificate: where the effort passes from torque to pitch.

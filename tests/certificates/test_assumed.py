@@ -12,7 +12,7 @@ import pytest
 
 from takagi.certificates import check
 from takagi.certificates.checker import check_document
-from takagi.certificates.checker.words.assumptions import ASSUMED, assumed
+from takagi.certificates.checker.words.saying import ASSUMED, assumed
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
 from takagi.cli.main import main
 from takagi.reports import ci_formats

@@ -12,16 +12,17 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.audit import cross_checked_document
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import CertificateError, Verdict, check, check_document
 from takagi.certificates.checker.turbine.effort_sharing.corners import BOUNDS, RANGES
-from takagi.certificates.claims.turbine import (
+from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_UNCERTAINTY,
     effort_sharing_candidate,
     effort_sharing_claim,
 )
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.models import Interval
 
 Document = dict[str, Any]

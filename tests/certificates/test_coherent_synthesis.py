@@ -10,23 +10,27 @@ import pytest
 
 from takagi.certificates import DesignSettings, Verdict, design_turbine
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine import (
+from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
     DEFAULT_UNCERTAINTY,
     effort_sharing_candidate,
     effort_sharing_claim,
 )
-from takagi.certificates.design.turbine import EffortSharingGainDesign
 from takagi.certificates.design.turbine.effort_sharing_gains import (
-    Synthesis,
+    EffortSharingGainDesign,
     effort_sharing_gain_design,
 )
-from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
+from takagi.certificates.design.turbine.settings import Synthesis
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    effort_sharing_law_data,
+    turbine_data,
+)
 from takagi.lmi.turbine.one_step import iteration as one_step_climb
 from takagi.models import Interval, ModelError, nrel5mw
-from takagi.models.laws import EffortGains, EffortSharingLaw
-from takagi.models.laws.effort_sharing import LoopUncertainty
-from takagi.models.turbine import model_files
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.turbine.loader import model_files
 from tests.certificates.conftest import Built
 
 NODES = ("wind", "rotor_speed", "trim_effort", "effectiveness", "effectiveness_limit")

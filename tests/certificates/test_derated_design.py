@@ -9,12 +9,21 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, check
-from takagi.certificates.claims.turbine import effort_sharing_candidate, effort_sharing_claim
-from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
-from takagi.certificates.document.provenance import provenance
+from takagi.certificates.claims.turbine.effort_sharing import (
+    effort_sharing_candidate,
+    effort_sharing_claim,
+)
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    effort_sharing_law_data,
+    provenance,
+    turbine_data,
+)
 from takagi.lmi.turbine import effort_gains
-from takagi.models.laws import EffortSharingLaw, effort_schedule
-from takagi.models.turbine import derated, model_files, nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.loader import model_files, nrel5mw
+from takagi.models.turbine.trim import derated
 
 # A design of its own takes ten seconds.
 pytestmark = pytest.mark.slow

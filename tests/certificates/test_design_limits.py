@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from takagi.certificates import DesignSettings
-from takagi.certificates.design.turbine import default_settings
-from takagi.certificates.design.turbine.limits import check_limits
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import check_limits
 from takagi.lmi.turbine import EffortSettings
 from takagi.models import ModelError, Turbine, nrel5mw
-from takagi.models.files import resolve_model
-from takagi.models.turbine import load_turbine
+from takagi.models.files.library import resolve_model
+from takagi.models.turbine.loader import load_turbine
 
 TURBINE = nrel5mw()
 ASKED = default_settings(TURBINE)

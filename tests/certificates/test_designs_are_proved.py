@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay, H2Norm, L2Gain, Peak, Poles
 from takagi.lmi import (
     EigenvalueRegion,
@@ -168,13 +168,8 @@ DEAR |= {"products, liu-zhang": partial(by_products, "product-liu-zhang")}
 DEAR |= {f"cost, {name}": partial(by_cost, name) for name in ("tanaka-wang", "tuan", "kim-lee")}
 DEAR |= {"region, liu-zhang": partial(by_region, "liu-zhang")}
 DEAR |= {
-    f"fuzzy, |dh/dt| <= {rate}, {rates}": partial(by_sums_of_functions, limit, rate, rates=rates)
-    for rates, rate, limit in (
-        ("corners", 1.0, 1.606),
-        ("slack", 1.0, 1.550),
-        ("corners", 0.1, 3.080),
-        ("corners", 0.0, 5.206),
-    )
+    f"fuzzy, |dh/dt| <= {rate}": partial(by_sums_of_functions, limit, rate)
+    for rate, limit in ((1.0, 1.606), (0.1, 3.080), (0.0, 5.206))
 }
 DEAR |= {
     f"fuzzy, sampled, {name}": partial(by_sampled_functions, limit, name)

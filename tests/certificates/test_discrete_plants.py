@@ -11,13 +11,14 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import dumps
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models import ModelError
-from takagi.models.files import data_folder
-from takagi.models.plant_files import PlantFile
-from takagi.reports.simulation import simulate_plant, simulation_data
+from takagi.models.files.library import data_folder
+from takagi.models.plant_files.loader import PlantFile
+from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 FILE = data_folder() / "henon.toml"
 

@@ -9,7 +9,7 @@ import pytest
 
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 
 TEXTS = ["},{", '"},{"', "a\\", '\\"},{', "plain"]
 

@@ -22,7 +22,7 @@ from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.words.ellipsoid_size import _determinant
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 
 Exact = tuple[Fraction, tuple[Fraction, ...]]
 

@@ -13,20 +13,18 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, TurbineDesign, law_from_gains
-from takagi.certificates.claims.turbine import published_law_data
-from takagi.certificates.design.turbine import designed_law
-from takagi.certificates.document import effort_sharing_law_data
+from takagi.certificates.claims.turbine.published import published_law_data
+from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.models import ModelError
-from takagi.models.laws import (
-    EffortGains,
-    EffortSharingLaw,
-    Law,
-    Measurement,
-    effort_schedule,
-    no_feedforward,
-)
-from takagi.models.turbine import Turbine, derated, nrel5mw
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule, no_feedforward
+from takagi.models.laws.protocol import Law, Measurement
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import derated
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 
 TURBINE = nrel5mw()
 
@@ -150,7 +148,7 @@ def test_laws_of_the_paper_come_back_with_their_turbine(
     data["partial"]["pitch"][3] += 1e-9
     # The models are made once: they are what is compared, not how they are made.
     made = [law.partial, law.full]
-    monkeypatch.setattr("takagi.certificates.design.given.runnable_law._schedules", lambda *_: made)
+    monkeypatch.setattr("takagi.certificates.design.given.turbine_law._schedules", lambda *_: made)
     with pytest.raises(CertificateError, match=r"not made for this turbine: partial\.pitch"):
         law_from_gains(stored(data, tmp_path), TURBINE)
 

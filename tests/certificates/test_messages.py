@@ -10,9 +10,9 @@ import pytest
 from takagi.certificates import CertificateError, certify, check
 from takagi.certificates.checker.files.given_files import EARLIER
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.document import dumps
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models import sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.conftest import resealed
 
 GAIN = "checked without a gain file: the verdict is about the gains inside the certificate"

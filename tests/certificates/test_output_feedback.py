@@ -14,21 +14,19 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import (
-    PlantDesign,
-    certify_filed,
-    certify_plant,
-    design_plant,
-)
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import certify_filed, certify_plant, design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
-from takagi.models.files import data_folder
-from takagi.models.plant import PlantSettings
-from takagi.models.plant_files import load_plant
-from takagi.reports.code import ProgramRun, read_controller
-from takagi.reports.gains_file import dump_gains, plant_gain_file
-from takagi.reports.sections.plant import plant_report
-from takagi.reports.simulation import simulate_plant, simulation_data
+from takagi.models.files.library import data_folder
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import load_plant
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
+from takagi.reports.sections.plant.page import plant_report_files
+from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 FILE = data_folder() / "flexible_link.toml"
 PENDULUM = """
@@ -244,7 +242,7 @@ def test_a_forged_observer_in_the_certificate_is_noticed() -> None:
     """L is a part of the law: its hash, and the inequality, go with it."""
     from copy import deepcopy
 
-    from takagi.certificates.document import certificate_document
+    from takagi.certificates.document.certificate_file import certificate_document
 
     document: Any = deepcopy(link().document)
     document["gains"]["observer"]["L"][0][0][0] *= -1
@@ -293,7 +291,7 @@ def test_wishes_that_are_not_proved_are_refused(
 
 @pytest.mark.slow
 def test_the_report_is_about_the_law_with_outputs() -> None:
-    page = plant_report(link())
+    page = plant_report_files(link()).html
 
     assert "an observer has tm in the place of the states" in page
     assert "Gains L of the observer" in page and "whose shadow on the states" in page

@@ -14,23 +14,23 @@ from scipy.integrate import solve_ivp
 
 from takagi.certificates import CertificateError, Claim, Verdict
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine import (
+from takagi.certificates.claims.turbine.published import (
     PublishedCandidate,
-    merged,
     overlap_candidates,
     published_candidate,
     published_claim,
     published_law_data,
     with_overlaps,
 )
-from takagi.certificates.document import certificate_document, turbine_data
+from takagi.certificates.claims.turbine.published_search import merged
+from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.models import nrel5mw
-from takagi.models.laws import Measurement, PublishedLaw, published_law
-from takagi.models.laws.published import PublishedLawName, RegionalSchedule
+from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine import rotor_torque
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.regional_schedule import RegionalSchedule, regional_schedule
+from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.paper_models import regional_models
 
 TURBINE = nrel5mw()

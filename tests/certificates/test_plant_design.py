@@ -11,18 +11,14 @@ import sympy as sp
 
 from takagi.certificates import Verdict
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant import (
-    PlantDesign,
-    certify_plant,
-    design_plant,
-    reach_rates,
-    rounded_gains,
-)
+from takagi.certificates.design.plant.design import certify_plant, design_plant
+from takagi.certificates.design.plant.gains import rounded_gains
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.design.plant.wishes import reach_rates
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, load_model
-from takagi.models.files import built_in_kinds
-from takagi.models.plant import PlantSettings
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant import largest_commands
+from takagi.models.files.library import built_in_kinds
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.reports.loops.plant_loop import largest_commands, plant_loop
 
 X, V, U = sp.symbols("x v u", real=True)
 

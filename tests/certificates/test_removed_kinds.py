@@ -15,7 +15,8 @@ from takagi.certificates import CertificateError, check
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.replay import claim_kinds
 from takagi.certificates.checker.replay.removed_kinds import LAST_READER, NO_LONGER_READ
-from takagi.certificates.cross_check import judge_document, opinion
+from takagi.certificates.cross_check import opinion
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.cli.main import main
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.turbine.running_documents import sealed

@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates import check
 from takagi.certificates.checker import CertificateError, Verdict, check_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data
 
 

@@ -12,7 +12,7 @@ from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.arithmetic.interval import ONE, enclose, hull, point
 from takagi.certificates.checker.arithmetic.spline import PAD, Spline
 from takagi.models import Interval, Surface, nrel5mw
-from takagi.models.intervals import exact
+from takagi.models.intervals.interval import exact
 
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 

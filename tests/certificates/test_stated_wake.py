@@ -13,12 +13,12 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.arithmetic.spline import Spline
-from takagi.certificates.checker.files.frozen_wake import scaled_slopes
-from takagi.certificates.checker.files.turbine_file import compare_turbine
+from takagi.certificates.checker.files.turbine_file import compare_turbine, scaled_slopes
 from takagi.certificates.checker.kernel.reader import matrix, member, numbers
-from takagi.certificates.document import turbine_data
-from takagi.models.laws import effort_schedule
-from takagi.models.turbine import load_turbine, model_files, rotor_torque_gradient
+from takagi.certificates.document.certificate_file import turbine_data
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.loader import load_turbine, model_files
 from takagi.models.turbine.trim import trim
 
 FILE = model_files("iea15mw")[0]

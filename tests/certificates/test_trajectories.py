@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from takagi.models import Turbine
-from takagi.models.laws import EffortSharingLaw, Measurement
-from takagi.models.ramps import effort_ramp_slope
-from takagi.models.ramps.effort_ramp import effort_ramp
-from takagi.models.turbine import rotor_torque, rotor_torque_gradient
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 STEP = 0.02

@@ -13,8 +13,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.audit import Trusted, check_counted, code_lines
-from takagi.certificates.audit.trusted_lines import FOLDER
+from takagi.certificates.audit.trusted_lines import FOLDER, Trusted, check_counted, code_lines
 from takagi.certificates.checker import CertificateError, Verdict, check
 from takagi.certificates.checker.words.sentences import decay as decay_words
 from takagi.certificates.claims.turbine.loop_claims import loop_claims

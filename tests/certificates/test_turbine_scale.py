@@ -8,20 +8,26 @@ import pytest
 
 from takagi.certificates import DesignSettings
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine import (
+from takagi.certificates.claims.turbine.effort_sharing import (
     DEFAULT_BOX,
     effort_sharing_candidate,
     effort_sharing_claim,
 )
-from takagi.certificates.design.turbine import default_settings, scale
-from takagi.certificates.design.turbine.regions import regional_design
-from takagi.certificates.document import certificate_document, effort_sharing_law_data, turbine_data
-from takagi.certificates.document.provenance import provenance
+from takagi.certificates.design.turbine import scale
+from takagi.certificates.design.turbine.published_law import regional_design
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    effort_sharing_law_data,
+    provenance,
+    turbine_data,
+)
 from takagi.lmi.turbine import FULL_LOAD, PARTIAL_LOAD, EffortSettings, effort_gains
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws import EffortSharingLaw, effort_schedule
-from takagi.models.turbine import load_turbine, model_files, reference_speed
-from takagi.models.turbine.trim import TABLE_SHARE
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.loader import load_turbine, model_files
+from takagi.models.turbine.trim import TABLE_SHARE, reference_speed
 
 
 def test_the_reference_keeps_its_settings() -> None:

@@ -7,8 +7,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model, sector_model
 
 Floats = NDArray[np.float64]

@@ -14,11 +14,15 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.claims.turbine import DEFAULT_UNCERTAINTY, effort_sharing_claim
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.design.given import certify_law
+from takagi.certificates.claims.turbine.effort_sharing import (
+    DEFAULT_UNCERTAINTY,
+    effort_sharing_claim,
+)
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.given.turbine_law import certify_law
 from takagi.models import ModelError
-from takagi.models.files import data_folder
+from takagi.models.files.library import data_folder
 from tests.certificates.conftest import resealed
 
 

@@ -26,11 +26,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from takagi.certificates.design.turbine import default_settings
+from takagi.certificates.design.turbine.scale import default_settings
 from takagi.lmi.turbine import EffortSettings, effort_gains
 from takagi.models import Turbine, WindObserver
-from takagi.models.laws import EffortSharingLaw, Measurement, effort_schedule
-from takagi.models.turbine import load_turbine
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.laws.protocol import Measurement
+from takagi.models.turbine.loader import load_turbine
 
 Floats = NDArray[np.float64]
 

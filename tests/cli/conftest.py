@@ -26,8 +26,9 @@ def finished(turbine_design: TurbineDesign) -> TurbineDesign:
 
 def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> Files:
     """The files of a design, figures and report replaced by a word: they are tested elsewhere."""
-    from takagi.certificates.document import dumps
-    from takagi.reports.gains_file import dump_gains, gain_file
+    from takagi.certificates.document.certificate_file import dumps
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.turbine import gain_file
 
     if tell is not None:
         tell("report")

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from takagi.cli.main import main
-from takagi.models.files import data_folder
+from takagi.models.files.library import data_folder
 
 Capture = pytest.CaptureFixture[str]
 

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from takagi.certificates.checker import Verdict, check
-from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
-from takagi.certificates.document import dumps, effort_sharing_law_data
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
+from takagi.certificates.document.certificate_file import dumps, effort_sharing_law_data
 from takagi.cli.main import main
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 from tests.turbine_designs import recorded_cells_for_sought, recorded_rows, running_loop
 
 if TYPE_CHECKING:

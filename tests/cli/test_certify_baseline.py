@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.cli.main import main
 from tests.cli.cubic import CUBIC
 

@@ -11,11 +11,13 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, check, check_document
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.design.plant import PlantDesign, certify_filed, design_plant
+from takagi.certificates.design.plant.design import certify_filed, design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import as_read
 from takagi.cli.main import main
-from takagi.models.plant_files import load_plant, plant_files
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.models.plant_files.loader import PlantFile, load_plant
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 
 Capture = pytest.CaptureFixture[str]
 PENDULUM = """
@@ -48,7 +50,7 @@ def gains(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("old")
     (folder / "plant.toml").write_text(PENDULUM, encoding="utf-8")
     found = design_plant(
-        load_plant(folder / "plant.toml"), files=plant_files(folder / "plant.toml")
+        load_plant(folder / "plant.toml"), files=PlantFile.of(folder / "plant.toml").files
     )
     assert isinstance(found, PlantDesign) and found.proved
     (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
@@ -92,7 +94,7 @@ def test_old_gains_are_proved_on_a_changed_plant(
 def filed(text: str, gains: Path, folder: Path) -> PlantDesign:
     path = folder / "plant.toml"
     path.write_text(text, encoding="utf-8")
-    return certify_filed(load_plant(path), gains, files=plant_files(path))
+    return certify_filed(load_plant(path), gains, files=PlantFile.of(path).files)
 
 
 def test_the_premises_of_the_file_are_kept(gains: Path, tmp_path: Path) -> None:
@@ -203,7 +205,7 @@ def test_the_largest_box_in_which_old_gains_hold_is_found(tmp_path: Path, capsys
     small, plant = tmp_path / "small.toml", tmp_path / "plant.toml"
     small.write_text(CUBIC.replace("[-1, 1]", "[-0.5, 0.5]"), encoding="utf-8")
     plant.write_text(CUBIC, encoding="utf-8")
-    found = design_plant(load_plant(small), files=plant_files(small))
+    found = design_plant(load_plant(small), files=PlantFile.of(small).files)
     assert isinstance(found, PlantDesign)
     content = plant_gain_file(found)
     content["law"] |= {"K": [[[1.5]]] * 2}
@@ -244,12 +246,12 @@ def test_a_law_with_weights_of_its_own_keeps_its_limits(tmp_path: Path) -> None:
     old, plant = tmp_path / "old.toml", tmp_path / "plant.toml"
     old.write_text(limited, encoding="utf-8")
     plant.write_text(limited.replace("torque)/mass", "torque - drag*rate*abs(rate))/mass"), "utf-8")
-    found = design_plant(load_plant(old), files=plant_files(old))
+    found = design_plant(load_plant(old), files=PlantFile.of(old).files)
     assert isinstance(found, PlantDesign)
     gains = tmp_path / "gains.json"
     gains.write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
 
-    proved = certify_filed(load_plant(plant), gains, files=plant_files(plant))
+    proved = certify_filed(load_plant(plant), gains, files=PlantFile.of(plant).files)
 
     assert proved.law is None and proved.proved
     (claim,) = (c for c in proved.document["claims"] if c["kind"] == "input-limits")

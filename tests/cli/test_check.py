@@ -22,7 +22,7 @@ from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel import refusal
 from takagi.certificates.checker.kernel.refusal import OtherGains
 from takagi.cli.main import main
-from takagi.models.files import data_folder
+from takagi.models.files.library import data_folder
 
 Capture = pytest.CaptureFixture[str]
 

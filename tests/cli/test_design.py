@@ -41,7 +41,7 @@ def test_the_folder_holds_what_is_promised(asked: Any, tmp_path: Path, capsys: C
 
 def test_the_certificate_is_about_the_gain_file_and_the_model(asked: Any, tmp_path: Path) -> None:
     """The independent checker accepts what was written, with both companions."""
-    from takagi.models.turbine import model_files
+    from takagi.models.turbine.loader import model_files
 
     main(["design", "nrel5mw", "--out", str(tmp_path)])
     checked = check(

@@ -20,7 +20,7 @@ PAGE = (ROOT / "docs/first-plants.md").read_text(encoding="utf-8")
 @pytest.fixture(autouse=True)
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The plants of the page in a folder of their own; reports are tested elsewhere."""
-    from takagi.reports.page import ReportFiles
+    from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 
     for name, text in re.findall(r"`(\w+\.toml)`:\n\n```toml\n(.*?)```", PAGE, flags=re.DOTALL):

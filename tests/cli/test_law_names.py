@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.certificates.design.turbine import LAWS
+from takagi.certificates.design.turbine.settings import LAWS
 from takagi.cli.main import main
-from takagi.cli.options import IN_FILES, law_in_files, typed_name
+from takagi.cli.options.turbine_options import IN_FILES, law_in_files, typed_name
 
 
 def test_every_law_of_the_files_has_a_name_to_type() -> None:

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from takagi.cli.options.design_options import design_settings
+from takagi.cli.options.turbine_settings import design_settings
 from takagi.models import ModelError
-from takagi.models.turbine import nrel5mw
+from takagi.models.turbine.loader import nrel5mw
 
 TURBINE = nrel5mw()
 

@@ -12,10 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.document import certificate_document
-from takagi.cli.errors import guard
-from takagi.cli.main import main
-from takagi.cli.verb_table import VERBS, Verb
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.cli.command import guard
+from takagi.cli.main import VERBS, Verb, main
 from takagi.models import ModelError
 
 Capture = pytest.CaptureFixture[str]

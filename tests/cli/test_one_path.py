@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
-from takagi.models.files import data_folder, toml_document
+from takagi.models.files import toml_document
+from takagi.models.files.library import data_folder
 
 
 def test_numbers_of_a_turbine_file_are_the_floats_nearest_to_them() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from takagi.certificates.checker import Verdict, check
 from takagi.cli.main import main
-from takagi.models.files import data_folder
+from takagi.models.files.library import data_folder
 from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]

@@ -20,13 +20,15 @@ Capture = pytest.CaptureFixture[str]
 @pytest.fixture(scope="module")
 def designed(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The gain file of a design, without its drawings."""
-    from takagi.certificates.design.plant import PlantDesign, design_plant
-    from takagi.models.plant_files import load_plant, plant_files
-    from takagi.reports.gains_file import dump_gains, plant_gain_file
+    from takagi.certificates.design.plant.design import design_plant
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.models.plant_files.loader import PlantFile, load_plant
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file
 
     plant = tmp_path_factory.mktemp("designed") / "cubic.toml"
     plant.write_text(CUBIC, encoding="utf-8")
-    found = design_plant(load_plant(plant), files=plant_files(plant))
+    found = design_plant(load_plant(plant), files=PlantFile.of(plant).files)
     assert isinstance(found, PlantDesign)
     return dump_gains(plant_gain_file(found))
 
@@ -124,8 +126,8 @@ def test_a_proof_about_vertices_alone_is_no_proof_about_the_plant(
     verb: str, cubic: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where the equations cannot be written into the certificate: status 1, and it is said."""
-    from takagi.certificates.claims.plant import certificate as plant_certificate
-    from takagi.reports.page import ReportFiles
+    from takagi.certificates.claims import certification as plant_certificate
+    from takagi.reports.page.assembly import ReportFiles
     from takagi.reports.sections.plant import page
 
     nothing: tuple[None, list[object], tuple[str]] = (

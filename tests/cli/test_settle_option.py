@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from takagi.cli.options import plant_settings
+from takagi.cli.options.plant_options import plant_settings
 from takagi.models import ModelError
-from takagi.models.plant_files import PlantFile
+from takagi.models.plant_files.loader import PlantFile
 
 SPRING = PlantFile.of("mass_spring_damper")
 

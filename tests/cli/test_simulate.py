@@ -11,7 +11,8 @@ import pytest
 
 from takagi.cli.main import main
 from takagi.models import Turbine
-from takagi.reports.simulation import ChosenLaws, laws
+from takagi.reports.simulation import laws
+from takagi.reports.simulation.laws import ChosenLaws
 
 Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--law", "baseline", "--duration", "6")
@@ -138,7 +139,7 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
     """1, with a dash in the table and the time in a sentence."""
     import numpy as np
 
-    from takagi.models.simulation import BaselineLaw
+    from takagi.models.simulation.baseline import BaselineLaw
 
     class Wild(BaselineLaw):
         """The reference's controller, its state no number after one step."""

@@ -9,12 +9,15 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError
-from takagi.certificates.document import effort_sharing_law_data
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.turbine import Turbine, derated, nrel5mw
-from takagi.reports.simulation import filed_law
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import derated
+from takagi.reports.simulation import laws
 
 Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--scenario", "step", "--duration", "4", "--json")
@@ -64,7 +67,7 @@ def test_the_observer_has_the_limits_of_its_file(
     content = json.loads(path.read_text(encoding="utf-8"))
     content["observer"] |= {"wind_limits": limits} if limits else {}
     path.write_text(json.dumps(content), encoding="utf-8")
-    seen: Any = filed_law.filed_laws(turbine, path)[1].observer
+    seen: Any = laws.filed_laws(turbine, path)[1].observer
     assert seen.limits == (tuple(limits) if limits else (1.5, 37.5))
     assert seen.wind_estimate([1.2, 20.0]) == (12.0 if limits else 20.0)
 
@@ -76,7 +79,7 @@ def test_limits_of_the_estimate_that_are_none_are_refused(tmp_path: Path, limits
     content["observer"]["wind_limits"] = limits
     path.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises((CertificateError, ModelError), match=r"wind.limits"):
-        filed_law.filed_laws(nrel5mw(), path)
+        laws.filed_laws(nrel5mw(), path)
 
 
 def test_a_derated_law_gives_its_power(tmp_path: Path, capsys: Capture) -> None:

@@ -48,11 +48,13 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def gains(cart: Path) -> Path:
     """u = -3 x, held within the range of the input."""
-    from takagi.certificates.design.plant import PlantDesign, design_plant
-    from takagi.models.plant_files import load_plant, plant_files
-    from takagi.reports.gains_file import dump_gains, plant_gain_file
+    from takagi.certificates.design.plant.design import design_plant
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.models.plant_files.loader import PlantFile, load_plant
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.plant import plant_gain_file
 
-    found = design_plant(load_plant(cart), files=plant_files(cart))
+    found = design_plant(load_plant(cart), files=PlantFile.of(cart).files)
     assert isinstance(found, PlantDesign)
     content = plant_gain_file(found)
     content["law"] |= {"K": [[[3.0]]] * len(content["law"]["K"])}

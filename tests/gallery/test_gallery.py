@@ -14,9 +14,9 @@ import pytest
 import sympy as sp
 
 from takagi.certificates.design.design import NoDesign
-from takagi.certificates.design.plant import design_plant
+from takagi.certificates.design.plant.design import design_plant
 from takagi.models import Plant, load_model, sector_model
-from takagi.models.files import built_in_kinds
+from takagi.models.files.library import built_in_kinds
 from tests.gallery.textbook_loop import textbook_loop
 
 HERE = Path(__file__).resolve().parent

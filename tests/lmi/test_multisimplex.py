@@ -10,8 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi.polynomials.simplex_polynomials import Basis, Known
-from takagi.lmi.polynomials.unknown_polynomial import UnknownPolynomial, contributions
+from takagi.lmi.polynomials.simplex_polynomials import (
+    Basis,
+    Known,
+    UnknownPolynomial,
+    contributions,
+)
 
 Floats = NDArray[np.float64]
 simplexes = st.lists(st.tuples(st.integers(1, 4), st.integers(0, 3)), min_size=1, max_size=3)

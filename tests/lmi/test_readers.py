@@ -23,9 +23,9 @@ from takagi.lmi import (
     pdc_condition,
 )
 from takagi.lmi.condition import fractions, lmi_value, smallest_eigenvalues
+from takagi.lmi.condition.term import Labels
 from takagi.lmi.cone import pack, unpack
 from takagi.lmi.cone.assemble import assemble
-from takagi.lmi.decision.item_rounds import Labels
 from takagi.models import ModelError, TSModel
 
 Floats = NDArray[np.float64]

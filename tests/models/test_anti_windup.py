@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.simulation import History, constant_wind, design_plant, simulate
-from takagi.models.turbine import Turbine, nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.simulation.closed_loop import History, simulate
+from takagi.models.simulation.turbine_plant import design_plant
+from takagi.models.simulation.wind import constant_wind
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
 
 Array = NDArray[np.float64]
 FAULT = (5.0, 45.0)

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.laws import Law, Measurement
-from takagi.models.simulation import (
-    BaselineLaw,
-    constant_wind,
-    simulate,
-    step_wind,
-    validation_plant,
-)
-from takagi.models.turbine import nrel5mw
+from takagi.models.laws.protocol import Law, Measurement
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.simulation.wind import constant_wind, step_wind
+from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import trim
 
 

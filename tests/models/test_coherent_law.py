@@ -8,17 +8,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, nrel5mw
-from takagi.models.laws import (
-    EffortGains,
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import (
     EffortSchedule,
-    EffortSharingLaw,
     Feedforward,
-    Measurement,
     effort_schedule,
     known_rate_feedforward,
     no_feedforward,
 )
-from takagi.models.ramps.effort_ramp import effort_ramp
+from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps import effort_ramp
 
 WINDS = st.floats(3, 25)
 ERRORS = st.floats(-0.06, 0.06)

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, Turbine, nrel5mw
-from takagi.models.laws import EffortSchedule, effort_schedule
-from takagi.models.laws.effort_sharing import frozen_wake_effectiveness
-from takagi.models.turbine import reference_speed, rotor_torque
-from takagi.models.turbine.trim import trim
+from takagi.models.laws.effort_sharing.schedule import (
+    EffortSchedule,
+    effort_schedule,
+    frozen_wake_effectiveness,
+)
+from takagi.models.turbine.aerodynamics import rotor_torque
+from takagi.models.turbine.trim import reference_speed, trim
 
 
 @pytest.fixture(scope="module")

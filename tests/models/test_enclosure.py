@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.ranges import Interval, exact
+from takagi.models.intervals.interval import Interval, exact
 
 RATIONALS = st.fractions(min_value=-50, max_value=50, max_denominator=1000)
 LAWS = settings(max_examples=60, deadline=None, derandomize=True)

@@ -16,20 +16,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Turbine, built_in_models, load_model
-from takagi.models.files import data_folder
-from takagi.models.files.coefficient_table import read_coefficient_table
+from takagi.models.files.csv_table import read_coefficient_table
+from takagi.models.files.library import data_folder
 from takagi.models.files.units import UNITS
-from takagi.models.laws.effort_sharing import frozen_wake_effectiveness
-from takagi.models.simulation import BaselineLaw
-from takagi.models.turbine import (
-    load_turbine,
+from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.loader import load_turbine
+from takagi.models.turbine.trim import (
+    TABLE_SHARE,
     optimal_tip_speed_ratio,
     optimal_torque_constant,
     rated_wind,
-    rotor_torque,
-    rotor_torque_gradient,
+    trim,
 )
-from takagi.models.turbine.trim import TABLE_SHARE, trim
 
 FILES = ("iea15mw.toml", "iea15mw_cp.csv", "iea15mw_ct.csv")
 
@@ -189,7 +189,7 @@ def test_the_baseline_rests_at_the_trim() -> None:
     turbine = iea()
     law = BaselineLaw(turbine)
     point = trim(turbine, 16.0)
-    from takagi.models.laws import Measurement
+    from takagi.models.laws.protocol import Measurement
 
     command = law.command(
         law.initial_state(16.0), Measurement(point.rotor_speed, point.pitch, 16.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sympy as sp
 
 from takagi.models import Interval
-from takagi.models.ranges import with_exponentials_as_symbols
 from takagi.models.ranges.expression_range import expression_range
+from takagi.models.ranges.symbolic_steps import with_exponentials_as_symbols
 
 T, c = sp.symbols("T c", real=True)
 FIRST = sp.exp(-sp.Rational(97583, 10) / T)

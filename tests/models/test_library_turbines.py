@@ -21,9 +21,10 @@ from takagi.models import (
     load_model,
     partial_load_model,
 )
-from takagi.models.files import built_in_kinds
-from takagi.models.turbine import OperatingBand, load_turbine, rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.operating_band import operating_band, slope_range
+from takagi.models.files.library import built_in_kinds
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.loader import load_turbine
+from takagi.models.turbine.operating_band import OperatingBand, operating_band, slope_range
 
 Floats = NDArray[np.float64]
 

@@ -68,10 +68,10 @@ def test_a_struct_as_the_export_writes_it(tmp_path: Path) -> None:
         ({"A": np.eye(2), "sample_time": "x"}, "sample_time is of type"),
         ({"A": np.eye(2), "sample_time": [0.1, 0.2]}, "sample_time has 2 numbers"),
         ({"takagi": np.eye(2)}, "has no A"),
-        ({"A": np.full((2, 2, 2), np.nan)}, "A has a number that is not finite"),
+        ({"A": np.full((2, 2, 2), np.nan)}, "every entry must be finite"),
         (
             {"A": np.ones((2, 2, 2)), "B": np.ones((3, 1, 2))},
-            r"B has shape \(3, 1, 2\); .* \(2, m, 2\) is needed",
+            r"B has shape \(2, 3, 1\), .* B must be \(2, 2, 1\)",
         ),
     ],
 )

@@ -10,16 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.simulation import (
-    BaselineLaw,
-    History,
-    constant_wind,
-    damage_equivalent_load,
-    measure,
-    simulate,
-    validation_plant,
-)
-from takagi.models.turbine import nrel5mw
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import History, simulate
+from takagi.models.simulation.scenario import damage_equivalent_load, measure
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.simulation.wind import constant_wind
+from takagi.models.turbine.loader import nrel5mw
 
 
 def astm_example() -> tuple[list[float], float]:

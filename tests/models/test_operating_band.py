@@ -9,9 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, nrel5mw
-from takagi.models.turbine import OperatingBand, rotor_torque_gradient
-from takagi.models.turbine.operating_band import operating_band
-from takagi.models.turbine.torque_slope import Slope, slope_enclosure, slope_gradient
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.operating_band import (
+    OperatingBand,
+    Slope,
+    operating_band,
+    slope_enclosure,
+    slope_gradient,
+)
 
 SLOPES: tuple[Slope, ...] = ("speed", "pitch", "wind")
 POINTS = st.tuples(st.floats(1.0, 1.3), st.floats(0.01, 0.35), st.floats(9.0, 22.0))

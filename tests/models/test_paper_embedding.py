@@ -11,18 +11,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws import Measurement, PublishedLaw, published_law
-from takagi.models.laws.published import (
-    LoopFigures,
-    PublishedCell,
-    PublishedLawName,
-    enclosed_cell,
-    loop_figures,
-)
+from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.equilibrium import equilibrium
+from takagi.models.laws.published.law import PublishedLaw, PublishedLawName, published_law
+from takagi.models.laws.published.loop_cells import PublishedCell, enclosed_cell
+from takagi.models.laws.published.loop_tables import LoopFigures, loop_figures
 from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine import rotor_torque
+from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]

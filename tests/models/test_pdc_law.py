@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.laws import PdcLaw
+from takagi.models.laws.pdc import PdcLaw
 
 X, V, U, W = sp.symbols("x v u w", real=True)
 K = np.array([[[3.0, 1.0]], [[7.0, 2.0]]])

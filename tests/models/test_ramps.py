@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.ramps import Ramp, Shape
-from takagi.models.ramps.membership_ramp import rated_speed_ramp
+from takagi.models.ramps import Ramp, Shape, rated_speed_ramp
 
 RATED = 1.267109  # rad/s, 12.1 rpm of the NREL 5-MW reference turbine
 shapes = st.sampled_from(get_args(Shape))

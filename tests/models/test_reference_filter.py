@@ -9,10 +9,12 @@ from scipy.integrate import solve_ivp
 from scipy.signal import step
 
 from takagi.models import ModelError
-from takagi.models.laws import FilteredReferenceLaw, Law, Measurement, ReferenceFilter
-from takagi.models.laws.published import PublishedLawName
-from takagi.models.laws.sampled import sampled
-from takagi.models.simulation import design_plant, simulate, step_wind
+from takagi.models.laws.protocol import Law, Measurement, sampled
+from takagi.models.laws.published.law import PublishedLawName
+from takagi.models.laws.published.reference_filter import FilteredReferenceLaw, ReferenceFilter
+from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation.turbine_plant import design_plant
+from takagi.models.simulation.wind import step_wind
 from tests.models.test_paper_law import TURBINE, make_law
 
 Array = NDArray[np.float64]

@@ -14,27 +14,16 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from takagi.models import ModelError
-from takagi.models.laws import (
-    Command,
-    EffortGains,
-    EffortSharingLaw,
-    Measurement,
-    SampledLaw,
-    effort_schedule,
-)
-from takagi.models.laws.sampled import sampled
-from takagi.models.simulation import (
-    BaselineLaw,
-    History,
-    constant_wind,
-    design_plant,
-    simulate,
-    step_wind,
-    turbulent_wind,
-    validation_plant,
-)
-from takagi.models.simulation.closed_loop import fitting_step
-from takagi.models.turbine import Turbine, nrel5mw, rotor_torque_gradient
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw, sampled
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import History, fitting_step, simulate
+from takagi.models.simulation.turbine_plant import design_plant, validation_plant
+from takagi.models.simulation.wind import constant_wind, same_turbulence, step_wind
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.loader import nrel5mw
 
 Array = NDArray[np.float64]
 REST = Command(4e4, 0.1)
@@ -113,7 +102,7 @@ def test_a_ramp_is_fed_forward_at_its_own_rate(law: EffortSharingLaw, filter_tim
 
 def test_without_a_filter_the_state_keeps_its_wind(law: EffortSharingLaw) -> None:
     """tau_f = 0: nothing to discretise."""
-    from takagi.models.laws import no_feedforward
+    from takagi.models.laws.effort_sharing.schedule import no_feedforward
 
     direct = replace(law, wind_filter=0.0, feedforward=no_feedforward(law.schedule))
 
@@ -164,7 +153,7 @@ def test_what_is_sent_moves_no_faster_than_its_limits(law: EffortSharingLaw) -> 
 
 def run(law: EffortSharingLaw | SampledLaw, turbine: Turbine) -> History:
     """Return 30 s across rated wind on the validation plant."""
-    wind = turbulent_wind(12.0, 0.15, 30.0, 2)
+    wind = same_turbulence((12.0,), 0.15, 30.0, 2)[0]
     return simulate(validation_plant(turbine), law, wind)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Interval, ModelError, TSModel, sector_model
-from takagi.models.sector import expression_range, expression_value
+from takagi.models.ranges.expression_range import expression_range, expression_value
 
 X1, X2, U = sp.symbols("x1 x2 u", real=True)
 Z1, Z2, Z3, Z4 = sp.symbols("z1:5")
@@ -184,9 +185,9 @@ def test_parameters_disturbances_and_outputs() -> None:
     assert sorted(model.A.ravel().tolist()) == pytest.approx([-2, 0], abs=1e-5)
 
 
-def _with(**changes: object) -> object:
-    options: dict[str, object] = {"box": BOX, "matrices": MATRICES, "premises": PREMISES}
-    return lambda: sector_model(pendulum(), [X1, X2], [U], **(options | changes))  # type: ignore[call-overload]
+def _with(**changes: Any) -> object:
+    options: dict[str, Any] = {"box": BOX, "matrices": MATRICES, "premises": PREMISES}
+    return lambda: sector_model(pendulum(), [X1, X2], [U], **(options | changes))
 
 
 WRONG_SIGN = {**MATRICES, "A": [[0, 1], [sp.Rational(49, 5) * Z1 * Z2, Z1 * Z3 / 20]]}

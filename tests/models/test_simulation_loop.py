@@ -10,22 +10,18 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from takagi.models import ModelError, WindObserver
-from takagi.models.laws import Command, Measurement
-from takagi.models.simulation import (
-    BaselineLaw,
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import History, simulate
+from takagi.models.simulation.dynamics import plant_rate as turbine_rate
+from takagi.models.simulation.turbine_plant import (
     Flag,
-    History,
     SimulatedTurbine,
-    constant_wind,
     design_plant,
-    plant_derivative,
-    ramp_wind,
-    simulate,
-    step_wind,
-    turbulent_wind,
     validation_plant,
 )
-from takagi.models.turbine import nrel5mw
+from takagi.models.simulation.wind import constant_wind, ramp_wind, same_turbulence, step_wind
+from takagi.models.turbine.loader import nrel5mw
 
 Array = NDArray[np.float64]
 
@@ -53,7 +49,7 @@ def baseline_run(
     plant: SimulatedTurbine, *, time_step: float = 0.02, sample: float = 0.04
 ) -> History:
     """Return 60 s of the reference's controller across rated wind."""
-    wind = turbulent_wind(12.0, 0.15, 60.0, 2)
+    wind = same_turbulence((12.0,), 0.15, 60.0, 2)[0]
     law = BaselineLaw(plant.turbine)
     return simulate(plant, law, wind, time_step=time_step, controller_step=sample)
 
@@ -112,7 +108,7 @@ def test_halving_the_sampling_converges() -> None:
 
 
 def test_loop_equals_an_adaptive_solver() -> None:
-    """Constant commands from trim: scipy's DOP853 on ``plant_derivative``, no limit being met."""
+    """Constant commands from trim: scipy's DOP853 on ``plant_rate``, no limit being met."""
     plant = validation_plant(nrel5mw(), torsion=True, wake=True)
     start, point = plant.initial_state(14.0)
     history = simulate(
@@ -122,7 +118,7 @@ def test_loop_equals_an_adaptive_solver() -> None:
     )
 
     def rate(_: float, state: Array) -> Array:
-        return plant_derivative(plant, state.tolist(), point.torque, point.pitch + 0.02, 14.0)
+        return turbine_rate(plant)(state, point.torque, point.pitch + 0.02, 14.0)
 
     solved = solve_ivp(rate, (0.0, 20.0), start, method="DOP853", rtol=1e-9, atol=1e-11)
 

@@ -9,28 +9,32 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from takagi.models import ModelError, Surface
-from takagi.models.simulation import (
-    SimulatedTurbine,
-    SpeedFilter,
-    design_plant,
+from takagi.models import Floats, ModelError, Surface
+from takagi.models.simulation.dynamics import (
+    dynamics,
     equilibrium_state,
     loads,
-    plant_derivative,
     plant_rate,
-    validation_plant,
 )
-from takagi.models.simulation.dynamics import dynamics
 from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
-from takagi.models.splines import interpolate
+from takagi.models.simulation.speed_filter import SpeedFilter
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, validation_plant
 from takagi.models.splines.scalar_surface import patch_coefficients, scalar_surface
-from takagi.models.turbine import load_turbine, nrel5mw, rotor_thrust, rotor_torque
+from takagi.models.splines.surface import interpolate
+from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import DiscWake
+from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import trim
 
 Array = NDArray[np.float64]
+
+
+def derivative(
+    plant: SimulatedTurbine, state: ArrayLike, torque: float, reference: float, wind: float
+) -> Floats:
+    return plant_rate(plant)(np.asarray(state, dtype=np.float64), torque, reference, wind)
 
 
 def stiff(**parts: Any) -> SimulatedTurbine:
@@ -46,8 +50,8 @@ def jacobian(plant: SimulatedTurbine, wind: float) -> Array:
     for place in range(len(state)):
         step = np.zeros(len(state))
         step[place] = 1e-6
-        ahead = plant_derivative(plant, (state + step).tolist(), point.torque, point.pitch, wind)
-        behind = plant_derivative(plant, (state - step).tolist(), point.torque, point.pitch, wind)
+        ahead = derivative(plant, (state + step).tolist(), point.torque, point.pitch, wind)
+        behind = derivative(plant, (state - step).tolist(), point.torque, point.pitch, wind)
         columns.append((ahead - behind) / 2e-6)
     return np.stack(columns, axis=1)
 
@@ -108,7 +112,7 @@ def test_right_hand_side_is_the_formula(
     """Rotor, pitch drive and tower, with the vectorised aerodynamics at the hub's own wind."""
     turbine = nrel5mw()
     reference, displacement = 0.2, 0.3
-    found = plant_derivative(
+    found = derivative(
         stiff(tower=True),
         [speed, pitch, rate, displacement, tower_speed],
         torque,
@@ -135,12 +139,12 @@ def test_design_plant_is_the_stiff_one() -> None:
     """Two states: J omega' = T_r - n_g T and tau beta' = beta_ref - beta, reference held >= 0."""
     turbine = nrel5mw()
     plant = design_plant(turbine)
-    found = plant_derivative(plant, [1.2, 0.1], 40e3, 0.15, 13.0)
+    found = derivative(plant, [1.2, 0.1], 40e3, 0.15, 13.0)
     balance = float(rotor_torque(turbine, 1.2, 0.1, 13.0)) - 97 * 40e3
 
     assert plant.state_names == ("rotor speed [rad/s]", "pitch [rad]")
     assert found == pytest.approx([balance / turbine.inertia, 0.05 / 0.2])
-    assert plant_derivative(plant, [1.2, 0.1], 40e3, -1.0, 13.0)[1] == pytest.approx(-0.1 / 0.2)
+    assert derivative(plant, [1.2, 0.1], 40e3, -1.0, 13.0)[1] == pytest.approx(-0.1 / 0.2)
 
 
 @pytest.mark.parametrize("wind", [5.0, 8.0, 11.0, 14.0, 25.0])
@@ -165,8 +169,8 @@ def test_the_band_stop_on_the_measured_speed(corner: float) -> None:
     state, torque, pitch = equilibrium_state(plant, 14.0)
     step = 1e-4
     moved = [
-        (plant_derivative(plant, state + step * e, torque, pitch, 14.0)
-         - plant_derivative(plant, state - step * e, torque, pitch, 14.0)) / (2 * step)
+        (derivative(plant, state + step * e, torque, pitch, 14.0)
+         - derivative(plant, state - step * e, torque, pitch, 14.0)) / (2 * step)
         for e in np.eye(len(state))
     ]  # fmt: skip
     A = np.array(moved).T[-3:]
@@ -216,7 +220,7 @@ def test_flap_moves_the_rotor() -> None:
     """f'' = w^2 (C F - f) - 2 d w f', and the rotor meets the wind less 0.6 f'."""
     turbine, plant = nrel5mw(), stiff(flap=True)
     assert turbine.flap is not None
-    found = plant_derivative(plant, [1.2, 0.1, 0.0, 3.0, 0.5], 4e4, 0.1, 13.0)
+    found = derivative(plant, [1.2, 0.1, 0.0, 3.0, 0.5], 4e4, 0.1, 13.0)
     met = 13.0 - turbine.flap.velocity_share * 0.5
     thrust = float(rotor_thrust(turbine, 1.2, 0.1, met))
     w, d = turbine.flap.frequency, turbine.flap.damping
@@ -231,7 +235,7 @@ def test_flap_moves_the_rotor() -> None:
 def test_torque_lags_and_the_wind_ripples() -> None:
     """The rotor feels T, with t_g T' = T_sent - T, and three swings of the wind a turn."""
     turbine, plant = nrel5mw(), stiff(torque_lag=0.1, ripple=0.02)
-    found = plant_derivative(plant, [1.2, 0.1, 0.0, 3e4, np.pi / 9], 4e4, 0.1, 13.0)
+    found = derivative(plant, [1.2, 0.1, 0.0, 3e4, np.pi / 9], 4e4, 0.1, 13.0)
     met = 13.0 * (1 + 0.02 * np.cos(np.pi / 3))
 
     assert plant.state_names[3:] == ("generator torque [N m]", "azimuth [rad]")
@@ -245,13 +249,13 @@ def test_drive_keeps_its_rate_and_its_stops() -> None:
     """At 8 deg/s nothing accelerates outwards; at fine pitch the blade stands."""
     turbine = nrel5mw()
     plant, limit = stiff(tower=True), turbine.pitch_rate_limit
-    fast = plant_derivative(plant, [1.2, 0.1, limit, 0.0, 0.0], 4e4, 1.5, 12.0)
+    fast = derivative(plant, [1.2, 0.1, limit, 0.0, 0.0], 4e4, 1.5, 12.0)
     state = np.array([1.2, -0.01, -0.1, 0.0, 0.0])
     dynamics(plant).hold(state)
 
     assert (fast[1], fast[2]) == (limit, 0.0)
     assert (state[1], state[2]) == (turbine.pitch_min, 0.0)
-    assert plant_derivative(plant, [1.2, 0.1, limit, 0.0, 0.0], 4e4, 0.0, 12.0)[2] < 0
+    assert derivative(plant, [1.2, 0.1, limit, 0.0, 0.0], 4e4, 0.0, 12.0)[2] < 0
 
 
 @pytest.mark.parametrize("wind", [11.4, 12.0, 13.0, 16.0, 20.0, 25.0])
@@ -279,7 +283,7 @@ def test_slow_pitch_meets_the_table() -> None:
     c_t = thrust / (turbine.torque_constant / turbine.rotor_radius * 14.0**2)
     rest = turbine.wake.induction * induction(c_t)[0] * 14.0
     state = np.array([point.rotor_speed, moved, 0.0, rest])
-    found = plant_derivative(plant, state, point.torque, moved, 14.0)
+    found = derivative(plant, state, point.torque, moved, 14.0)
     turning, pull, _ = loads(plant, state[None], np.array([moved]), np.array([14.0]))
     lag = -1 / jacobian(plant, 14.0)[3, 3]
 

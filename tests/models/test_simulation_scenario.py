@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from takagi.models import WindObserver
-from takagi.models.simulation import (
-    BaselineLaw,
-    Case,
-    published_winds,
-    run_case,
-    step_wind,
-    validation_plant,
-)
-from takagi.models.turbine import nrel5mw, rated_wind
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.scenario import Case, published_winds, run_case
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.simulation.wind import step_wind
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import rated_wind
 
 
 def test_paper_winds_lie_as_the_paper_says() -> None:

@@ -10,16 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.turbine import (
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
+from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.trim import (
+    TABLE_SHARE,
     TrimPoint,
-    nrel5mw,
     optimal_tip_speed_ratio,
     rated_wind,
     reference_speed,
-    rotor_torque,
-    rotor_torque_gradient,
+    trim,
 )
-from takagi.models.turbine.trim import TABLE_SHARE, trim
 
 
 def partials() -> list[tuple[float, float, float, float]]:

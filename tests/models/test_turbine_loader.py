@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, built_in_models
-from takagi.models.files import data_folder, resolve_model, to_si
-from takagi.models.files.units import UNITS
-from takagi.models.turbine import load_turbine, nrel5mw
+from takagi.models.files.library import data_folder, resolve_model
+from takagi.models.files.units import UNITS, to_si
+from takagi.models.turbine.loader import load_turbine, nrel5mw
 
 Edit = Callable[[str, str], Path]
 
@@ -122,7 +122,7 @@ def test_tables_name_source_and_licence() -> None:
         ('power = "nrel5mw_cp.csv"', 'power = "gone.csv"', "gone.csv: no such file"),
         ("value = 871.0", "value = 600.0", "region_2_speed.*must exceed"),
         ("0.006673,", "nan,", r"nrel5mw_cp.csv:9: column 2 is 'nan'"),
-        ("0.006673,", "", r"nrel5mw_cp.csv:9: 35 values, but the first row names 36"),
+        ("0.006673,", "", r"nrel5mw_cp.csv:9: 35 values, but line 8 names 36"),
         ("0.006673,", ",", r"column 2 is ''"),
         ("\n2.5,", "\n1.5,", r"nrel5mw_cp.csv:10: tip-speed ratio 1.5 follows 2"),
         ("ratio,-5,-4,", "ratio,-4,-5,", "pitch angle -5 follows -4"),

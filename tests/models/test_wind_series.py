@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError
-from takagi.models.simulation import (
+from takagi.models.simulation.wind import (
     WindSeries,
     constant_wind,
     gust_wind,
+    kaimal_spectrum,
     ramp_wind,
+    rotor_share,
     same_turbulence,
     step_wind,
-    turbulent_wind,
 )
-from takagi.models.simulation.turbulence import kaimal_spectrum, rotor_share
 
 
 def test_point_spectrum_holds_the_variance() -> None:
@@ -58,7 +58,7 @@ def test_rotor_share_of_a_small_rotor_is_one() -> None:
 
 def test_turbulence_has_its_mean_and_the_spectrum_it_was_made_from() -> None:
     """Mean as asked; every line of the periodogram equals S_rotor at its frequency."""
-    wind = turbulent_wind(12.0, 0.15, 300.0, 7, 0.1)
+    wind = same_turbulence((12.0,), 0.15, 300.0, 7, 0.1)[0]
     lines = np.fft.rfft(wind.speed[:-1] - 12.0)[1:-1]
     frequency = np.arange(1, len(lines) + 1) / 300.0
     density = 2 * np.abs(lines) ** 2 * 0.1 / len(wind.speed[:-1])
@@ -71,7 +71,7 @@ def test_turbulence_has_its_mean_and_the_spectrum_it_was_made_from() -> None:
 
 def test_turbulence_follows_from_its_seed() -> None:
     """The same seed gives the same wind, another seed another one."""
-    first, again, other = (turbulent_wind(10.0, 0.1, 60.0, seed) for seed in (3, 3, 4))
+    first, again, other = (same_turbulence((10.0,), 0.1, 60.0, seed)[0] for seed in (3, 3, 4))
 
     assert np.array_equal(first.speed, again.speed)
     assert not np.allclose(first.speed, other.speed, atol=0.1)
@@ -79,8 +79,8 @@ def test_turbulence_follows_from_its_seed() -> None:
 
 def test_a_cut_is_the_beginning_of_its_period() -> None:
     """60 s of a 600 s period are the first 60 s of the 600 s wind."""
-    cut = turbulent_wind(10.0, 0.1, 60.0, 3, period=600.0)
-    whole = turbulent_wind(10.0, 0.1, 600.0, 3)
+    cut = same_turbulence((10.0,), 0.1, 60.0, 3, period=600.0)[0]
+    whole = same_turbulence((10.0,), 0.1, 600.0, 3)[0]
 
     assert np.array_equal(cut.speed, whole.speed[: len(cut.speed)])
 
@@ -143,8 +143,8 @@ def test_misuse_is_told() -> None:
     with pytest.raises(ModelError, match="rate above 0"):
         ramp_wind(8.0, 14.0, 60.0, rate=-1.0)
     with pytest.raises(ModelError, match="0.14 is 14 %"):
-        turbulent_wind(10.0, 14.0, 60.0, 1)
+        same_turbulence((10.0,), 14.0, 60.0, 1)[0]
     with pytest.raises(ModelError, match="period 30 s"):
-        turbulent_wind(10.0, 0.1, 60.0, 1, period=30.0)
+        same_turbulence((10.0,), 0.1, 60.0, 1, period=30.0)[0]
     with pytest.raises(ModelError, match="no mean wind"):
         same_turbulence((), 0.1, 60.0, 1)

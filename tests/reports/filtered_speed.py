@@ -11,7 +11,7 @@ from math import exp
 
 import numpy as np
 
-from takagi.models.simulation import SpeedFilter
+from takagi.models.simulation.speed_filter import SpeedFilter
 
 
 class FilteredSpeed:

@@ -7,7 +7,8 @@ from html.parser import HTMLParser
 
 from takagi.certificates import Checked, Claim
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.page import Section, render
+from takagi.reports.page.assembly import render
+from takagi.reports.page.text import Section
 
 VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 

@@ -6,7 +6,8 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from takagi.reports.margins import DiskMargin, RunningMargins, loop_margins
+from takagi.reports.margins.margins import DiskMargin, loop_margins
+from takagi.reports.margins.running_over_wind import RunningMargins
 
 
 def margin_row(wind: float, loop: str, gain: float, alpha: float, **changed: Any) -> RunningMargins:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model
 
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.appendix import appendix_files
+from takagi.reports.appendix.design_files import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
 
 if TYPE_CHECKING:
@@ -55,13 +55,13 @@ def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
 
 def undrawn(patch: pytest.MonkeyPatch) -> None:
     """Let a figure be one word."""
-    patch.setattr("takagi.reports.figures.figure_to_pdf", lambda _: b"%PDF", raising=False)
+    patch.setattr("takagi.reports.figures.style.figure_to_pdf", lambda _: b"%PDF")
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
     """The same turbine with the published law and a claim that the checker leaves open."""
-    from takagi.models.laws import published_law
     from takagi.models.laws.published.coupling_filter import coupling_filter
+    from takagi.models.laws.published.law import published_law
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine

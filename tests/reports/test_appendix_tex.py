@@ -10,7 +10,7 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.appendix import appendix_files
+from takagi.reports.appendix.design_files import appendix_files
 from tests.reports.tex_runs import compiled, sound
 
 if TYPE_CHECKING:
@@ -29,9 +29,8 @@ def design(turbine_design: TurbineDesign) -> TurbineDesign:
 
 def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
     """The same turbine with a published law and a claim of another kind, in hostile words."""
-    from takagi.models.laws import published_law
-    from takagi.models.laws.published import PublishedLawName
     from takagi.models.laws.published.coupling_filter import coupling_filter
+    from takagi.models.laws.published.law import PublishedLawName, published_law
     from takagi.models.laws.published.regional_schedule import regional_schedule
 
     turbine = design.turbine

@@ -14,17 +14,14 @@ from hypothesis import strategies as st
 from takagi.certificates import Checked, Claim, Verdict
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.document import certificate_document
-from takagi.reports.baseline import (
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.reports.baseline.changes import listed_changes
+from takagi.reports.baseline.comparison import (
     CertificateComparison,
-    as_data,
-    as_markdown,
-    as_text,
     compare_certificates,
     gain_sizes,
-    gain_words,
-    listed_changes,
 )
+from takagi.reports.baseline.words import as_data, as_markdown, as_text, gain_words
 
 Data = dict[str, Any]
 HALVES = {"name": "line", "kind": "decay", "P": [[1, 0], [0, 1]]}

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.reports.page import text
-from takagi.reports.page.rounded_bounds import at_least, at_least_to, at_most, at_most_to
+from takagi.reports.page.rounded_bounds import at_least, at_most, at_most_to
 
 DECIMALS = st.decimals("-1000", "1000", places=7, allow_nan=False).map(float)
 
@@ -19,9 +19,7 @@ def test_the_text_stays_on_the_safe_side(value: float, digits: int) -> None:
     exact = Fraction(repr(value))
 
     assert Fraction(at_least(value, digits)) <= exact <= Fraction(at_most(value, digits))
-    below, above = Fraction(at_least_to(value, digits)), Fraction(at_most_to(value, digits))
-    assert below <= exact <= above
-    assert above - below in (0, Fraction(1, 10**digits))
+    assert 0 <= Fraction(at_most_to(value, digits)) - exact < Fraction(1, 10**digits)
 
 
 @given(st.floats(1e-3, 1e3), st.integers(1, 4))
@@ -42,7 +40,6 @@ def test_the_page_rounds_by_the_same(value: float, digits: int) -> None:
         (at_most_to(3.15777, 2), "3.16"),
         (at_most_to(3.1600000001, 2), "3.17"),
         (at_most_to(2, 2), "2.00"),
-        (at_least_to(0.9999, 0), "0"),
         (at_most_to(-0.2532, 2), "-0.25"),
         (text.at_most(3.1600000001, 2), "3.17"),
         (text.at_least(0.3, 3), "0.300"),

@@ -12,8 +12,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError
-from takagi.reports.margins import DiskMargin, disk_margin, disk_of, loop_margins, loop_response
-from takagi.reports.margins.disk import scaled_bound
+from takagi.reports.margins.margins import (
+    DiskMargin,
+    disk_margin,
+    disk_of,
+    loop_margins,
+    scaled_bound,
+)
+from takagi.reports.margins.response import loop_response
 
 
 def spinning_satellite(controller: Any) -> Any:
@@ -100,11 +106,11 @@ def test_disk_never_promises_more_than_the_classical_margins(gain: float, lag: f
     assert found.disk.alpha >= 2 / (found.sensitivity_peak + found.complementary_peak) - 1e-9
 
 
-def random_matrices(seed: int, size: int) -> NDArray[np.complex128]:
+def random_matrices(seed: int) -> NDArray[np.complex128]:
     """Ten matrices whose rows and columns differ in size by some thousands."""
     generator = np.random.default_rng(seed)
-    values = generator.normal(size=(10, size, size)) + 1j * generator.normal(size=(10, size, size))
-    scale = 10.0 ** generator.uniform(-2, 2, size=(10, size))
+    values = generator.normal(size=(10, 2, 2)) + 1j * generator.normal(size=(10, 2, 2))
+    scale = 10.0 ** generator.uniform(-2, 2, size=(10, 2))
     return np.asarray(scale[:, :, None] * values / scale[:, None, :], dtype=np.complex128)
 
 
@@ -120,21 +126,10 @@ def lower_bound(matrix: NDArray[np.complex128]) -> float:
 @given(seed=st.integers(0, 10_000))
 def test_two_by_two_bound_is_mu_itself(seed: int) -> None:
     """Upper bound by scaling and lower bound by rotation meet (Packard & Doyle 1993)."""
-    matrices = random_matrices(seed, 2)
+    matrices = random_matrices(seed)
     below = [lower_bound(matrix) for matrix in matrices]
 
     assert scaled_bound(matrices) == pytest.approx(below, rel=1e-5)
-
-
-@settings(derandomize=True, max_examples=10, deadline=None)
-@given(seed=st.integers(0, 10_000))
-def test_balanced_bound_lies_between_spectral_radius_and_norm(seed: int) -> None:
-    """For three loops the bound is at least the spectral radius and at most the plain norm."""
-    matrices = random_matrices(seed, 3)
-    bound = scaled_bound(matrices)
-
-    assert np.all(bound >= np.abs(np.linalg.eigvals(matrices)).max(axis=1) * (1 - 1e-9))
-    assert np.all(bound <= np.linalg.norm(matrices, 2, axis=(1, 2)) * (1 + 1e-9))
 
 
 def test_scaling_a_channel_changes_nothing() -> None:

@@ -15,19 +15,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from takagi.reports.figures import (
-    BodeLine,
-    OverlapRow,
-    ResponseLine,
-    bode_figure,
-    cells_figure,
-    decimate,
-    figure_to_png,
-    figure_to_svg,
-    overlaps_figure,
-    poles_figure,
-    response_figure,
-)
+from takagi.reports.figures.cells import OverlapRow, cells_figure, overlaps_figure
+from takagi.reports.figures.loops import BodeLine, bode_figure, poles_figure
+from takagi.reports.figures.response import ResponseLine, response_figure
+from takagi.reports.figures.style import decimate, figure_to_png, figure_to_svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,7 +40,7 @@ def bode() -> Figure:
     for wind, gain in ((12, 0.5), (20, 0.7)):
         response = gain / (1j * omega) * np.exp(-0.3j * omega)
         lines.append(BodeLine(f"{wind} m/s", response, gain, np.pi / 0.6))
-    return bode_figure(omega, lines, title="loop", marks={"tower 0.32 Hz": 2.04, "3P": 3.8})
+    return bode_figure(omega, lines, marks={"tower 0.32 Hz": 2.04, "3P": 3.8})
 
 
 @maker

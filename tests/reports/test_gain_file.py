@@ -13,10 +13,11 @@ from pydantic import ValidationError
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check
-from takagi.certificates.document import dumps
-from takagi.models.laws import Measurement
+from takagi.certificates.document.certificate_file import dumps
+from takagi.models.laws.protocol import Measurement
 from takagi.models.turbine.trim import trim
-from takagi.reports.gains_file import GainFile, dump_gains, gain_file, gain_file_schema
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import GainFile, gain_file, gain_file_schema
 
 
 def test_law_is_the_certificates(turbine_design: TurbineDesign) -> None:

@@ -15,34 +15,29 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.claims.turbine import published_law_data
-from takagi.certificates.controller import bound, gain_file_of
+from takagi.certificates.claims.turbine.published import published_law_data
+from takagi.certificates.controller.content import bound, gain_file_of
 from takagi.certificates.controller.plant_members import plant_members
-from takagi.certificates.design.turbine import designed_law
-from takagi.certificates.document import (
+from takagi.certificates.design.turbine.published_law import designed_law
+from takagi.certificates.document.certificate_file import (
     certificate_document,
     dumps,
     effort_sharing_law_data,
-    law_members,
-    pdc_law_data,
-    plant_data,
 )
-from takagi.certificates.document.plant_blend import unknown_premises
+from takagi.certificates.document.model_data import pdc_law_data
+from takagi.certificates.document.plant_embedding import law_members, plant_data
+from takagi.certificates.document.plant_text import unknown_premises
 from takagi.models import Plant, sector_model
-from takagi.models.blending import blended_model
-from takagi.models.files import built_in_kinds, data_folder
-from takagi.models.laws import (
-    EffortSharingLaw,
-    Law,
-    Measurement,
-    PdcLaw,
-    SampledLaw,
-    no_feedforward,
-)
-from takagi.models.laws.sampled import sampled
-from takagi.models.plant_files import load_plant
+from takagi.models.blending.substitution import blended_model
+from takagi.models.files.library import built_in_kinds, data_folder
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import no_feedforward
+from takagi.models.laws.pdc import PdcLaw
+from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
+from takagi.models.plant_files.loader import load_plant
 from takagi.models.turbine.trim import trim
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 from tests.reports.filtered_speed import FilteredSpeed
 
 PAGE = (Path(__file__).parents[2] / "docs" / "gain-file.md").read_text(encoding="utf-8")

@@ -14,16 +14,13 @@ import sympy as sp
 from pydantic import ValidationError
 
 from takagi.certificates.checker import check
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import dumps
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models import Interval, Plant, Variable
-from takagi.reports.gains_file import (
-    PlantGainFile,
-    dump_gains,
-    plant_gain_file,
-    plant_gain_file_schema,
-)
-from takagi.reports.simulation import simulate_plant, simulation_data
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import PlantGainFile, plant_gain_file, plant_gain_file_schema
+from takagi.reports.simulation.plant import simulate_plant, simulation_data
 from tests.reports.plant_designs import design_of
 
 X, V, F = sp.symbols("x v F", real=True)

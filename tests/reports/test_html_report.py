@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Claim, TurbineDesign, Verdict
-from takagi.certificates.design.claim_summary import claim_summary
-from takagi.certificates.document import dumps
-from takagi.models.laws import Measurement
+from takagi.certificates.design.turbine.result import claim_summary
+from takagi.certificates.document.certificate_file import dumps
+from takagi.models.laws.protocol import Measurement
 from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points
-from takagi.reports.margins import LocalGains, closed_loop_poles, running_search
-from takagi.reports.page import at_least, at_most, powers, significant, with_decimals
-from takagi.reports.sections.turbine import cells_section, verdict_section
+from takagi.reports.margins import running_search
+from takagi.reports.margins.turbine_loops import LocalGains, closed_loop_poles
+from takagi.reports.page.text import at_least, at_most, powers, significant, with_decimals
+from takagi.reports.sections.turbine.cells import cells_section
+from takagi.reports.sections.turbine.verdict import verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, text_of
 
 FIGURES = {

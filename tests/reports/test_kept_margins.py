@@ -12,22 +12,16 @@ import pytest
 from takagi.certificates import DesignSettings
 from takagi.lmi.turbine import EffortSettings
 from takagi.models import ModelError, nrel5mw
-from takagi.reports.margins import (
-    LEVERS,
-    AskedMargins,
+from takagi.reports.margins.design_levers import LEVERS, effort_of, free_levers, lever_changes
+from takagi.reports.margins.kept_margins import (
     KeptMargins,
     MarginSearch,
     NoMargins,
-    RunningMargins,
-    asked_margins,
     check_margins_asked,
-    effort_of,
-    failed,
-    free_levers,
-    lever_changes,
     settings_with_margins,
-    shares_of,
 )
+from takagi.reports.margins.running_over_wind import RunningMargins
+from takagi.reports.margins.thresholds import AskedMargins, asked_margins, failed, shares_of
 from tests.reports.margin_rows import margin_row
 
 START = DesignSettings(effort=EffortSettings())

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant.regulator import regulator_section
+from takagi.reports.sections.plant.loops import regulator_section
 
 X, V, U = sp.symbols("x v u", real=True)
 

@@ -10,21 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
-from takagi.certificates.design.turbine import (
-    default_settings,
-    speed_filter,
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
+from takagi.certificates.design.turbine.effort_sharing_gains import (
     wind_by_wind_law,
     wind_observer_design,
 )
+from takagi.certificates.design.turbine.result import speed_filter
+from takagi.certificates.design.turbine.scale import default_settings
 from takagi.models import WindObserver
-from takagi.models.turbine import load_turbine, nrel5mw
-from takagi.reports.margins import (
-    RunningMargins,
-    running_margins,
-    searched_margins,
-    winds_between,
-)
+from takagi.models.turbine.loader import load_turbine, nrel5mw
+from takagi.reports.margins.running_over_wind import RunningMargins, running_margins
+from takagi.reports.margins.running_search import searched_margins, winds_between
 
 LAW = Path(__file__).parents[1] / "models" / "openfast" / "swinging_law.json"
 

@@ -11,19 +11,10 @@ import pytest
 
 from takagi.cli import main as command
 from takagi.models import ModelError
-from takagi.models.files import data_folder
-from takagi.reports.margins import (
-    AskedMargins,
-    Mode,
-    RunningMargins,
-    asked_margins,
-    failed,
-    measured,
-    searched_margins,
-    wind_ranges,
-    winds_between,
-    worst_of_sides,
-)
+from takagi.models.files.library import data_folder
+from takagi.reports.margins.running_over_wind import Mode, RunningMargins, worst_of_sides
+from takagi.reports.margins.running_search import searched_margins, wind_ranges, winds_between
+from takagi.reports.margins.thresholds import AskedMargins, asked_margins, failed, measured
 from tests.reports.margin_rows import margin_row
 
 if TYPE_CHECKING:
@@ -188,8 +179,9 @@ def test_the_default_law_has_margins_and_not_any(
 
     Each loop is measured once, for both thresholds; reduced, at whole winds.
     """
-    from takagi.certificates.document import dumps
-    from takagi.reports.gains_file import dump_gains, gain_file
+    from takagi.certificates.document.certificate_file import dumps
+    from takagi.reports.gains_file.envelope import dump_gains
+    from takagi.reports.gains_file.turbine import gain_file
 
     found: dict[float, Any] = {}
 

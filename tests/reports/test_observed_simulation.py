@@ -14,11 +14,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
-from takagi.models.plant_files import load_plant
-from takagi.models.plant_simulation import Noise, Step
-from takagi.reports.simulation import PlantScenario, simulate_plant
+from takagi.models.plant_files.loader import load_plant
+from takagi.models.plant_simulation.signals import Noise, Step
+from takagi.reports.simulation.plant import simulate_plant
+from takagi.reports.simulation.plant_scenario import PlantScenario
 
 FILE = """
 format = 1

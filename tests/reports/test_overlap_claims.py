@@ -9,15 +9,16 @@ from typing import Any, cast
 import pytest
 
 from takagi.certificates import Claim, DesignSettings, TurbineDesign, Verdict
-from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.result import claim_summary
 from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models import nrel5mw
-from takagi.models.laws import published_law
 from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.law import published_law
 from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.reports.loops import gap_words, wind_words
-from takagi.reports.loops.overlap_claims import overlap_claims
-from takagi.reports.sections.turbine import gains_section, poles_section, verdict_section
+from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
+from takagi.reports.sections.turbine.gains import gains_section
+from takagi.reports.sections.turbine.loops import poles_section
+from takagi.reports.sections.turbine.verdict import verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, text_of
 
 

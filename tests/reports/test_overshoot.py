@@ -9,10 +9,11 @@ import pytest
 import sympy as sp
 from scipy.linalg import expm
 
-from takagi.certificates.claims.plant.useful_overshoot import USEFUL
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.claims.certification import USEFUL
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
-from takagi.reports.loops import overshoots
+from takagi.reports.loops.plant_claims import overshoots
 from takagi.reports.loops.plant_loop import plant_loop
 
 X, V, U, W = sp.symbols("x v u w", real=True)

@@ -9,8 +9,8 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.design.plant import PlantDesign
-from takagi.reports.appendix import plant_appendix
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.reports.appendix.design_files import plant_appendix
 from tests.reports.plant_designs import design_of
 from tests.reports.tex_runs import compiled, sound
 

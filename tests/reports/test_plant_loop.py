@@ -9,11 +9,10 @@ import pytest
 
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.models import ModelError
-from takagi.reports.figures.plant.phase_plane import ellipse, planes
-from takagi.reports.loops import plant_rate
+from takagi.reports.figures.plant.proved_set import ellipse, planes
 from takagi.reports.loops.plant_local import local_loops
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant import largest_commands
+from takagi.reports.loops.plant_loop import largest_commands, plant_loop
+from takagi.reports.loops.plant_motion import plant_rate
 from takagi.reports.sections.plant.gains import gain_columns
 from tests.reports.plant_designs import design_of
 

@@ -12,11 +12,9 @@ import sympy as sp
 
 from takagi.models import Interval, Parameter, Plant, Variable, load_model, sector_model
 from takagi.reports.figures.plant.captioned import Drawn
-from takagi.reports.loops import PlantLoop, motions, plant_rate, starts
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.plant_motion import around, settling_time
-from takagi.reports.sections.plant import largest_commands
-from takagi.reports.sections.plant.motion import motion_section
+from takagi.reports.loops.plant_loop import PlantLoop, largest_commands, plant_loop
+from takagi.reports.loops.plant_motion import around, motions, plant_rate, settling_time, starts
+from takagi.reports.sections.plant.loops import motion_section
 from tests.reports.plant_designs import design_of
 
 PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"

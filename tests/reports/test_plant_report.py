@@ -8,7 +8,6 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,11 +15,13 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant
 from takagi.reports.loops.proved_kinds import proved_kinds
-from takagi.reports.page import ReportFiles, decimal
-from takagi.reports.sections.plant import plant_figures, plant_report, plant_report_files
+from takagi.reports.page.assembly import ReportFiles
+from takagi.reports.page.text import decimal
+from takagi.reports.sections.plant.page import plant_report_files
 from tests.reports.html_page import HtmlPage
 from tests.reports.plant_designs import design_of
 
@@ -121,7 +122,7 @@ def test_gains_and_premises_are_printed_as_emitted() -> None:
 def test_only_what_is_proved_is_called_so(name: str) -> None:
     """Without a proof the word is not on the page as a badge, and no ellipsoid is drawn."""
     proved, open_ = design_of(name), doubted(design_of(name))
-    before, after = report_of(name).html, plant_report(open_)
+    before, after = report_of(name).html, plant_report_files(open_).html
 
     assert proved.verdict is Verdict.PROVED and 'class="badge PROVED"' in before
     assert "badge PROVED" not in after and 'class="badge UNDECIDED"' in after
@@ -141,7 +142,7 @@ def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
     less = replace(design, certificate=replace(design.certificate, checked=concluded(claims, [])))
 
     assert "the nonlinear plant itself" in report_of(SMALL).html
-    page = plant_report(less)
+    page = plant_report_files(less).html
     assert "the nonlinear plant itself" not in page and "From plant to model." in page
 
 
@@ -153,7 +154,7 @@ def test_a_scheduling_signal_is_no_disturbance() -> None:
 
     assert cells[cells.index("w") + 1] == "scheduling"
     assert "<b>Scheduling signals</b> (w)" in page and "<b>Disturbances</b>" not in page
-    assert "<b>Disturbances</b> (road)" in plant_report(design_of("quarter_car"))
+    assert "<b>Disturbances</b> (road)" in plant_report_files(design_of("quarter_car")).html
 
 
 def test_a_plant_that_is_disproved_gets_its_report() -> None:
@@ -162,7 +163,7 @@ def test_a_plant_that_is_disproved_gets_its_report() -> None:
     above = tuple(replace(p, value=Fraction(6)) for p in old.parameters)
     found = design_plant(replace(old, parameters=above))
     assert isinstance(found, PlantDesign)
-    page = plant_report(found)
+    page = plant_report_files(found).html
 
     assert found.verdict is Verdict.DISPROVED
     assert 'class="verdict-box DISPROVED"' in page and "Decay, proved" not in page
@@ -178,7 +179,7 @@ def test_words_from_a_file_cannot_become_markup() -> None:
     plant: Plant = replace(
         old, name=HOSTILE, description=HOSTILE, source=HOSTILE, parameters=parameters, states=states
     )
-    page = _Page(plant_report(replace(design, plant=plant, notes=(HOSTILE,))))
+    page = _Page(plant_report_files(replace(design, plant=plant, notes=(HOSTILE,))).html)
 
     assert "script" not in {tag for tag, _ in page.tags} and not page.wrong
     assert HOSTILE in page.cells
@@ -227,10 +228,3 @@ def test_the_same_design_gives_the_same_bytes() -> None:
 
     assert again.html == report_of(DISCRETE).html
     assert again.figures == report_of(DISCRETE).figures
-
-
-def test_figures_are_written_into_a_folder(tmp_path: Path) -> None:
-    """The files of the report, with their names."""
-    folder = plant_figures(design_of(ANALYSIS), tmp_path / "figures")
-
-    assert {file.name for file in folder.iterdir()} == set(report_of(ANALYSIS).figures)

@@ -8,12 +8,11 @@ import numpy as np
 import sympy as sp
 from matplotlib.figure import Figure
 
-from takagi.certificates.design.plant import certify_plant
+from takagi.certificates.design.plant.design import certify_plant
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.figures.plant.proved_set import pairs, section, set_figure
-from takagi.reports.loops import PlantLoop
-from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant.proved_set import set_section
+from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.sections.plant.certificate import set_section
 
 A, B, C, U = sp.symbols("a b c u", real=True)
 SIDE = Interval.of(-1, 1)

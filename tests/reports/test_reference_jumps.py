@@ -7,8 +7,8 @@ import pytest
 
 from takagi.cli.terminal.plant_set import set_lines
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant import plant_report_files
-from takagi.reports.simulation import jump_motions, proved_jumps
+from takagi.reports.sections.plant.page import plant_report_files
+from takagi.reports.simulation.plant import jump_motions, proved_jumps
 from tests.reports.test_tracking_gain_file import servo
 
 

@@ -12,33 +12,29 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.models import ModelError, WindObserver
-from takagi.models.laws import Command, EffortSharingLaw, Measurement, SampledLaw
-from takagi.models.simulation import (
-    SimulatedTurbine,
-    WindSeries,
-    closed_loop,
-    dynamics,
-    simulate,
-    validation_plant,
-)
-from takagi.models.turbine import nrel5mw
-from takagi.reports.figures import MarginLine, running_margins_figure
-from takagi.reports.margins import (
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw
+from takagi.models.simulation import closed_loop, dynamics
+from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
+from takagi.models.simulation.wind import WindSeries
+from takagi.models.turbine.loader import nrel5mw
+from takagi.reports.figures.loops import MarginLine, running_margins_figure
+from takagi.reports.margins import running_loop
+from takagi.reports.margins.margins import loop_margins
+from takagi.reports.margins.response import broken_loops
+from takagi.reports.margins.running_loop import (
     WAKES,
     LoopEquilibrium,
-    broken_loops,
     linearised_loop,
     loop_equilibrium,
-    loop_margins,
-    plant_modes,
-    running_equilibrium,
-    running_margins,
-    searched_margins,
+    slopes,
     with_inertia,
 )
-from takagi.reports.margins.running_equilibrium import slopes
+from takagi.reports.margins.running_over_wind import plant_modes, running_margins
+from takagi.reports.margins.running_search import searched_margins
 
 Floats = NDArray[np.float64]
 
@@ -358,7 +354,7 @@ def test_a_stalled_rotor_is_refused_with_its_wind(monkeypatch: pytest.MonkeyPatc
     def stalled(*_: object) -> tuple[float, float, float]:
         return 0.0, 0.0, -1e4
 
-    monkeypatch.setattr(running_equilibrium, "rotor_torque_gradient", stalled)
+    monkeypatch.setattr(running_loop, "rotor_torque_gradient", stalled)
     with pytest.raises(ModelError, match=r"at 9 m/s more wind gives no more torque.*set-point"):
         running_margins(nrel5mw(), law_with(5.0), swinging()[1], [9.0], speed_filter=8.0)
 
@@ -370,14 +366,12 @@ def test_a_rest_that_newton_runs_away_from_is_found_by_following_the_motion() ->
         return np.array([-np.arctan(s[0]), -s[1]])
 
     def found(move: Any, times: Floats) -> Floats | None:
-        return running_equilibrium._at_rest(
-            move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0)
-        )
+        return running_loop._at_rest(move, np.array([3.0, 0.2]), np.ones(2), times, (0.0, 1.0))
 
-    assert found(moving, running_equilibrium.NEWTON) is None
-    rest = found(moving, running_equilibrium.PATIENT)
+    assert found(moving, running_loop.NEWTON) is None
+    rest = found(moving, running_loop.PATIENT)
     assert rest is not None and rest == pytest.approx([0.0, 0.0], abs=1e-8)
-    assert found(lambda s: np.array([1.0, -s[1]]), running_equilibrium.PATIENT) is None
+    assert found(lambda s: np.array([1.0, -s[1]]), running_loop.PATIENT) is None
 
 
 def test_unknown_wake_is_refused() -> None:

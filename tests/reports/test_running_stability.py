@@ -10,27 +10,25 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates.design import design
-from takagi.certificates.design.turbine import (
-    default_settings,
-    speed_filter,
+from takagi.certificates.design.turbine.effort_sharing_gains import (
     wind_by_wind_law,
     wind_observer_design,
 )
-from takagi.certificates.document import effort_sharing_law_data
+from takagi.certificates.design.turbine.result import speed_filter
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import DesignSettings
+from takagi.certificates.document.certificate_file import effort_sharing_law_data
 from takagi.cli.options import given
 from takagi.cli.runs import makers
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
-from takagi.models.files import resolve_model
-from takagi.models.laws.effort_sharing import LoopUncertainty
-from takagi.models.turbine import load_turbine
-from takagi.reports.margins import (
-    NoEquilibrium,
-    effort_of,
-    require_stable,
-    running_margins,
-    running_stability,
-    unstable_loop,
-)
+from takagi.models.files.library import resolve_model
+from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.turbine.loader import load_turbine
+from takagi.reports.margins import running_stability
+from takagi.reports.margins.design_levers import effort_of
+from takagi.reports.margins.running_loop import NoEquilibrium
+from takagi.reports.margins.running_over_wind import running_margins
+from takagi.reports.margins.running_stability import UnstableLoop, require_stable
 
 # A look at all winds takes 3 s, and three cures are tried for each refusal.
 pytestmark = pytest.mark.slow
@@ -51,6 +49,14 @@ def fewer_cures(
 def with_tower(frequency: float) -> Turbine:
     """The 5-MW turbine with another tower mode [rad/s]; its own has 2.04."""
     return replace(TURBINE, tower_stiffness=frequency**2 * TURBINE.tower_mass)
+
+
+def unstable_loop(turbine: Turbine, settings: DesignSettings) -> UnstableLoop | None:
+    def silent(step: str) -> None:
+        """Show no progress."""
+
+    loops = running_stability.loops_of(turbine, settings, silent)
+    return running_stability.unstable_loop(loops, settings, silent)
 
 
 @pytest.mark.parametrize("name", ["nrel5mw", "iea15mw"])

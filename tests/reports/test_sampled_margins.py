@@ -7,14 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.reports.margins import (
-    LoopEquilibrium,
-    LoopResponse,
-    RunningLoop,
-    broken_loops,
-    disk_margin,
-    loop_margins,
-)
+from takagi.reports.margins.margins import disk_margin, loop_margins
+from takagi.reports.margins.response import LoopResponse, broken_loops
+from takagi.reports.margins.running_loop import LoopEquilibrium, RunningLoop
 
 
 def scalar_loop(A: Any, B: Any, C: Any, period: float = 0.1) -> LoopResponse:

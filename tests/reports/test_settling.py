@@ -6,9 +6,10 @@ import numpy as np
 import sympy as sp
 from scipy.linalg import expm
 
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
-from takagi.reports.loops import half_widths, settling_time
+from takagi.reports.loops.plant_claims import half_widths, settling_time
 from takagi.reports.loops.plant_loop import plant_loop
 
 X, V, U = sp.symbols("x v u", real=True)

@@ -13,26 +13,23 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from takagi.models import ModelError, nrel5mw
-from takagi.models.laws import Command, Measurement
-from takagi.models.simulation import BaselineLaw, Diverged, History
-from takagi.models.turbine import rated_wind
-from takagi.models.turbine.trim import trim
-from takagi.reports.simulation import (
-    SCENARIOS,
-    ChosenLaws,
-    Simulation,
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.closed_loop import Diverged, History
+from takagi.models.turbine.trim import rated_wind, trim
+from takagi.reports.simulation.laws import ChosenLaws, chosen_laws
+from takagi.reports.simulation.runs import PlantParts, Simulation, run_simulation
+from takagi.reports.simulation.scenarios import SCENARIOS, scenario_winds
+from takagi.reports.simulation.tables import (
+    COLUMNS,
     as_csv,
     as_json,
     as_markdown,
-    chosen_laws,
-    run_simulation,
-    scenario_winds,
+    notes,
     simulation_files,
+    slug,
     table_rows,
 )
-from takagi.reports.simulation.folder import slug
-from takagi.reports.simulation.runs import PlantParts
-from takagi.reports.simulation.tables import COLUMNS, notes
 
 TURBINE = nrel5mw()
 

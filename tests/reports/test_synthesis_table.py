@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.certificates.design.turbine import EffortSharingGainDesign
+from takagi.certificates.design.turbine.effort_sharing_gains import EffortSharingGainDesign
 from takagi.lmi.turbine import OneStepDesign
-from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions
 from takagi.lmi.turbine.one_step.value import ReachedValues
-from takagi.reports.loops import synthesis_words
-from takagi.reports.loops.synthesis_summary import synthesis_summary
-from takagi.reports.page import render
-from takagi.reports.sections.turbine import gains_section
-from takagi.reports.sections.turbine.synthesis_table import synthesis_table
+from takagi.reports.loops.overlap_claims import synthesis_summary, synthesis_words
+from takagi.reports.page.assembly import render
+from takagi.reports.sections.turbine.gains import gains_section, synthesis_table
 
 
 @pytest.fixture

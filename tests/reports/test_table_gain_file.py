@@ -16,9 +16,10 @@ from takagi.certificates.checker.controller.plant_program import with_splines
 from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.reader import read_json
 from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from tests.reports.test_gain_file_alone import controller, written
 
 PENDULUM = """

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model
-from takagi.models.plant import PlantSettings
-from takagi.reports.simulation import simulate_plant
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.reports.simulation.plant import simulate_plant
 from tests.reports.test_gain_file_alone import controller, written
 
 K = np.array([[[40.0, 4.0, 1.5, 30.0]]])

@@ -15,6 +15,7 @@ from typing import Any
 
 from takagi.certificates.checker.controller.language import (
     Part,
+    exact,
     keep,
     names_in,
     program,
@@ -22,7 +23,6 @@ from takagi.certificates.checker.controller.language import (
     send,
     step,
 )
-from takagi.certificates.checker.controller.numbers import exact
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.kernel.refusal import CertificateError
 

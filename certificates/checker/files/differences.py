@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from takagi.certificates.checker.kernel.entry_path import EntryPath, path_in_one_word
 from takagi.certificates.checker.kernel.reader import Number, canonical
+from takagi.certificates.checker.kernel.refused_entry import EntryPath, path_in_one_word
 
 LONGEST, BEFORE = 60, 20
 

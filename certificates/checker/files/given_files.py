@@ -10,10 +10,10 @@ from takagi.certificates.checker.files.model_content import (
     OtherModel,
     beside_the_claims,
     content_differences,
+    file_content,
     model_content,
     told,
 )
-from takagi.certificates.checker.files.toml_file import file_content
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, listed, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 

@@ -24,14 +24,14 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.files.differences import in_words
-from takagi.certificates.checker.files.file_blend import FileBlend
-from takagi.certificates.checker.files.file_measured import compare_measured
-from takagi.certificates.checker.files.file_references import FileReferences
-from takagi.certificates.checker.files.model_content import OtherModel, inside_folder
-from takagi.certificates.checker.files.plant_units import in_si
-from takagi.certificates.checker.files.table_file import NEAR, compare_table
-from takagi.certificates.checker.files.toml_file import read_toml
-from takagi.certificates.checker.files.uncertain import uncertain_in
+from takagi.certificates.checker.files.model_content import OtherModel, inside_folder, read_toml
+from takagi.certificates.checker.files.plant_parts import (
+    FileBlend,
+    FileReferences,
+    compare_measured,
+    uncertain_in,
+)
+from takagi.certificates.checker.files.table_file import NEAR, compare_table, in_si
 from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.plant.expression import NAME, Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra

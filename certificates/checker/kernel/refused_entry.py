@@ -10,7 +10,6 @@ import json
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from takagi.certificates.checker.kernel.entry_path import EntryPath, path_in_one_word
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
@@ -52,3 +51,12 @@ def _odd(value: Any, path: EntryPath) -> Iterator[tuple[EntryPath, _Odd]]:
     elif isinstance(value, list):
         for k, entry in enumerate(value):
             yield from _odd(entry, (*path, k))
+
+
+EntryPath = tuple[str | int, ...]
+
+
+def path_in_one_word(path: EntryPath) -> str:
+    """Return the keys from the top as one printable word, e.g. ``K[0][1]``."""
+    words = (f"[{key}]" if isinstance(key, int) else f".{ascii(key)[1:-1]}" for key in path)
+    return "".join(words).removeprefix(".")

@@ -126,8 +126,7 @@ def concluded(found: Sequence[Outcome], notes: list[str], kinds: Sequence[str] =
     elif verdicts == {Verdict.PROVED}:
         overall = Verdict.PROVED
     # Imported here, as all words are: no verdict depends on it.
-    from takagi.certificates.checker.words.assumptions import assumed
-    from takagi.certificates.checker.words.saying import in_words
+    from takagi.certificates.checker.words.saying import assumed, in_words
 
     claims = [in_words(one) for one in found]
     if kinds:

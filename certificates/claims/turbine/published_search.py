@@ -13,8 +13,7 @@ import numpy as np
 from takagi.lmi.analysis.interval_matrices import contraction, lyapunov_candidates
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.equilibrium_point import Equilibrium
+from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.laws.published.loop_cells import (
     PublishedCell,

@@ -1,4 +1,4 @@
-r"""Exact matrices by FLINT, and a test of definiteness.
+r"""Exact matrices by FLINT, a test of definiteness, and the conditions of a claim.
 
 All eigenvalues of a symmetric matrix are real.  With its characteristic polynomial
 
@@ -14,7 +14,9 @@ Source: Horn and Johnson (2013), Matrix Analysis, theorem 7.2.1 and corollary 7.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from flint import fmpq, fmpq_mat
 
@@ -86,3 +88,36 @@ def blocks(rows: Sequence[Sequence[fmpq_mat]]) -> fmpq_mat:
         for line in rows
         for i in range(line[0].nrows())
     ])  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Definite:
+    """``matrix`` is symmetric and positive definite, or semidefinite where ``strict`` is False.
+
+    ``label`` contains the checker's own words and never a text from the file: a forged file could
+    otherwise print misleading lines.
+    """
+
+    label: str
+    matrix: fmpq_mat
+    strict: bool = True
+
+    @property
+    def holds(self) -> bool:
+        return is_definite(self.matrix, strict=self.strict)
+
+    @property
+    def is_symmetric(self) -> bool:
+        return is_symmetric(self.matrix)
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A decided condition other than definiteness of a matrix."""
+
+    label: str
+    holds: bool
+
+
+Obligation: TypeAlias = Definite | Fact
+Obligations: TypeAlias = Iterator[Obligation]

@@ -18,6 +18,9 @@ from typing import Any
 from flint import arb, ctx, fmpq, fmpq_mat
 
 from takagi.certificates.cross_check.kernel.exact import (
+    Definite,
+    Fact,
+    Obligations,
     blocks,
     diagonal,
     entries,
@@ -28,7 +31,6 @@ from takagi.certificates.cross_check.kernel.exact import (
     transposed,
     zeros,
 )
-from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import (
     Refusal,
     entry,
@@ -38,8 +40,7 @@ from takagi.certificates.cross_check.kernel.reading import (
     table,
     whole,
 )
-from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, pick
-from takagi.certificates.cross_check.loop.pieces import combined, mixtures
+from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, combined, mixtures, pick
 
 BITS = 240  # working precision: e^-x is known to far more digits than a certificate's numbers have
 MOST_EXPONENT = 200  # beyond it e^-x is taken as between 0 and e^-200, without a large number
@@ -49,12 +50,9 @@ def exponential(x: fmpq, *, up: bool) -> fmpq:
     """Return the lower, or with ``up`` the upper, end of a ball that holds e^-x, for x >= 0."""
     if x > MOST_EXPONENT:
         return exponential(fmpq(MOST_EXPONENT), up=True) if up else fmpq(0)
-    before, ctx.prec = ctx.prec, BITS
-    try:
+    with ctx.workprec(BITS):
         ball = (-arb(x)).exp()
         mantissa, power = (ball.upper() if up else ball.lower()).man_exp()
-    finally:
-        ctx.prec = before
     p, q = int(mantissa), int(power)
     return fmpq(p << q) if q >= 0 else fmpq(p, 1 << -q)
 

@@ -19,12 +19,17 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from takagi.certificates.cross_check.kernel.exact import entries, identity, mean, scaled
-from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
+from takagi.certificates.cross_check.kernel.exact import (
+    Fact,
+    Obligations,
+    entries,
+    identity,
+    mean,
+    scaled,
+)
 from takagi.certificates.cross_check.kernel.reading import Refusal, entry, rationals
 from takagi.certificates.cross_check.loop.disturbed import Kept, kept_set, largest_extent, stays
-from takagi.certificates.cross_check.loop.loop import VertexLoop, pick
-from takagi.certificates.cross_check.loop.pieces import pieces
+from takagi.certificates.cross_check.loop.loop import VertexLoop, pick, pieces
 
 MOST_RULES, MOST_MOVING = 24, 10
 

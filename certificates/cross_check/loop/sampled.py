@@ -24,6 +24,8 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from takagi.certificates.cross_check.kernel.exact import (
+    Definite,
+    Obligations,
     blocks,
     identity,
     negative,
@@ -31,12 +33,11 @@ from takagi.certificates.cross_check.kernel.exact import (
     transposed,
     zeros,
 )
-from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import Refusal, rational, stack, table
 from takagi.certificates.cross_check.loop.decay import exponential
 from takagi.certificates.cross_check.loop.disturbed import (
+    disturbances_in_box,
     largest_extent,
-    moves_states,
     within_box,
 )
 from takagi.certificates.cross_check.loop.loop import VertexLoop, pick
@@ -68,9 +69,7 @@ def sampled_loop(claim: Any, loop: VertexLoop) -> Obligations:
         M = blocks([[pick(loop.A, i), pick(loop.B, i)], [zeros(m, n), zeros(m, m)]])
         for k, one in enumerate(_bernstein(_fall(powers, scaled(T, M)))):
             yield Definite(f"rule {i + 1} between samples, {k + 1}", one, strict=False)
-    for name, other in loop.other_sides.items():
-        if moves_states(loop, name):
-            yield Fact("no disturbance lies in the box", other[0] <= 0 <= other[1])
+    yield from disturbances_in_box(loop, "", [])
     yield from within_box(loop, P, c)
     for k, side in enumerate(loop.sides):
         if side is not None:

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 from flint import fmpq
 
-from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
+from takagi.certificates.cross_check.kernel.exact import Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import (
     NotReplayed,
     Refusal,
@@ -43,10 +43,15 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 from takagi.certificates.cross_check.plant.interval import Interval
-from takagi.certificates.cross_check.plant.known import goes_with_known
-from takagi.certificates.cross_check.plant.model_loop import read_loop
-from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, constant, read_plant
-from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_secant
+from takagi.certificates.cross_check.plant.law_fits import goes_with_known
+from takagi.certificates.cross_check.plant.plant import (
+    TreePlant,
+    Variable,
+    constant,
+    read_loop,
+    read_plant,
+)
+from takagi.certificates.cross_check.turbine.numbers import ramp, ramp_secant
 
 
 class _Side(NamedTuple):

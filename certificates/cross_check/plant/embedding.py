@@ -18,10 +18,10 @@ from typing import Any
 
 from flint import fmpq
 
-from takagi.certificates.cross_check.kernel.obligation import Fact, Obligations
+from takagi.certificates.cross_check.kernel.exact import Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import NotReplayed, entry, rationals
 from takagi.certificates.cross_check.loop.loop import close
-from takagi.certificates.cross_check.plant.algebra import Algebra
+from takagi.certificates.cross_check.plant.algebra import Algebra, identical, not_zero
 from takagi.certificates.cross_check.plant.expression import (
     Tree,
     minus,
@@ -32,9 +32,8 @@ from takagi.certificates.cross_check.plant.expression import (
     times,
     value_of,
 )
-from takagi.certificates.cross_check.plant.identity import identical, not_zero
 from takagi.certificates.cross_check.plant.interval import Box, Interval, Undefined, range_of
-from takagi.certificates.cross_check.plant.known import goes_with_known
+from takagi.certificates.cross_check.plant.law_fits import goes_with_known
 from takagi.certificates.cross_check.plant.plant import (
     TreePlant,
     Variable,
@@ -54,7 +53,7 @@ def embedded(model: Any, gains: Any) -> Obligations:
         yield from trim_fits(plant, gains)
         if "references" in gains:
             # Imported here: most laws follow no reference.
-            from takagi.certificates.cross_check.plant.references import followed
+            from takagi.certificates.cross_check.plant.law_fits import followed
 
             yield from followed(model, plant, gains)
     yield from _unknown_to_the_law(model, plant, gains)

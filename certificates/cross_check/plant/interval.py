@@ -45,11 +45,8 @@ def range_of(tree: Tree, box: Box, removable: Removable) -> Interval:
     ------
     Undefined : a part may be undefined somewhere on the box.
     """
-    before, ctx.prec = ctx.prec, BITS
-    try:
+    with ctx.workprec(BITS):
         return _dual(tree, box, "", removable).value
-    finally:
-        ctx.prec = before
 
 
 def _dual(tree: Tree, box: Box, along: str, removable: Removable) -> Dual:

@@ -31,13 +31,15 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from takagi.certificates.cross_check.kernel.exact import (
+    Definite,
+    Fact,
+    Obligations,
     blocks,
     entries,
     negative,
     scaled,
     transposed,
 )
-from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
 from takagi.certificates.cross_check.kernel.reading import (
     NotReplayed,
     Refusal,
@@ -58,6 +60,7 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 from takagi.certificates.cross_check.plant.interval import Undefined, range_of
+from takagi.certificates.cross_check.plant.law_fits import integrals, references_of
 from takagi.certificates.cross_check.plant.plant import (
     TreePlant,
     Variable,
@@ -65,9 +68,7 @@ from takagi.certificates.cross_check.plant.plant import (
     read_plant,
     require_decimals,
 )
-from takagi.certificates.cross_check.plant.references import integrals, references_of
-from takagi.certificates.cross_check.plant.secant import lies_in_secants
-from takagi.certificates.cross_check.plant.slope import slope_of
+from takagi.certificates.cross_check.plant.secant import lies_in_secants, slope_of
 
 
 def tracking(claim: Any, model: Any, gains: Any) -> Obligations:

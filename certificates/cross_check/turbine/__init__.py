@@ -2,8 +2,8 @@
 
 loop_claim                  the matrix inequalities, cell by cell
 numbers, surface            turbine, law and box; the coefficient surface
-ranges, moving_schedule     the stated ranges enclose the turbine; the effects of a moving schedule
-effort_ramp                 the ramp that shares an effort between torque and pitch
-wind_rate, actuator_rates   claims that depend on the loop claim
-running                     the loop with its observer and filters, at constant winds
+ranges                      the stated ranges enclose the turbine, also while the schedule moves
+rates                       claims about rates, which depend on the loop claim
+running_loop, running_cell  the loop with its observer and filters, at constant winds
+members                     the members that a claim may have
 """

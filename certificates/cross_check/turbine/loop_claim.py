@@ -23,8 +23,15 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from takagi.certificates.cross_check.kernel.exact import blocks, negative, scaled, transposed
-from takagi.certificates.cross_check.kernel.obligation import Definite, Fact, Obligations
+from takagi.certificates.cross_check.kernel.exact import (
+    Definite,
+    Fact,
+    Obligations,
+    blocks,
+    negative,
+    scaled,
+    transposed,
+)
 from takagi.certificates.cross_check.kernel.reading import (
     Refusal,
     entry,

@@ -8,7 +8,6 @@ from typing import Any
 from flint import fmpq
 
 from takagi.certificates.cross_check.kernel.reading import Refusal, entry, line, rational, rationals
-from takagi.certificates.cross_check.turbine.effort_ramp import ramp, ramp_slope
 from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange
 
 CONSTANTS = (
@@ -160,3 +159,20 @@ class WindCell:
                     wind = self.turbine.wind[i] + d
                     ends.append(self.turbine.radius * (self.turbine.speed[i] + e) / wind)
         return NumberRange.of(*ends)
+
+
+def ramp(s: fmpq, eps: fmpq) -> fmpq:
+    """Return psi: 0 for s <= -eps, (s + eps)^2 / (4 eps) between, s for s >= eps."""
+    if -eps < s < eps:
+        return (s + eps) ** 2 / (4 * eps)
+    return max(s, ZERO)
+
+
+def ramp_slope(s: fmpq, eps: fmpq) -> fmpq:
+    """Return F = psi', which is in [0, 1] and does not decrease."""
+    return max(ZERO, min(FULL, (s / eps + 1) / 2))
+
+
+def ramp_secant(s: fmpq, rest: fmpq, eps: fmpq) -> fmpq:
+    """Return the secant slope of psi from ``rest`` to s; where they are equal, F."""
+    return ramp_slope(s, eps) if s == rest else (ramp(s, eps) - ramp(rest, eps)) / (s - rest)

@@ -14,9 +14,9 @@ from pathlib import Path
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.claims.plant.certification import certify
+from takagi.certificates.claims.certification import certify
+from takagi.certificates.design.design import Tell
 from takagi.certificates.design.given.kept_model import law_for
-from takagi.certificates.design.step_clock import Tell
 from takagi.certificates.requests.decay import Decay
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval

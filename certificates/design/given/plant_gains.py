@@ -1,4 +1,4 @@
-"""Existing gains: the law of a gain file, for the plant that it was made for."""
+"""Existing gains of a plant: the law of a gain file, of states or of measured outputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from takagi.certificates.checker.files.gain_file import stated_law
 from takagi.certificates.checker.kernel.matrices import read_stack
-from takagi.certificates.checker.kernel.reader import Number, read_json
+from takagi.certificates.checker.kernel.reader import Number, member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
@@ -20,6 +20,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 if TYPE_CHECKING:
+    from takagi.certificates.design.plant.observed_design import ObservedWork
     from takagi.models.ts.model import TSModel
 
 NAME = "pdc"
@@ -108,3 +109,40 @@ def _exact(value: Any) -> Any:
 def _short(value: Any) -> str:
     text = "nothing" if value is None else json.dumps(value, default=str)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+
+
+def read_observer_gains(path: Path, work: ObservedWork) -> tuple[Floats, Floats]:
+    """Return K (r, m, n) and L (r or 1, n, p) of a gain file for this plant.
+
+    Raises
+    ------
+    CertificateError : the file is unreadable, or its law uses all states, other outputs or weights,
+        or belongs to another plant.
+    """
+    source, law = str(path), read_plant_law(path)
+    if "observer" not in law:
+        raise CertificateError(
+            f"{source}: its law has all states, but the plant measures "
+            f"{', '.join(work.question.measured)}; design the gains anew, or leave out 'measured'"
+        )
+    where = f"{source}: law"
+    K, L = (
+        np.array([floats_of(matrix) for matrix in read_stack(owner, key, place)])
+        for owner, key, place in (
+            (law, "K", where),
+            (member(law, "observer", where), "L", f"{where}.observer"),
+        )
+    )
+    r, n, m = work.model.B.shape
+    p = len(work.question.rows)
+    if K.shape[0] not in (1, r) or K.shape[1:] != (m, n):
+        raise CertificateError(f"{where}.K has shape {K.shape}; ({r}, {m}, {n}) is needed")
+    if L.shape[0] not in (1, r) or L.shape[1:] != (n, p):
+        raise CertificateError(f"{where}.observer.L has shape {L.shape}; ({r}, {n}, {p}) is needed")
+    K = np.array(np.broadcast_to(K, (r, m, n)))
+    try:
+        wanted = work.loop(K, L).gains_data
+    except (ModelError, CertificateError) as error:
+        raise CertificateError(f"{where}: {error}") from error
+    compare_law(law, wanted or {}, source)
+    return K, L

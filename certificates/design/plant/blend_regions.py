@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.document.plant_blend import blend_of, unknown_premises
+from takagi.certificates.document.plant_text import blend_of, unknown_premises
 from takagi.models.arrays import Indices
 from takagi.models.blending.blending import SHARE
 from takagi.models.errors import ModelError
@@ -43,8 +43,7 @@ def errorless(model: TSModel, asked: PlantSettings) -> tuple[Errorless, Indices]
     None where the model without errors has no premise in the share, or one that is not found in
     ``model``.
     """
-    from takagi.models.blending.modelling import blended_model
-    from takagi.models.blending.substitution import blended_plant
+    from takagi.models.blending.substitution import blended_model, blended_plant
 
     blending = blend_of(model)
     if blending is None:

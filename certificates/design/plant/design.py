@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.claims.plant.certificate import ClaimRequirements, plant_certificate
+from takagi.certificates.claims.certification import ClaimRequirements, plant_certificate
 from takagi.certificates.controller.content import bound
 from takagi.certificates.controller.plant_members import plant_members
-from takagi.certificates.design.design import NoDesign
+from takagi.certificates.design.design import NoDesign, StepClock, Tell
 from takagi.certificates.design.plant.blend_regions import one_gain
 from takagi.certificates.design.plant.gains import (
     FoundGains,
@@ -37,12 +37,12 @@ from takagi.certificates.design.plant.plain_words import (
     advice_of,
     in_file_rates,
     in_plant_words,
+    obstacle,
     require_sensible,
 )
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.design.plant.tracking_gains import tracking_gains
-from takagi.certificates.design.step_clock import StepClock, Tell
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
@@ -204,7 +204,7 @@ def _certify_observed(
     plant: Plant, path: Path, asked: PlantSettings, files: tuple[Path, ...], clock: StepClock
 ) -> PlantDesign:
     """Return the certificate for the gains K and L of a file, as they stand."""
-    from takagi.certificates.design.given.observer_gains import read_observer_gains
+    from takagi.certificates.design.given.plant_gains import read_observer_gains
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
     model = _model(plant, asked, clock)
@@ -234,7 +234,7 @@ def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:
         if plant.references:
             return secant_model(plant, rest=asked.rest)
         if plant.blending is not None:
-            from takagi.models.blending.modelling import blended_model
+            from takagi.models.blending.substitution import blended_model
 
             return blended_model(plant, choice=asked.choice, rest=asked.rest)
         return sector_model(plant, choice=asked.choice, rest=asked.rest)
@@ -297,11 +297,10 @@ def _reason(found: FoundGains, work: _Work) -> str:
 
     First in the words of the plant's file; what the solver says of its inequalities comes last.
     """
-    from takagi.certificates.design.plant.obstacle import obstacle
     from takagi.lmi import explain
 
     design = found.design
-    first = obstacle(found, work.plant, work.model, work.asked)
+    first = obstacle(design.answer, work.plant, work.model, work.asked)
     parts = [first] if first else []
     if design.answer.diagnosis:
         parts.append(f"{'In detail: ' if first else ''}{design.answer.diagnosis}")

@@ -10,30 +10,31 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.certificates.design.plant.assumed_starts import (
+from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
+from takagi.certificates.design.plant.plain_words import in_file_rates
+from takagi.certificates.design.plant.wishes import (
+    ABSURD,
+    PRICES,
     SHARES,
+    SMALLER,
+    Price,
+    crossing_rates,
+    gain_size,
     largest_multiple,
     largest_set,
-    needs_starts,
-)
-from takagi.certificates.design.plant.blend_regions import errorless, expanded, one_gain
-from takagi.certificates.design.plant.moderate_rate import (
-    ABSURD,
-    crossing_rates,
     moderate,
+    needs_starts,
     pole_rates,
     reach_rates,
     slowest_mode,
 )
-from takagi.certificates.design.plant.plain_words import in_file_rates
-from takagi.certificates.design.plant.wished_effort import PRICES, SMALLER, Price, gain_size
-from takagi.certificates.document.plant_blend import unknown_premises
+from takagi.certificates.document.plant_text import unknown_premises
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.file_units import rate_in_file_units
 
 if TYPE_CHECKING:
-    from takagi.certificates.claims.plant.certificate import ClaimRequirements
+    from takagi.certificates.claims.certification import ClaimRequirements
     from takagi.lmi import Design, EigenvalueRegion
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
@@ -136,7 +137,7 @@ def requirements_of(plant: Plant, model: TSModel, asked: PlantSettings) -> Claim
     ------
     ModelError : what is asked makes no sense for this plant.
     """
-    from takagi.certificates.claims.plant.certificate import ClaimRequirements
+    from takagi.certificates.claims.certification import ClaimRequirements
 
     limits = input_limits(plant, model, asked)
     return ClaimRequirements(

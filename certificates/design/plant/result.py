@@ -10,10 +10,9 @@ from takagi.models.arrays import Floats
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked, Verdict
-    from takagi.certificates.claims.plant.certification import Certificate
+    from takagi.certificates.claims.certification import Certificate
     from takagi.lmi import Design
-    from takagi.models.laws.output_feedback import OutputFeedback
-    from takagi.models.laws.pdc import PdcLaw
+    from takagi.models.laws.pdc import OutputFeedback, PdcLaw
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel

@@ -6,26 +6,19 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from takagi.models.errors import ModelError
-from takagi.models.intervals.interval import Number, exact
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Derivation, TSModel
 
 if TYPE_CHECKING:
     import sympy as sp
 
-    from takagi.models.equations.equilibrium import EquilibriumOption
     from takagi.models.equations.problem import Problem
+    from takagi.models.plant.design_settings import Rest
 
-MOST_RULES = 1024
+MOST_RULES, TOLERANCE = 1024, Fraction(1, 1000)  # of the model; of a premise's bounds
 
 
-def secant_model(
-    plant: Plant,
-    *,
-    rest: EquilibriumOption = "given",
-    tolerance: Number = "1e-3",
-    most_rules: int = MOST_RULES,
-) -> TSModel:
+def secant_model(plant: Plant, *, rest: Rest = "given") -> TSModel:
     """Return vertices of [A B E] such that f(x, u, w) - f* is a blend of them times deviations.
 
     Each slope of f that varies over the box is a premise of its own (or the multiple of one), whose
@@ -35,7 +28,7 @@ def secant_model(
 
     Parameters
     ----------
-    rest, tolerance, most_rules : as of ``sector_model``.
+    rest : as of ``sector_model``.
 
     Raises
     ------
@@ -46,9 +39,10 @@ def secant_model(
     import sympy as sp
 
     from takagi.models.equations.equations import Factored
-    from takagi.models.equations.problem import SymbolicForm, box_in_fractions, problem_of_plant
+    from takagi.models.equations.problem import box_in_fractions, problem_of_plant
     from takagi.models.sector.multilinear import vertex_product
     from takagi.models.sector.premise_bounds import BoundsRequest, counted_premises
+    from takagi.models.ts.model import SymbolicForm
 
     if plant.mass is not None:
         raise ModelError(f"plant {plant.name!r} has a mass matrix; write it as x' = f(x, u, w)")
@@ -63,8 +57,8 @@ def secant_model(
         for letter, matrix in slopes.items()
     }
     factored = Factored(matrices, {symbol: slope for slope, symbol in premises.items()})
-    asked = BoundsRequest({}, frozenset(), Fraction(exact(tolerance)))
-    members = counted_premises(problem, factored, asked, most_rules)
+    asked = BoundsRequest({}, frozenset(), TOLERANCE)
+    members = counted_premises(problem, factored, asked, MOST_RULES)
     corners = [member.corners for member in members]
     products = {
         letter: vertex_product(matrix, list(factored.premises), corners, letter=letter)

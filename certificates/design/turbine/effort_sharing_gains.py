@@ -10,16 +10,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
-from takagi.certificates.claims.turbine.effort_sharing import effort_sharing_candidate
-from takagi.certificates.claims.turbine.failing_winds import failing_winds, smaller_uncertainty
-from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
-from takagi.certificates.claims.turbine.wind_class import WindClass
-from takagi.certificates.design.step_clock import StepClock, Tell
+from takagi.certificates.claims.turbine.effort_sharing import (
+    effort_sharing_candidate,
+    failing_winds,
+    smaller_uncertainty,
+)
+from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate, WindClass
+from takagi.certificates.design.design import StepClock, Tell
+from takagi.certificates.design.turbine.settings import DesignSettings, Synthesis
 from takagi.lmi.turbine.one_step.design import STEPS, OneStepDesign, one_step_gains
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
@@ -28,8 +31,10 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
 from takagi.models.turbine.data import Turbine
 
-Synthesis = Literal["one-step", "two-step"]
-SYNTHESES: tuple[Synthesis, ...] = ("one-step", "two-step")
+if TYPE_CHECKING:
+    from takagi.lmi.turbine.effort import EffortDesign
+    from takagi.models.ts.model import TSModel
+    from takagi.models.turbine.wind_observer import WindObserver
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,3 +185,65 @@ def _mean(law: EffortSharingLaw, candidate: EffortSharingCandidate) -> float:
     """Return the mean over wind of the logarithm of the admissible wind errors."""
     widths = np.diff(law.schedule.wind)
     return float(widths @ np.log(np.maximum(candidate.wind_error, 1e-9)) / widths.sum())
+
+
+OBSERVER_DECAY = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObserverDesign:
+    """The wind observer: its error model, its gains, and the value that runs in a simulation.
+
+    Attributes
+    ----------
+    model : Takagi-Sugeno error system in the unmeasured premise dT_r/dv / J.
+    gains : (l_1 [1/s], l_2 [m/s per rad]).
+    decay_rate : the rate at which the error decays in constant wind [1/s].
+    observer : the observer that a simulation runs.
+    """
+
+    model: TSModel
+    gains: tuple[float, float]
+    decay_rate: float
+    observer: WindObserver
+
+
+def wind_observer_design(turbine: Turbine, asked: DesignSettings) -> ObserverDesign:
+    """Return the wind observer with one gain for all winds.
+
+    Raises
+    ------
+    ModelError : winds at which more wind does not give more torque, or no such gain.
+    """
+    from takagi.lmi.gains.observer import observer
+    from takagi.models.turbine.wind_observer import WindObserver, wind_observer_model
+
+    model = wind_observer_model(turbine, speed_setpoint=asked.speed_setpoint)
+    design = observer(model, decay_rate=OBSERVER_DECAY, relaxation="common-gain")
+    if design.gains is None:
+        raise ModelError(f"wind observer: {design.answer.diagnosis}")
+    l1, l2 = (round(float(gain), 4) for gain in design.gains[0, :, 0])
+    return ObserverDesign(model, (l1, l2), OBSERVER_DECAY, WindObserver(turbine, l1, l2))
+
+
+def wind_by_wind_law(
+    turbine: Turbine, asked: DesignSettings
+) -> tuple[EffortDesign, EffortSharingLaw]:
+    """Return the effort-sharing law with gains found wind by wind, and what they were found for.
+
+    Raises
+    ------
+    ModelError : no trim or no gain at some wind; names it.
+    """
+    from takagi.lmi.turbine.effort import effort_gains
+    from takagi.models.laws.effort_sharing.schedule import effort_schedule
+
+    schedule = effort_schedule(
+        turbine,
+        overlap=asked.overlap,
+        effectiveness_share=asked.effectiveness_share,
+        speed_setpoint=asked.speed_setpoint,
+    )
+    effort = effort_gains(turbine, schedule, asked.effort)
+    law = EffortSharingLaw.of(turbine, schedule, effort.gains, wind_filter=asked.wind_filter)
+    return effort, law

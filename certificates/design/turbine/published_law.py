@@ -1,4 +1,4 @@
-"""From regional gains to a published law and the claims about it."""
+"""The models and gains of both regions; from them a published law and the claims about it."""
 
 from __future__ import annotations
 
@@ -14,17 +14,23 @@ from takagi.certificates.claims.turbine.published import (
     published_claim,
     published_law_data,
 )
-from takagi.certificates.design.step_clock import StepClock
-from takagi.certificates.document.certificate_file import certificate_document, turbine_data
-from takagi.certificates.document.provenance import provenance
+from takagi.certificates.design.design import StepClock
+from takagi.certificates.design.turbine.scale import region_requirements
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    provenance,
+    turbine_data,
+)
+from takagi.lmi.turbine.regional import RegionalGains, regional_gains
 from takagi.models.arrays import Floats
+from takagi.models.ts.model import TSModel
 from takagi.models.turbine.data import Turbine
+from takagi.models.turbine.full_load import full_load_model
+from takagi.models.turbine.partial_load import partial_load_model
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.settings import DesignSettings
-    from takagi.lmi.turbine.regional import RegionalGains
     from takagi.models.laws.published.law import PublishedLaw
-    from takagi.models.ts.model import TSModel
 
 # Decimals of the emitted gains: N m s/rad and N m/rad; s, - and 1/rad.
 TORQUE_DIGITS, PITCH_DIGITS = 1, 6
@@ -119,3 +125,35 @@ def _emitted(gains: Floats, model: TSModel, digits: int) -> Floats:
     for rows in groups.values():
         found[rows] = np.round(found[rows].mean(axis=0), digits)
     return found
+
+
+def regional_design(
+    turbine: Turbine, *, speed_setpoint: float | None = None, clock: StepClock | None = None
+) -> tuple[TSModel, TSModel, RegionalGains]:
+    """Return the models of partial and full load, and the gains of both regions.
+
+    Parameters
+    ----------
+    speed_setpoint : de-rated rotor speed [rad/s]; None takes the rated speed.
+    clock : reports each step and measures its time; None for neither.
+
+    Raises
+    ------
+    ModelError : a set-point outside the turbine's range.
+    """
+    step = clock or StepClock(None)
+    with step("partial-load model"):
+        low = partial_load_model(turbine, speed_setpoint=speed_setpoint)
+    with step("full-load model"):
+        high = full_load_model(turbine, speed_setpoint=speed_setpoint)
+    with step("regional gains"):
+        partial_load, full_load = region_requirements(turbine)
+        gains = regional_gains(
+            turbine,
+            partial_load=partial_load,
+            full_load=full_load,
+            partial_model=low,
+            full_model=high,
+            speed_setpoint=speed_setpoint,
+        )
+    return low, high, gains

@@ -37,14 +37,7 @@ def channel_evidence(
         embedding.
     """
     model = loop.model
-    found = {"disturbances": bool(loop.exact.E), "inputs": bool(loop.exact.B)}
-    way = disturbance or next((name for name in WAYS if found[name]), "disturbances")
-    if way not in WAYS or not found[way]:
-        raise ModelError(
-            f"disturbance {way!r}: the model {model.name!r} has none such; it needs a matrix E "
-            "('disturbances') or B ('inputs') that is not zero"
-        )
-    evidence: dict[str, Any] = {"disturbance": way}
+    evidence: dict[str, Any] = {"disturbance": way_of(loop, disturbance)}
     if output is None:
         if not loop.exact.C:
             raise ModelError(
@@ -62,6 +55,23 @@ def channel_evidence(
     if any(len(stack) > 1 for stack in evidence["output"].values()):
         loop.refuse_averages("output")
     return evidence
+
+
+def way_of(loop: ClaimedLoop, disturbance: str | None) -> str:
+    """Return the way of a disturbance into the model; None takes the first that it has.
+
+    Raises
+    ------
+    ModelError : no such way.
+    """
+    matrices = {"disturbances": loop.exact.E, "inputs": loop.exact.B}
+    way = disturbance or next((name for name in WAYS if matrices[name]), "disturbances")
+    if not matrices.get(way):
+        raise ModelError(
+            f"disturbance {way!r}: the model {loop.model.name!r} has none such; it needs a matrix "
+            "E ('disturbances') or B ('inputs') that is not zero"
+        )
+    return way
 
 
 def disturbance_channel(loop: ClaimedLoop, evidence: dict[str, Any]) -> Path:

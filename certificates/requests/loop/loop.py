@@ -20,8 +20,7 @@ from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.model_data import pdc_law_data, ts_model_data
 from takagi.certificates.document.plant_embedding import law_members
-from takagi.certificates.requests.loop.piece_search import Cuts
-from takagi.certificates.requests.loop.weight_points import Point, seen_at, weights_at
+from takagi.certificates.requests.loop.weight_pieces import Cuts, Point, seen_at, weights_at
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import finite_array

@@ -30,7 +30,8 @@ from takagi.lmi.analysis.disturbance.channel import (
     DisturbanceChannel,
     disturbance_channel,
 )
-from takagi.lmi.analysis.disturbance.least_gain import guessed_of_energy, least_gain, motion_of
+from takagi.lmi.analysis.disturbance.guessed_function import guessed_of_energy
+from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive

@@ -1,38 +1,22 @@
-"""The least gain of a path that one quadratic function shows: what all norms have in common.
-
-A guess of the Lyapunov function that shows a norm, by the equations of one system.
-
-A loop of high gain has fast and slow parts. In balanced states the P of its norm has a condition
-number of 1e8 and more, and no solver comes near the least gain. In states where P is |x|^2 every
-solver does. The guess is the P of the mean of the vertices. It only gives coordinates; nothing is
-claimed from it.
-
-Source: Zhou, Doyle and Glover (1996), Robust and Optimal Control, chapter 13.
-"""
+"""The least gain of a path that one quadratic function shows: what all norms have in common."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.analysis.disturbance.channel import (
-    ChannelUnits,
-    DisturbanceChannel,
-    largest_response,
-    near_least,
-)
+from takagi.lmi.analysis.disturbance.channel import ChannelUnits, DisturbanceChannel, near_least
 from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.diagnosis import binding_items
 from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, optimise_by_rounds
-from takagi.lmi.decision.outcome import Outcome, not_least, promised
+from takagi.lmi.decision.outcome import Outcome, binding_items, not_least, promised
 from takagi.models.arrays import Floats
 
 # The condition, of a path in the given units.
@@ -83,131 +67,104 @@ def least_gain(
     why = _hopeless_vertex(path, s, decay_rate) or infinite
     if why:
         return Answer(status="infeasible", margin=-np.inf, coordinates=s, diagnosis=why)
+    question = _Question(path, pose, measure, noise, tolerance)
     P = guess(path) if guess is not None and scales is None else None
     T = None if P is None else states_of(P)
     tries: tuple[Try, ...] = ()
     found, sure = None, False
     if T is not None:
-        found, sure = _in_states(path, T, pose, measure, noise=noise, slack=tolerance)
+        found, sure = question.in_states(T)
         tries = found.tries
     if found is None or found.gain is None:
-        found, sure = _attempt(path, s, pose, measure, noise=noise, slack=tolerance)
+        found, sure = question.attempt(path, s)
         found = replace(found, tries=(*tries, *found.tries))
     if found.gain is None:
         return _answer_without(path, s, found, decay_rate)
-    if sure:
-        return found
-    return _confirmed(path, found, pose, measure, noise=noise, slack=tolerance)
+    return found if sure else question.confirmed(found)
 
 
-def _attempt(
-    path: DisturbanceChannel,
-    s: Floats,
-    pose: Pose,
-    measure: Measure,
-    *,
-    noise: bool,
-    slack: float,
-) -> tuple[Answer, bool]:
-    """Return the answer posed in x = s xhat; without a gain where no solver came near the least.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Question:
+    """The path, its condition, what the unknowns show; whether the disturbance is white."""
 
-    Also return whether the lower bound of the multipliers confirms that it is the least.
-    """
-    units = ChannelUnits.of(path, s, noise=noise)
-    scaled = path.scaled(units)
-    condition = pose(scaled, units)
-    outcome = optimise_by_rounds(condition, slack=slack)
-    gain, P, why = _gain_of(outcome, scaled, units, measure, noise=noise)
-    good = gain is not None and not why
-    sure = outcome.objective - outcome.least <= (slack + SURE) * abs(outcome.least)
-    answer = replace(
-        outcome.as_answer(condition, s),
-        status="candidate" if good else outcome.status,
-        P=P if good else None,
-        gain=gain if good else None,
-        objective_unit=_unit(units, noise=noise),
-        feasible={} if good else outcome.feasible,
-        diagnosis=why,
-    )
-    return answer, bool(sure)
+    path: DisturbanceChannel
+    pose: Pose
+    measure: Measure
+    noise: bool
+    slack: float
 
+    def attempt(self, path: DisturbanceChannel, s: Floats) -> tuple[Answer, bool]:
+        """Return the answer posed in x = s xhat; without a gain where no solver came near it.
 
-def _unit(units: ChannelUnits, *, noise: bool) -> ObjectiveUnit:
-    """Return what the objective means; under white noise it is a variance, per unit of time."""
-    factor = units.output / units.disturbance
-    if noise:
-        return ObjectiveUnit("gain", factor * float(np.sqrt(units.rate)), power=2)
-    return ObjectiveUnit("gain", factor)
+        Also return whether the lower bound of the multipliers confirms that it is the least.
+        """
+        units = ChannelUnits.of(path, s, noise=self.noise)
+        scaled = path.scaled(units)
+        condition = self.pose(scaled, units)
+        outcome = optimise_by_rounds(condition, slack=self.slack)
+        gain, P, why = self._gain_of(outcome, scaled, units)
+        good = gain is not None and not why
+        sure = outcome.objective - outcome.least <= (self.slack + SURE) * abs(outcome.least)
+        answer = replace(
+            outcome.as_answer(condition, s),
+            status="candidate" if good else outcome.status,
+            P=P if good else None,
+            gain=gain if good else None,
+            objective_unit=self._unit(units),
+            feasible={} if good else outcome.feasible,
+            diagnosis=why,
+        )
+        return answer, bool(sure)
 
+    def in_states(self, T: Floats) -> tuple[Answer, bool]:
+        """Return the answer posed in x = T xhat, and whether its lower bound confirms it."""
+        found, sure = self.attempt(self.path.in_states(T), np.ones(len(T)))
+        if found.P is None:
+            return replace(found, coordinates=None), sure
+        back = np.linalg.inv(T)
+        return replace(found, P=back.T @ found.P @ back, coordinates=None), sure
 
-def _gain_of(
-    outcome: Outcome,
-    scaled: DisturbanceChannel,
-    units: ChannelUnits,
-    measure: Measure,
-    *,
-    noise: bool,
-) -> tuple[float | None, Floats | None, str]:
-    """Return the gain that the unknowns show, its P, and why it is not the least; each may be None.
+    def confirmed(self, found: Answer) -> Answer:
+        """Return the answer in states where the first P is |x|^2, if its gain is less.
 
-    If no solver brought the objective near the least, P may still show a smaller gain than it.
-    """
-    values = outcome.values if near_least(outcome) else outcome.feasible
-    if not values:
-        return None, None, ""
-    gain, P = measure(scaled, units, values)
-    if near_least(outcome):
-        return gain, P, ""
-    # The objective under white noise is a variance, and per unit of time.
-    least = np.sqrt(max(outcome.least, 0.0) * units.rate) if noise else outcome.least
-    least = float(least) * units.output / units.disturbance
-    near = np.isfinite(least) and abs(gain - least) <= promised(0.0) * least
-    return gain, P, "" if near else not_least(gain, least)
+        In unsuitable coordinates a solver may report "solved" for a gain that is a per cent above
+        the least. Only a second solution in other coordinates shows this.
+        """
+        assert found.P is not None and found.gain is not None  # a gain comes with its P
+        T = None if len(self.path.A) > ALL_AT_ONCE else states_of(found.P)
+        if T is None:
+            return found
+        other, _ = self.in_states(T)
+        tries = (*found.tries, *other.tries)
+        if other.gain is None or other.P is None or not other.gain < (1 - AGREED) * found.gain:
+            return replace(found, tries=tries)
+        return replace(other, tries=tries)
 
+    def _unit(self, units: ChannelUnits) -> ObjectiveUnit:
+        """Return what the objective means; under white noise a variance, per unit of time."""
+        factor = units.output / units.disturbance
+        if self.noise:
+            return ObjectiveUnit("gain", factor * float(np.sqrt(units.rate)), power=2)
+        return ObjectiveUnit("gain", factor)
 
-def _in_states(
-    path: DisturbanceChannel,
-    T: Floats,
-    pose: Pose,
-    measure: Measure,
-    *,
-    noise: bool,
-    slack: float,
-) -> tuple[Answer, bool]:
-    """Return the answer posed in x = T xhat, and whether its lower bound confirms it."""
-    one = np.ones(len(T))
-    found, sure = _attempt(path.in_states(T), one, pose, measure, noise=noise, slack=slack)
-    if found.P is None:
-        return replace(found, coordinates=None), sure
-    back = np.linalg.inv(T)
-    return replace(found, P=back.T @ found.P @ back, coordinates=None), sure
+    def _gain_of(
+        self, outcome: Outcome, scaled: DisturbanceChannel, units: ChannelUnits
+    ) -> tuple[float | None, Floats | None, str]:
+        """Return the gain that the unknowns show, its P, and why it is not the least, or None.
 
-
-def _confirmed(
-    path: DisturbanceChannel,
-    found: Answer,
-    pose: Pose,
-    measure: Measure,
-    *,
-    noise: bool,
-    slack: float,
-) -> Answer:
-    """Return the answer in states where the first P is |x|^2, if its gain is less.
-
-    In unsuitable coordinates a solver may report "solved" for a gain that is a per cent above the
-    least. Only a second solution in other coordinates shows this.
-    """
-    assert found.P is not None and found.gain is not None  # a gain comes with its P
-    if len(path.A) > ALL_AT_ONCE:
-        return found
-    T = states_of(found.P)
-    if T is None:
-        return found
-    other, _ = _in_states(path, T, pose, measure, noise=noise, slack=slack)
-    tries = (*found.tries, *other.tries)
-    if other.gain is None or other.P is None or not other.gain < (1 - AGREED) * found.gain:
-        return replace(found, tries=tries)
-    return replace(other, tries=tries)
+        If no solver brought the objective near the least, P may still show a smaller gain than it.
+        """
+        values = outcome.values if near_least(outcome) else outcome.feasible
+        if not values:
+            return None, None, ""
+        gain, P = self.measure(scaled, units, values)
+        if near_least(outcome):
+            return gain, P, ""
+        # The objective under white noise is a variance, and per unit of time.
+        least = np.sqrt(max(outcome.least, 0.0) * units.rate) if self.noise else outcome.least
+        least = float(least) * units.output / units.disturbance
+        near = np.isfinite(least) and abs(gain - least) <= promised(0.0) * least
+        return gain, P, "" if near else not_least(gain, least)
 
 
 def states_of(P: Floats) -> Floats | None:
@@ -284,63 +241,3 @@ def _answer_without(
         diagnosis=diagnosis,
         tries=(*tried.tries, *stable.tries),
     )
-
-
-# The Riccati equation is solved for a gamma above the norm, by this factor; the norm is estimated
-# from a few frequencies.
-ABOVE = (1.05, 2.0, 10.0)
-# The weight that is added for every state to that of the observability Gramian, as a share of its
-# largest weight.
-MORE = 1e-6
-
-
-def guessed_of_energy(channel: DisturbanceChannel) -> Floats | None:
-    """Return P of the Riccati equation for a gamma a little above the norm; None if not found."""
-    from scipy.linalg import solve_continuous_are, solve_discrete_are
-
-    solve = solve_continuous_are if channel.sample_time is None else solve_discrete_are
-    A, B, C, D, s = _mean(channel)
-    size = largest_response(channel)
-    for more in ABOVE:
-        level = (more * size) ** 2 * np.eye(B.shape[1])
-        try:
-            P = np.asarray(solve(A, B, C.T @ C, D.T @ D - level, s=C.T @ D), np.float64)
-        except (np.linalg.LinAlgError, ValueError):
-            continue
-        found = _in_plain_states(P, s)
-        if found is not None:
-            return found
-    return guessed_of_variance(channel)
-
-
-def guessed_of_variance(channel: DisturbanceChannel) -> Floats | None:
-    """Return the observability Gramian with a small weight on every state; None if not found."""
-    from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
-
-    A, _, C, _, s = _mean(channel)
-    weight = C.T @ C
-    weight = weight + MORE * (np.abs(weight).max() or 1.0) * np.eye(len(A))
-    try:
-        if channel.sample_time is None:
-            P = np.asarray(solve_continuous_lyapunov(A.T, -weight), np.float64)
-        else:
-            P = np.asarray(solve_discrete_lyapunov(A.T, weight), np.float64)
-    except (np.linalg.LinAlgError, ValueError):
-        return None
-    return _in_plain_states(P, s)
-
-
-def _mean(channel: DisturbanceChannel) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Return the mean vertex in balanced states, and their units."""
-    s = state_units(channel.A, None, step=channel.sample_time)
-    A, B, C, D = (part.mean(axis=0) for part in (channel.A, channel.B, channel.C, channel.D))
-    return A * s / s[:, None], B / s[:, None], C * s, D, s
-
-
-def _in_plain_states(P: Floats, s: Floats) -> Floats | None:
-    P = (P + P.T) / 2 / s / s[:, None]
-    size = np.sqrt(np.abs(np.diag(P)))
-    if not np.isfinite(P).all() or not size.all():
-        return None
-    shaped = P / size / size[:, None]
-    return P if np.linalg.eigvalsh(shaped)[0] > 0 else None

@@ -38,9 +38,8 @@ from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.expressions.expression import Equation, Inequality
-from takagi.lmi.expressions.matrices import He, block, matrix
+from takagi.lmi.decision.outcome import binding_items
+from takagi.lmi.expressions.expression import Equation, He, Inequality, block, matrix
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.errors import ModelError
 

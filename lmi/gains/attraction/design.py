@@ -1,7 +1,4 @@
-"""The largest ellipsoid from which a loop with limits settles, for gains given or sought.
-
-Solve for a largest ellipsoid: in units of its own size, and at the slope that serves it best.
-"""
+"""The largest ellipsoid from which a loop with limits settles, for gains given or sought."""
 
 from __future__ import annotations
 
@@ -17,8 +14,7 @@ from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import balanced_inputs, balanced_states, nearest_power
 from takagi.lmi.decision.decide import optimise
-from takagi.lmi.decision.diagnosis import advice_about_limit, asks_for_decay, binding_items
-from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.gains.attraction.condition import attraction_condition
 from takagi.lmi.gains.attraction.request import AttractionRequest, GivenRegion, attraction_request
 from takagi.lmi.gains.decay.condition import Controlled

@@ -1,7 +1,4 @@
-"""What is asked of a region of attraction, checked on entry, in one set of coordinates.
-
-Where an ellipsoid may lie, and what it is measured by: checked on entry.
-"""
+"""What is asked of a region of attraction, checked on entry, in one set of coordinates."""
 
 from __future__ import annotations
 

@@ -50,8 +50,9 @@ from takagi.lmi.gains.requirements.closed_loop import (
     gain_unknown,
 )
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.errors import ModelError
 
 # Largest S in states where P is about 1: keeps S finite where a state costs nothing, at a cost of
@@ -193,8 +194,8 @@ def lqr_pdc_condition(
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     r, n, m = B.shape
-    F = _factor(symmetric("Q", Q, n, definite=False))
-    G = _factor(symmetric("R", R, m, definite=True))
+    F = weight_factor(symmetric("Q", Q, n, definite=False))
+    G = weight_factor(symmetric("R", R, m, definite=True))
     S = Unknown("S", n, n, symmetric=True)
     M = gain_unknown(r, m, n, relaxation)
     W = Unknown("W", n, n, symmetric=True)
@@ -250,7 +251,7 @@ def _cost_bound(W: Unknown, S: Unknown, factor: Array) -> LMI:
     )
 
 
-def _factor(weight: Array) -> Array:
+def weight_factor(weight: Array) -> Array:
     """Return F, (rank, size), with F' F = weight."""
     eigenvalues, vectors = np.linalg.eigh(weight)
     # Smaller eigenvalues of a singular weight are rounding, and may be negative.

@@ -11,8 +11,15 @@ from takagi.lmi.argument_checks import rate_parameter
 from takagi.lmi.cone.assemble import assemble
 from takagi.lmi.decision.decide import decide
 from takagi.lmi.gains.decay.condition import size_of_motion
-from takagi.lmi.gains.decay.design import decided, design_at, design_of, rate_of
-from takagi.lmi.gains.decay.limited_outcome import EFFORTS, LimitedOutcome, stopped_by_limit
+from takagi.lmi.gains.decay.design import (
+    EFFORTS,
+    LimitedOutcome,
+    decided,
+    design_at,
+    design_of,
+    rate_of,
+    stopped_by_limit,
+)
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.solver.solve import Session
 from takagi.lmi.sums.relaxations import Relaxation

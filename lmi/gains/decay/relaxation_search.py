@@ -16,8 +16,15 @@ from takagi.lmi.gains.decay.design import ANY, decided, design_at, design_of
 from takagi.lmi.gains.decay.largest_rate import BACK, design_at_largest, largest
 from takagi.lmi.gains.decay.request import DecayRequest
 from takagi.lmi.sums.membership_points import at_points, number_of_points
-from takagi.lmi.sums.relaxation_order import MOST_WORK, NAMES, PRODUCTS, contains, work_of
-from takagi.lmi.sums.relaxation_sizes import RelaxationSize, size_of
+from takagi.lmi.sums.relaxation_sizes import (
+    MOST_WORK,
+    NAMES,
+    PRODUCTS,
+    RelaxationSize,
+    contains,
+    size_of,
+    work_of,
+)
 
 # A decay rate in 1/s, or the largest there is.
 Goal: TypeAlias = float | Literal["max"]

@@ -18,8 +18,8 @@ from takagi.lmi.cone.balance import (
     state_units,
 )
 from takagi.lmi.gains.decay.condition import Controlled, double_sums, pdc_condition, size_of_motion
-from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.gains.requirements.requirements import GivenLimits, Requirements
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
+from takagi.lmi.gains.requirements.requirements import Requirements
 from takagi.lmi.stabilisability import check_stabilisable, fixed_mode
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import Relaxation

@@ -127,16 +127,12 @@ class DisturbanceCoordinates:
         if self.feedback.any():
             plain = replace(self, feedback=np.zeros_like(self.feedback))
             return plain.scaled_plant(plant.fed_back(self.feedback))
-        T, tau, rate = self.states, self.inputs, self.rate
-        c, d = self.output, self.disturbance
-        return replace(
-            plant,
-            A=np.asarray(np.linalg.solve(T, plant.A @ T) / rate, dtype=np.float64),
-            B=np.asarray(np.linalg.solve(T, plant.B * tau) / rate, dtype=np.float64),
-            E=np.asarray(np.linalg.solve(T, plant.E) * (d / rate), dtype=np.float64),
-            C=plant.C @ T / c,
-            D12=plant.D12 * tau / c,
-            D11=plant.D11 * (d / c),
+        return plant.in_units(
+            self.states,
+            self.inputs,
+            rate=self.rate,
+            disturbance=self.disturbance,
+            output=self.output,
         )
 
     def scaled_gains(self, K: Floats) -> Floats:

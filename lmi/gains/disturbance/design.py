@@ -13,8 +13,7 @@ from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
 from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import optimise
-from takagi.lmi.decision.diagnosis import binding_items
-from takagi.lmi.decision.outcome import Outcome, not_least
+from takagi.lmi.decision.outcome import Outcome, binding_items, not_least
 from takagi.lmi.gains.disturbance.coordinates import (
     WEIGHTS,
     DisturbanceCoordinates,
@@ -22,7 +21,7 @@ from takagi.lmi.gains.disturbance.coordinates import (
     is_definite,
 )
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest
-from takagi.lmi.parameter_search.parameter_sweep import least_objective
+from takagi.lmi.parameter_search.least_over_rate import least_objective
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
 

@@ -69,6 +69,20 @@ class DisturbedPlant:
         merged = vectors[:rank].T / np.where(size > 0, size, 1.0)[:, None]
         return replace(self, B=self.B @ merged, D12=self.D12 @ merged)
 
+    def in_units(
+        self, T: Floats, tau: Floats, *, rate: float, disturbance: float, output: float
+    ) -> DisturbedPlant:
+        """Return it in x = T xhat, u = tau uhat, w and z in units of theirs, time in 1 / rate."""
+        return replace(
+            self,
+            A=np.asarray(np.linalg.solve(T, self.A @ T) / rate, dtype=np.float64),
+            B=np.asarray(np.linalg.solve(T, self.B * tau) / rate, dtype=np.float64),
+            E=np.asarray(np.linalg.solve(T, self.E) * (disturbance / rate), dtype=np.float64),
+            C=self.C @ T / output,
+            D12=self.D12 * tau / output,
+            D11=self.D11 * (disturbance / output),
+        )
+
     def fed_back(self, K: Floats) -> DisturbedPlant:
         """Return the plant whose input is counted from -K x, the same K (m, n) in every rule."""
         return replace(self, A=self.A - self.B @ K, C=self.C - self.D12 @ K)

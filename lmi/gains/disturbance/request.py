@@ -17,8 +17,7 @@ from takagi.lmi.gains.disturbance.disturbed_plant import (
     check_reachable,
     plant_of,
 )
-from takagi.lmi.gains.requirements.limits import Limits
-from takagi.lmi.gains.requirements.requirements import GivenLimits
+from takagi.lmi.gains.requirements.limits import GivenLimits, Limits
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -116,7 +115,7 @@ def disturbance_request(
     )
 
 
-def positive(name: str, value: float) -> float:
+def positive_number(name: str, value: float) -> float:
     """Return a positive number.
 
     Raises

@@ -1,4 +1,4 @@
-"""The least H2 norm of one rule, from the regulator's Riccati equation instead of a program.
+r"""The least H2 norm of one rule, from the regulator's Riccati equation instead of a program.
 
 With one rule the least mean of |z|^2 under white noise is the regulator's cost: gains K from the
 Riccati equation with the weights of |z|^2, and a little on every state and input where z leaves
@@ -22,7 +22,7 @@ The least mean of |z|^2 is also the least trace of V with
                                       [ .   X         ]  >= 0,
 
 X the controllability Gramian, L = K X.  Where the infimum is approached by ever larger gains,
-these unknowns stay bounded while those of ``output_variance_sums`` do not: the multipliers of this
+these unknowns stay bounded while those of ``output_variance`` do not: the multipliers of this
 program are good there.  Its gains are not taken: a design needs the unknowns of the other one.
 
 Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.4.
@@ -43,7 +43,8 @@ from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.cone.program import ConeProgram, Raw, cone_program, least_objective_bound
+from takagi.lmi.cone.duality import least_objective_bound
+from takagi.lmi.cone.program import ConeProgram, Raw, cone_program
 from takagi.lmi.decision.outcome import Outcome, promised
 from takagi.lmi.gains.disturbance.coordinates import (
     DisturbanceCoordinates,
@@ -79,7 +80,7 @@ def least_variance(plant: DisturbedPlant, enough: float) -> float:
         pushed = np.linalg.norm(B, axis=0) / (np.linalg.norm(A, 2) or 1.0)
         shown = np.linalg.norm(plant.D12[0], axis=0) / size
         tau = 1.0 / np.maximum(pushed, shown) if s is balanced else np.ones(m)
-        condition = _condition(A, B * tau, E, C / size, plant.D12[0] * tau / size)
+        condition = _gramian_condition(A, B * tau, E, C / size, plant.D12[0] * tau / size)
         data = assemble(condition)
         program = cone_program(data, data.objective, (), margin=0.0)
         for raw in _answers(program):
@@ -100,7 +101,7 @@ def _answers(program: ConeProgram) -> Iterator[Raw]:
                 yield again
 
 
-def _condition(A: Floats, B: Floats, E: Floats, C: Floats, D: Floats) -> Condition:
+def _gramian_condition(A: Floats, B: Floats, E: Floats, C: Floats, D: Floats) -> Condition:
     n, m, p = len(A), B.shape[1], len(C)
     one, output = np.eye(n)[None], np.eye(p)[None]
     X, L = Unknown("X", n, n, symmetric=True), Unknown("L", m, n)

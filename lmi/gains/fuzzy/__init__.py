@@ -1,6 +1,6 @@
 """Gains together with a Lyapunov function that depends on the memberships.
 
-pdc, search      the function that is called, and its result
+pdc              the function that is called
 request, sums    the LMIs, and what keeps their unknowns finite
-search           from them to a law, or to a reasoned no
+design           from them to a law, or to a reasoned no
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +10,8 @@ from numpy.typing import ArrayLike
 from takagi.lmi.argument_checks import input_stack, number, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.gains.decay.condition import Controlled
+from takagi.lmi.gains.fuzzy.design import FuzzyDesign, searched, units_of
 from takagi.lmi.gains.fuzzy.request import FuzzyRequest, SlackKind
-from takagi.lmi.gains.fuzzy.search import FuzzyDesign, searched, units_of
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.lmi.varying.parameter_space import RateBounds, membership_rates, space_of
@@ -30,7 +29,6 @@ def fuzzy_pdc_condition(
     decay_rate: float = 0.0,
     relaxation: str = "wang-tanaka-griffin",
     slack: SlackKind = "common",
-    rates: Literal["corners", "slack"] = "corners",
     epsilon: float = 1.0,
     sample_time: float | None = None,
 ) -> Condition:
@@ -38,7 +36,7 @@ def fuzzy_pdc_condition(
 
     Parameters
     ----------
-    model, rate_bounds, decay_rate, relaxation, slack, rates, sample_time : as for ``fuzzy_pdc``.
+    model, rate_bounds, decay_rate, relaxation, slack, sample_time : as for ``fuzzy_pdc``.
     epsilon : the scalar of continuous time, relative to the time of the vertices.
 
     Returns
@@ -56,7 +54,7 @@ def fuzzy_pdc_condition(
     A = vertex_stack(model).astype(np.float64)
     B = input_stack(model, A).astype(np.float64)
     step = sample_time_of(model, sample_time)
-    task = _task(model, A, B, step, rate_bounds, relaxation, slack, rates)
+    task = _task(model, A, B, step, rate_bounds, relaxation, slack)
     return task.condition(float(number("decay_rate", decay_rate)), _epsilon(epsilon))
 
 
@@ -68,7 +66,6 @@ def fuzzy_pdc(
     decay_rate: float = 0.0,
     relaxation: str = "wang-tanaka-griffin",
     slack: SlackKind = "common",
-    rates: Literal["corners", "slack"] = "corners",
     epsilons: Sequence[float] = EPSILONS,
     scales: ArrayLike | None = None,
     sample_time: float | None = None,
@@ -87,7 +84,6 @@ def fuzzy_pdc(
     relaxation : as for ``pdc``.
     slack : "common", one G for all rules; "rules", one a rule, in discrete time: the law is
         then u = -M(h) G(h)^-1 x, which is not a blend of gains.
-    rates : "corners" of the velocities; or "slack", one matrix for all rates, without premises.
     epsilons : tried in this order in continuous time until there are gains; relative to the time
         of the vertices.
     scales : (n,) engineering range of each state; None balances.
@@ -116,7 +112,7 @@ def fuzzy_pdc(
     B = input_stack(model, A).astype(np.float64)
     step = sample_time_of(model, sample_time)
     units = units_of(A, B, step, scales, tuple(getattr(model, "states", ())))
-    task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation, slack, rates)
+    task = _task(model, *units.scaled(A, B), step, rate_bounds, relaxation, slack)
     tried = (1.0,) if task.discrete else tuple(_epsilon(one) for one in epsilons)
     if not tried:
         raise ModelError("epsilons is empty; give at least one positive number")
@@ -131,13 +127,12 @@ def _task(
     rate_bounds: RateBounds | None,
     relaxation: str,
     slack: SlackKind,
-    rates: str,
 ) -> FuzzyRequest:
     relaxation_named(relaxation)
-    if step is not None and (rate_bounds is not None or rates != "corners"):
+    if step is not None and rate_bounds is not None:
         raise ModelError(
-            "rate_bounds and rates are for continuous time; in discrete time the next memberships "
-            "are arbitrary: leave them out"
+            "rate_bounds are for continuous time; in discrete time the next memberships are "
+            "arbitrary: leave them out"
         )
     if step is None and rate_bounds is None:
         raise ModelError(
@@ -145,15 +140,8 @@ def _task(
         )
     if slack not in ("common", "rules") or (slack == "rules" and step is None):
         raise ModelError(f'slack is {slack!r}; there are "common" and, in discrete time, "rules"')
-    if rates not in ("corners", "slack"):
-        raise ModelError(f'rates is {rates!r}; there are "corners" and "slack"')
     space = space_of(model, len(A))
     bounds = membership_rates(space, np.inf if rate_bounds is None else rate_bounds)
-    if rates == "slack" and (space.premises or not np.isfinite(bounds[0]).all()):
-        raise ModelError(
-            'rates="slack" is for memberships with finite bounds of their own (no premises); take '
-            'rates="corners"'
-        )
     return FuzzyRequest(
         A=A,
         B=B,
@@ -162,7 +150,6 @@ def _task(
         sample_time=step,
         relaxation=relaxation,
         slack=slack,
-        bounded=rates == "slack",
     )
 
 

@@ -1,7 +1,4 @@
-"""The LMIs of gains with a Lyapunov function that depends on the memberships.
-
-What keeps the unknowns of a fuzzy design finite: their scale, and the input effort.
-"""
+"""The LMIs of gains with a Lyapunov function that depends on the memberships."""
 
 from __future__ import annotations
 
@@ -19,7 +16,6 @@ from takagi.lmi.gains.fuzzy.sums import SoughtGains, continuous_sums, discrete_s
 from takagi.lmi.gains.requirements.closed_loop import gain_symbol, gain_unknown
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.relaxations import relaxation_named
-from takagi.lmi.varying.fuzzy_condition import rate_slack, slack_unknown
 from takagi.lmi.varying.parameter_motion import continuous_motion, kept_degrees
 from takagi.lmi.varying.parameter_space import Space
 from takagi.models.arrays import Floats
@@ -130,7 +126,6 @@ class FuzzyRequest:
     sample_time : T in s; None for continuous time.
     relaxation : name of the double-sum relaxation.
     slack : G the same in all rules, or one a rule.
-    bounded : dP/dt by one slack matrix X, in the place of the corners of the velocities.
     """
 
     A: Array
@@ -140,7 +135,6 @@ class FuzzyRequest:
     sample_time: float | None
     relaxation: str
     slack: SlackKind
-    bounded: bool
 
     @property
     def discrete(self) -> bool:
@@ -178,10 +172,6 @@ class FuzzyRequest:
         sums: tuple[DoubleSum, ...]
         if self.discrete:
             sums = discrete_sums(sought)
-        elif self.bounded:
-            X = slack_unknown(sought.P.rows)
-            sums = continuous_sums(sought, (), eps, self.kappa, (X, self.rates[0]))
-            more, lmis = (X,), (*lmis, *rate_slack(sought.P, X))
         else:
             motion = continuous_motion(self.space, self._degrees(), self.rates)
             sums = continuous_sums(sought, motion.velocities, eps, self.kappa)

@@ -33,8 +33,9 @@ import numpy as np
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_parts import double_sums, rate_parts, rule_table
+from takagi.lmi.sums.summands import Member, SumPart
 from takagi.models.arrays import Floats, Indices
 
 
@@ -168,14 +169,12 @@ def continuous_sums(
     velocities: Sequence[Sequence[Floats]],
     eps: float,
     kappa: float,
-    slack: tuple[Unknown, Floats] | None = None,
 ) -> tuple[DoubleSum, ...]:
     """Return the module's double sums, one for each velocity; alpha is the parameter ``alpha``.
 
     Parameters
     ----------
     velocities : corners of dw^k/dt, each one array a simplex.
-    slack : X, and the phi_i with dP/dt <= sum_i phi_i (P_i + X), in the place of velocities.
     """
     P, G = sought.P, sought.G
     one = np.eye(P.rows)[None]
@@ -213,19 +212,7 @@ def continuous_sums(
         ),
     )
     plain = sought.sum_of(parts)
-    if slack is not None:
-        return double_sums(plain, [_slack_parts(sought, *slack)])
     moved = [
         rate_parts(P, sought.corners, velocity, members=sought.members) for velocity in velocities
     ]
     return double_sums(plain, moved)
-
-
-def _slack_parts(sought: SoughtGains, X: Unknown, rates: Floats) -> tuple[SumPart, ...]:
-    """Return sum_i phi_i (P_i + X)."""
-    one = np.eye(X.rows)[None]
-    whole = rate_parts(sought.P, sought.corners, (rates,), members=sought.members)
-    return (
-        *whole,
-        SumPart(unknown=X, left=rates.sum() * one, right=one, latex=(r"\sum_i \phi_i", "")),
-    )

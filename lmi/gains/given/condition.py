@@ -36,9 +36,10 @@ from takagi.lmi.cone.balance import motion, state_units
 from takagi.lmi.gains.decay.condition import Controlled, theta_weight
 from takagi.lmi.gains.requirements.requirements import Requirements, requirements_of
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.membership_shape import with_overlap
 from takagi.lmi.sums.relaxations import Relaxation, relaxation_named
+from takagi.lmi.sums.summands import SumPart
 from takagi.models.arrays import Floats
 
 

@@ -1,4 +1,4 @@
-"""Energy gain by dynamic output feedback as LMIs; nothing here solves them.
+r"""Energy gain by dynamic output feedback as LMIs; nothing here solves them.
 
 For the generalised plant and a controller of its order, with the unknowns X, Y symmetric, Ah, Bh,
 Ch and Dh,
@@ -48,9 +48,56 @@ import numpy as np
 from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.expressions.matrices import He, block, matrix
+from takagi.lmi.expressions.expression import He, block, matrix
 from takagi.lmi.gains.output_feedback.generalised_plant import GeneralisedPlant
 from takagi.models.arrays import Floats
+
+
+def factors(X: Floats, Y: Floats) -> tuple[Floats, Floats]:
+    """Return M and N (n, n) with M N' = I - X Y, by its singular values."""
+    U, sizes, V = np.linalg.svd(np.eye(len(X)) - X @ Y)
+    return U * np.sqrt(sizes), V.T * np.sqrt(sizes)
+
+
+def controller_matrices(
+    plant: tuple[Floats, Floats, Floats],
+    X: Floats,
+    Y: Floats,
+    hats: tuple[Floats, Floats, Floats, Floats],
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return A_K, B_K, C_K, D_K from the unknowns of the LMIs.
+
+    Parameters
+    ----------
+    plant : A (n, n), or (r, n, n) for one matrix a rule; B (n, m); C (p, n).
+    X, Y : (n, n), with I - X Y invertible.
+    hats : Ah (n, n), Bh (n, p), Ch (m, n), Dh (m, p), each with a first axis of rules where A has
+        one.
+    """
+    A, B, C = plant
+    Ah, Bh, Ch, Dh = hats
+    M, N = factors(X, Y)
+    C_K = _transposed(_solved(M, _transposed(Ch - Dh @ C @ X)))
+    B_K = _solved(N, Bh - Y @ B @ Dh)
+    rest = Ah - N @ B_K @ C @ X - Y @ B @ C_K @ M.T - Y @ (A + B @ Dh @ C) @ X
+    A_K = _transposed(_solved(M, _transposed(_solved(N, rest))))
+    return A_K, B_K, C_K, Dh
+
+
+def lyapunov_matrix(X: Floats, Y: Floats) -> Floats:
+    """Return P (2n, 2n) of V = z' P z, z = (x, s): P [X, I; M', 0] = [I, Y; 0, N']."""
+    M, N = factors(X, Y)
+    zero, one = np.zeros_like(X), np.eye(len(X))
+    P = np.block([[one, Y], [zero, N.T]]) @ np.linalg.inv(np.block([[X, one], [M.T, zero]]))
+    return np.asarray((P + P.T) / 2)
+
+
+def _solved(M: Floats, right: Floats) -> Floats:
+    return np.asarray(np.linalg.solve(M, right), dtype=np.float64)
+
+
+def _transposed(stack: Floats) -> Floats:
+    return np.asarray(stack.swapaxes(-1, -2))
 
 
 def hinf_output_feedback_condition(plant: GeneralisedPlant) -> Condition:
@@ -104,50 +151,3 @@ def hinf_output_feedback_condition(plant: GeneralisedPlant) -> Condition:
         name="energy gain by dynamic output feedback",
         source="Scherer, Gahinet, Chilali (1997), IEEE Trans. Automatic Control 42",
     )
-
-
-def factors(X: Floats, Y: Floats) -> tuple[Floats, Floats]:
-    """Return M and N (n, n) with M N' = I - X Y, by its singular values."""
-    U, sizes, V = np.linalg.svd(np.eye(len(X)) - X @ Y)
-    return U * np.sqrt(sizes), V.T * np.sqrt(sizes)
-
-
-def controller_matrices(
-    plant: tuple[Floats, Floats, Floats],
-    X: Floats,
-    Y: Floats,
-    hats: tuple[Floats, Floats, Floats, Floats],
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return A_K, B_K, C_K, D_K from the unknowns of the LMIs.
-
-    Parameters
-    ----------
-    plant : A (n, n), or (r, n, n) for one matrix a rule; B (n, m); C (p, n).
-    X, Y : (n, n), with I - X Y invertible.
-    hats : Ah (n, n), Bh (n, p), Ch (m, n), Dh (m, p), each with a first axis of rules where A has
-        one.
-    """
-    A, B, C = plant
-    Ah, Bh, Ch, Dh = hats
-    M, N = factors(X, Y)
-    C_K = _transposed(_solved(M, _transposed(Ch - Dh @ C @ X)))
-    B_K = _solved(N, Bh - Y @ B @ Dh)
-    rest = Ah - N @ B_K @ C @ X - Y @ B @ C_K @ M.T - Y @ (A + B @ Dh @ C) @ X
-    A_K = _transposed(_solved(M, _transposed(_solved(N, rest))))
-    return A_K, B_K, C_K, Dh
-
-
-def lyapunov_matrix(X: Floats, Y: Floats) -> Floats:
-    """Return P (2n, 2n) of V = z' P z, z = (x, s): P [X, I; M', 0] = [I, Y; 0, N']."""
-    M, N = factors(X, Y)
-    zero, one = np.zeros_like(X), np.eye(len(X))
-    P = np.block([[one, Y], [zero, N.T]]) @ np.linalg.inv(np.block([[X, one], [M.T, zero]]))
-    return np.asarray((P + P.T) / 2)
-
-
-def _solved(M: Floats, right: Floats) -> Floats:
-    return np.asarray(np.linalg.solve(M, right), dtype=np.float64)
-
-
-def _transposed(stack: Floats) -> Floats:
-    return np.asarray(stack.swapaxes(-1, -2))

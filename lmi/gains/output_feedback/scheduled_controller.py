@@ -3,7 +3,7 @@ r"""A scheduled controller of the plant's order: one set of matrices a rule, mea
     x' = sum_i h_i A_i x + B u,  y = C x,      s' = sum_i h_i (F_i s + G_i y),  u = sum_i h_i H_i s
 
 (x+ and s+ in discrete time), where the weights h are known from measured signals, and B and C are
-the same in all rules.  In the unknowns X, Y, Fb_i, Gb_i, Hb_i of ``change_of_variables`` (there
+the same in all rules.  In the unknowns X, Y, Fb_i, Gb_i, Hb_i of ``condition`` (there
 Ah, Bh, Ch, with D_K = 0) the condition that V = z'Pz, z = (x, s), decays as e^(-2 alpha t) is
 
     W = [[X, I], [I, Y]] > 0,     R_i = [ A_i X + B Hb_i   A_i            ]
@@ -33,8 +33,7 @@ from takagi.lmi.condition.statements import pose
 from takagi.lmi.condition.term import Array, Condition
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.expressions.expression import Expression, Inequality
-from takagi.lmi.expressions.matrices import He, block, matrix
+from takagi.lmi.expressions.expression import Expression, He, Inequality, block, matrix
 from takagi.lmi.gains.output_feedback.condition import (
     controller_matrices,
     lyapunov_matrix,

@@ -16,7 +16,8 @@ import numpy as np
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Member, SumPart
 
 
 def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:
@@ -43,19 +44,16 @@ def closed_loop(
     weight: float,
     discrete: bool = False,
     corners: Corners | None = None,
-    gain_corners: Corners | None = None,
 ) -> DoubleSum:
     """Return the module's double sum; alpha is the parameter ``alpha``, rho^2 ``contraction``.
 
     Parameters
     ----------
     A, B : (r, n, n), (r, n, m).
-    Q, M : unknowns; M has r members, or one for a gain that all rules share, or as many as
-        ``gain_corners`` has rules.
+    Q, M : unknowns; M has r members, or one for a gain that all rules share.
     weight : margin of Theta for a margin 1 of Q.
     discrete : x+ = A x + B u in the place of x' = A x + B u.
-    corners, gain_corners : as in ``DoubleSum``; the second for gains that are scheduled over other
-        premises than the vertices, or over some of them only.
+    corners : as in ``DoubleSum``.
     """
     r, n = A.shape[:2]
     one = np.eye(n)[None]
@@ -92,5 +90,4 @@ def closed_loop(
         parts=tuple(parts),
         weight=weight,
         corners=corners,
-        gain_corners=gain_corners,
     )

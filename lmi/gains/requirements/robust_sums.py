@@ -34,7 +34,8 @@ from takagi.lmi.condition.uncertainty import Uncertainty, UncertaintyBlock, bloc
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.gains.requirements.closed_loop import gain_member, gain_symbol
-from takagi.lmi.sums.double_sum import DoubleSum, Member, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import Member, SumPart
 from takagi.models.errors import ModelError
 
 

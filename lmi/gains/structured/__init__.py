@@ -1,10 +1,8 @@
 """Gains with a structure: zeros, shared gains, outputs in the place of states.
 
 structure                  which measurements each input may use
-disturbed_plant            the plant with the disturbance and the output of the objective
 sums, slack_matrix         the conditions of the convex steps
-coordinates, joint_steps   one step: P for given gains, then P and gains together
-descent_start              gains by descent on the norm itself
-local_search               many steps from several starts
-design                     ``structured_pdc`` and its result
+joint_steps                one step: P for given gains, then P and gains together
+local_search               many steps from several starts; starts by descent on the norm itself
+design                     ``structured_pdc``, its plant and its result
 """

@@ -1,11 +1,8 @@
-"""Gains with a structure: prescribed zeros, shared gains, output feedback.
-
-The result of a structured design: gains, their value, and the loss due to the structure.
-"""
+"""Gains with a structure: prescribed zeros, shared gains, output feedback."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -13,17 +10,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.answer import Answer, Design, GainsWithAnswer
-from takagi.lmi.argument_checks import whole_number
+from takagi.lmi.argument_checks import (
+    input_stack,
+    sample_time_of,
+    symmetric,
+    vertex_stack,
+    whole_number,
+)
 from takagi.lmi.cone.balance import state_units
+from takagi.lmi.gains.cost.condition import initial_factor, weight_factor
 from takagi.lmi.gains.cost.regulator import lqr_pdc
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
-from takagi.lmi.gains.disturbance.disturbed_plant import Performance
+from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant, Performance, plant_of
 from takagi.lmi.gains.disturbance.energy_gain import hinf_pdc
-from takagi.lmi.gains.structured.descent_start import descended, shown
-from takagi.lmi.gains.structured.disturbed_plant import plant_for
 from takagi.lmi.gains.structured.joint_steps import StepSearch, StructuredPoint
-from takagi.lmi.gains.structured.local_search import LocalSearch, LocalStart, LocalStep, slack_start
+from takagi.lmi.gains.structured.local_search import (
+    LocalSearch,
+    LocalStart,
+    LocalStep,
+    descended,
+    shown,
+    slack_start,
+)
 from takagi.lmi.gains.structured.structure import check_movable, structure_of
 from takagi.lmi.gains.structured.sums import Objective
 from takagi.lmi.solver.time_limit import limited
@@ -31,6 +40,64 @@ from takagi.lmi.stabilisability import check_stabilisable
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
+
+
+def plant_for(
+    model: Controlled,
+    objective: Objective,
+    *,
+    Q: ArrayLike | None,
+    R: ArrayLike | None,
+    deviations: ArrayLike,
+    performance: Performance | None,
+    sample_time: float | None,
+) -> tuple[DisturbedPlant, Floats]:
+    """Return the plant, and L of the covariance L L' of x(0).
+
+    For "cost" the output is z = [F x; G u] with Q = F' F, R = G' G, so that |z|^2 is the cost's
+    integrand.
+
+    Raises
+    ------
+    ModelError : an argument that the objective needs is missing, or one that it does not use is
+        given; otherwise as ``lqr_pdc`` and ``hinf_pdc``.
+    """
+    _check_given(objective, {"Q": Q, "R": R}, performance)
+    A = vertex_stack(model).astype(np.float64)
+    n = A.shape[1]
+    if objective == "hinf":
+        return plant_of(model, performance, sample_time), np.eye(n)
+    B = input_stack(model, A).astype(np.float64)
+    r, _, m = B.shape
+    C, D12 = np.zeros((r, 1, n)), np.zeros((r, 1, m))
+    if objective == "cost":
+        assert Q is not None and R is not None  # _check_given has checked this
+        F = weight_factor(symmetric("Q", Q, n, definite=False))
+        G = weight_factor(symmetric("R", R, m, definite=True))
+        C = np.broadcast_to(np.concatenate([F, np.zeros((m, n))]), (r, len(F) + m, n))
+        D12 = np.broadcast_to(np.concatenate([np.zeros((len(F), m)), G]), (r, len(F) + m, m))
+    plant = DisturbedPlant(
+        A=A,
+        B=B,
+        E=np.zeros((r, n, 1)),
+        C=C,
+        D12=D12,
+        D11=np.zeros((r, C.shape[1], 1)),
+        sample_time=sample_time_of(model, sample_time),
+        premises=tuple(getattr(model, "premises", ())),
+        rules=tuple(getattr(model, "rules", ())),
+    )
+    return plant, np.asarray(initial_factor(deviations, n), dtype=np.float64)
+
+
+def _check_given(objective: Objective, weights: Mapping[str, object], performance: object) -> None:
+    for name, value in weights.items():
+        if objective == "cost" and value is None:
+            raise ModelError(f'objective is "cost", but there is no {name}; give Q and R')
+        if objective != "cost" and value is not None:
+            raise ModelError(f'{name} was given, but objective is "{objective}"; leave it out')
+    if objective != "hinf" and performance is not None:
+        raise ModelError(f'performance was given, but objective is "{objective}"; leave it out')
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -277,9 +344,9 @@ def _best(
 def _bound(gain_bound: float | None) -> float | None:
     if gain_bound is None:
         return None
-    from takagi.lmi.gains.disturbance.request import positive
+    from takagi.lmi.gains.disturbance.request import positive_number
 
-    return positive("gain_bound", gain_bound)
+    return positive_number("gain_bound", gain_bound)
 
 
 def _check_modes(search: StepSearch, names: tuple[str, ...]) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi.condition.term import Array
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.sums.double_sum import Member
+from takagi.lmi.sums.summands import Member
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 

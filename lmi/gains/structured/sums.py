@@ -38,7 +38,8 @@ from takagi.lmi.condition.term import Array, Position
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant
 from takagi.lmi.gains.structured.structure import Structure
-from takagi.lmi.sums.double_sum import DoubleSum, KnownBlock, SumPart
+from takagi.lmi.sums.double_sum import DoubleSum
+from takagi.lmi.sums.summands import KnownBlock, SumPart
 from takagi.models.arrays import Floats
 
 Objective: TypeAlias = Literal["decay_rate", "cost", "hinf"]

@@ -4,6 +4,5 @@ design                    gains at all winds and the functions, by small convex 
 condition, joint_step     the LMIs of one convex step; the solution of one step
 iteration                 a sequence of steps; the loop is enclosed again after each step
 loop_of_gains             the loop as a function of its gains, corner by corner
-loop_functions, value     the wind error tolerated; the values that given gains achieve
-objective, motion         weights of the objective; estimates of pitch and tower motion
+objective, value          weights of the objective; the values that given gains achieve
 """

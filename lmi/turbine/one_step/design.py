@@ -29,8 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from takagi.lmi.turbine.one_step.iteration import Iteration, first_point, with_largest_decay_rate
-from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains
+from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions, LoopOfGains
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.models.arrays import Floats

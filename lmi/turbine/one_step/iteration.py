@@ -10,8 +10,13 @@ from numpy.typing import NDArray
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.invariant_ellipsoid import decay_rates, invariant_ellipsoid
 from takagi.lmi.turbine.one_step.joint_step import RemainingRoom, Weights, joint_step
-from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, functions_at
-from takagi.lmi.turbine.one_step.loop_of_gains import LoopOfGains, MovingCorners, WindCellCorners
+from takagi.lmi.turbine.one_step.loop_of_gains import (
+    LoopFunctions,
+    LoopOfGains,
+    MovingCorners,
+    WindCellCorners,
+    functions_at,
+)
 from takagi.lmi.turbine.one_step.objective import Objective
 from takagi.lmi.turbine.one_step.value import (
     DesignPoint,

@@ -9,7 +9,7 @@ import numpy as np
 
 from takagi.lmi.condition.term import LMI, Condition
 from takagi.lmi.condition.unknown import Unknown
-from takagi.lmi.parameter_search.parameter_sweep import unknowns_near_least
+from takagi.lmi.parameter_search.least_over_rate import unknowns_near_least
 from takagi.lmi.turbine.one_step.condition import (
     Around,
     bent,
@@ -21,8 +21,12 @@ from takagi.lmi.turbine.one_step.condition import (
     reach_in_speed,
     shortfall,
 )
-from takagi.lmi.turbine.one_step.loop_functions import LoopFunctions, reached_by_function
-from takagi.lmi.turbine.one_step.loop_of_gains import MovingCorners, WindCellCorners
+from takagi.lmi.turbine.one_step.loop_of_gains import (
+    LoopFunctions,
+    MovingCorners,
+    WindCellCorners,
+    reached_by_function,
+)
 from takagi.models.arrays import Floats, Indices
 
 ONE, EYE = np.ones((1, 1, 1)), np.eye(3)[None]

@@ -24,7 +24,7 @@ class Objective:
     decay : weight of the common decay rate at constant wind.
     pitch : weight of the standard deviation of the pitch rate in turbulence.
     tower : weight of the standard deviation of the tower's speed.  Both standard deviations are
-        linear estimates about the trim, no bounds (``motion``).
+        linear estimates about the trim, no bounds (``value``).
     kept : every step keeps at least this share of the wind error that the starting gains tolerate,
         on the mean over wind and in the weakest cell.
     """

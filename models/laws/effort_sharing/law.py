@@ -38,14 +38,14 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.laws.effort_sharing.feedforward import (
+from takagi.models.laws.effort_sharing.schedule import (
+    EffortSchedule,
     Feedforward,
     known_rate_feedforward,
     no_feedforward,
 )
-from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.ramps.effort_ramp import effort_ramp_slope
+from takagi.models.ramps import effort_ramp_slope
 from takagi.models.turbine.data import Turbine
 
 # Slower than tower, flap and wake (0.5 s and 3 to 8 s for 5 MW). An estimate from rotor speed takes
@@ -139,7 +139,6 @@ class EffortSharingLaw:
         *,
         feedforward: Feedforward | None = None,
         wind_filter: float = DEFAULT_WIND_FILTER,
-        integral_limit: float = 0.1,
     ) -> EffortSharingLaw:
         """Return the law with the turbine's limits.
 
@@ -166,7 +165,6 @@ class EffortSharingLaw:
             pitch_min=turbine.pitch_min,
             pitch_max=turbine.pitch_max,
             wind_filter=wind_filter,
-            integral_limit=integral_limit,
         )
 
     def initial_state(self, wind: float) -> Floats:

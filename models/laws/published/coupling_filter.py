@@ -33,7 +33,7 @@ from numpy.typing import ArrayLike
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError, did_you_mean
-from takagi.models.ramps.membership_ramp import Ramp, Shape, rated_speed_ramp
+from takagi.models.ramps import Ramp, Shape, rated_speed_ramp
 from takagi.models.turbine.data import Turbine
 
 Variant: TypeAlias = Literal["sector", "saturated"]
@@ -99,10 +99,6 @@ class CouplingFilter:
         low, high = self.torque_corners
         return np.array([np.diag(pair) for pair in ((low, 0), (high, 0), (low, 1), (high, 1))])
 
-    def pitch_share(self, rotor_speed: ArrayLike) -> Floats:
-        """Return f_1(omega) in [0, 1]."""
-        return self.speed_ramp(rotor_speed)
-
     def torque_weights(self, torque: ArrayLike) -> Floats:
         """Return (w_12, w_22) at commanded torques [N m], stacked on the first axis."""
         T = np.asarray(torque, dtype=np.float64)
@@ -113,10 +109,6 @@ class CouplingFilter:
             low = self.torque_corners[0]
             high = np.clip((self._saturated_factor(T) - low) / (1.0 - low), 0.0, 1.0)
         return np.stack((1.0 - high, high))
-
-    def torque_factor(self, torque: ArrayLike) -> Floats:
-        """Return f_2(T_g) = w_12 f_2 low + w_22 f_2 high, the convex sum."""
-        return np.asarray(np.tensordot(self.torque_corners, self.torque_weights(torque), axes=1))
 
     def memberships(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Floats:
         """Return h^a_1..h^a_4, (4, ...), for arrays that broadcast; all >= 0, sum 1.
@@ -130,11 +122,6 @@ class CouplingFilter:
         )
         by_speed, by_torque = self.speed_ramp.weights(speed), self.torque_weights(command)
         return np.stack([by_speed[i] * by_torque[j] for i in (0, 1) for j in (0, 1)])
-
-    def matrix(self, rotor_speed: ArrayLike, torque: ArrayLike) -> Floats:
-        """Return F = sum_m h^a_m F_m, (..., 2, 2)."""
-        h = np.moveaxis(self.memberships(rotor_speed, torque), 0, -1)
-        return np.asarray(np.tensordot(h, self.corners, axes=1))
 
     def factors_at(self, rotor_speed: float, torque: float) -> tuple[float, float]:
         """Return (f_2, f_1) at one point: what a control loop calls."""

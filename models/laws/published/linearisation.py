@@ -17,8 +17,7 @@ import numpy as np
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.laws.published.equilibrium import equilibrium
-from takagi.models.laws.published.equilibrium_point import Equilibrium
+from takagi.models.laws.published.equilibrium import Equilibrium, equilibrium
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.aerodynamics import rotor_torque_gradient
 
@@ -39,14 +38,11 @@ class PublishedLocalGains:
     torque : (2 + k,) dT/dz: N m s/rad, N m/rad, N m/rad per integral.
     pitch : (2 + k,) dbeta_ref/dz: s, -, - per integral.
     integrals : (k, 2 + k) dx'/dz.
-    torque_held, pitch_held : whether the command is held at a limit there, so that it is 0.
     """
 
     torque: Floats
     pitch: Floats
     integrals: Floats
-    torque_held: bool
-    pitch_held: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +94,7 @@ def local_gains(law: PublishedLaw, point: Equilibrium) -> PublishedLocalGains:
         )
         columns.append((ahead - behind) / (2 * STEP))
     jacobian = np.stack(columns, axis=1)
-    return PublishedLocalGains(jacobian[0], jacobian[1], jacobian[2:], *held)
+    return PublishedLocalGains(jacobian[0], jacobian[1], jacobian[2:])
 
 
 def local_loop(law: PublishedLaw, wind: float) -> PublishedLocalLoop:

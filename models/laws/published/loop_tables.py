@@ -13,10 +13,14 @@ import numpy as np
 from takagi.models.errors import ModelError
 from takagi.models.intervals.dual import Dual, Range, span
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.laws.published.regional_schedule import RegionalSchedule, premise_evaluators
-from takagi.models.splines.patch_ranges import PatchRanges, patch_ranges
-from takagi.models.turbine.operating_band import OperatingBand, operating_band
-from takagi.models.turbine.regional_model import WIND_ESTIMATE
+from takagi.models.laws.published.regional_schedule import (
+    RegionalSchedule,
+    premise_band,
+    premise_evaluators,
+)
+from takagi.models.ramps import Ramp
+from takagi.models.splines.scalar_surface import PatchRanges, patch_ranges
+from takagi.models.turbine.operating_band import OperatingBand
 from takagi.models.turbine.trim import TABLE_SHARE, optimal_tip_speed_ratio
 
 # Largest accepted difference between a premise as computed here and as the law computes it.
@@ -107,9 +111,7 @@ class LoopFigures:
     pitch_limits: Range
     rated_torque: float
     torque_overlap: float
-    ramp_start: float
-    ramp_width: float
-    ramp_smooth: bool
+    speed_ramp: Ramp
     partial: GainTable
     full: GainTable
     tracking_time: float | None
@@ -134,22 +136,18 @@ class LoopFigures:
         half = self.torque_overlap / 2
         return min(max((self.rated_torque + half - command) / (2 * half), 0.0), 1.0)
 
-    def ramp(self, speed: float) -> float:
-        """Return f_1(omega)."""
-        s = min(max((speed - self.ramp_start) / self.ramp_width, 0.0), 1.0)
-        return s * s * (3 - 2 * s) if self.ramp_smooth else s
-
     def ramp_slope(self, low: float, high: float) -> Range:
         """Return the range of f_1' over [low, high]; one-sided slopes at a kink."""
-        a, b = ((x - self.ramp_start) / self.ramp_width for x in (low, high))
+        width = self.speed_ramp.width
+        a, b = ((x - self.speed_ramp.start) / width for x in (low, high))
         if b <= 0 or a >= 1:
             return 0.0, 0.0
-        if not self.ramp_smooth:
-            return (1 / self.ramp_width if a >= 0 and b <= 1 else 0.0), 1 / self.ramp_width
+        if self.speed_ramp.shape == "linear":
+            return (1 / width if a >= 0 and b <= 1 else 0.0), 1 / width
         ends = [6 * s * (1 - s) for s in (min(max(a, 0.0), 1.0), min(max(b, 0.0), 1.0))]
         if a < 0.5 < b:
             ends.append(1.5)
-        return min(ends) / self.ramp_width, max(ends) / self.ramp_width
+        return min(ends) / width, max(ends) / width
 
 
 def loop_figures(law: PublishedLaw) -> LoopFigures:
@@ -179,9 +177,7 @@ def loop_figures(law: PublishedLaw) -> LoopFigures:
         pitch_limits=(turbine.pitch_min, turbine.pitch_max),
         rated_torque=coupling.rated_torque,
         torque_overlap=coupling.torque_overlap,
-        ramp_start=coupling.speed_ramp.start,
-        ramp_width=coupling.speed_ramp.width,
-        ramp_smooth=coupling.speed_ramp.shape == "smooth",
+        speed_ramp=coupling.speed_ramp,
         partial=_gain_table(law, law.partial, 1),
         full=_gain_table(law, law.full, 2),
         tracking_time=law.tracking_time,
@@ -195,23 +191,15 @@ def loop_figures(law: PublishedLaw) -> LoopFigures:
 
 
 def schedule_band(law: PublishedLaw, schedule: RegionalSchedule) -> OperatingBand:
-    """Return the trim table that a schedule's premises refer to, with the default wind step.
+    """Return the trim table that a schedule's premises refer to.
 
     Raises
     ------
     ModelError : the schedule was made with another table.
     """
-    turbine = law.turbine
-    low, high = (float(end) for end in schedule.model.box[WIND_ESTIMATE])
-    rated = law.speed_setpoint == turbine.rated_rotor_speed
-    band = operating_band(
-        turbine,
-        (low, high),
-        speed_band=0,
-        pitch_band=0,
-        wind_band=0,
-        speed_setpoint=None if rated else law.speed_setpoint,
-    )
+    rated = law.speed_setpoint == law.turbine.rated_rotor_speed
+    band = premise_band(law.turbine, schedule.model, None if rated else law.speed_setpoint)
+    low, high = float(band.wind[0]), float(band.wind[-1])
     names = [p.name for p in schedule.model.premises]
     mine = premise_evaluators(band, with_pitch="b" in names)
     for first, last in pairwise(np.linspace(low, high, 9)):
@@ -220,7 +208,7 @@ def schedule_band(law: PublishedLaw, schedule: RegionalSchedule) -> OperatingBan
             if abs(mine[name](*at) - theirs(*at)) > SAME:
                 raise ModelError(
                     f"{schedule.model.name}: premise {name} of the schedule refers to another "
-                    "trim table; make the schedule with the default wind_step"
+                    "trim table; make the schedule by regional_schedule"
                 )
     return band
 

@@ -122,7 +122,6 @@ def regional_schedule(
     *,
     k_x: ArrayLike,
     k_I: ArrayLike,
-    wind_step: float = 0.25,
     speed_setpoint: float | None = None,
 ) -> RegionalSchedule:
     """Return the schedule of a model made by ``partial_load_model`` or ``full_load_model``.
@@ -132,7 +131,7 @@ def regional_schedule(
     model : its box gives the wind range.
     k_x : (r, 2), or (r, 1) for partial load, where the gain on pitch is 0.
     k_I : (r,), published sign.
-    wind_step, speed_setpoint : those that the model was made with.
+    speed_setpoint : that which the model was made with.
 
     Raises
     ------
@@ -147,20 +146,24 @@ def regional_schedule(
             f"model {model.name!r} has premises {', '.join(p.name for p in model.premises)}; a "
             "regional model of a turbine, with premises among a, b, d, is needed"
         )
+    band = premise_band(turbine, model, speed_setpoint)
+    with_pitch = any(p.name == "b" for p in model.premises)
+    by_name = premise_evaluators(band, with_pitch=with_pitch)
+    evaluators = tuple(by_name[p.name] for p in model.premises)
+    return RegionalSchedule(model, on_states, np.asarray(k_I, dtype=np.float64), evaluators)
+
+
+def premise_band(turbine: Turbine, model: TSModel, speed_setpoint: float | None) -> OperatingBand:
+    """Return the trim table, without bands around it, over the wind range of a regional model."""
     low, high = (float(end) for end in model.box[WIND_ESTIMATE])
-    band = operating_band(
+    return operating_band(
         turbine,
         (low, high),
         speed_band=0,
         pitch_band=0,
         wind_band=0,
-        wind_step=wind_step,
         speed_setpoint=speed_setpoint,
     )
-    with_pitch = any(p.name == "b" for p in model.premises)
-    by_name = premise_evaluators(band, with_pitch=with_pitch)
-    evaluators = tuple(by_name[p.name] for p in model.premises)
-    return RegionalSchedule(model, on_states, np.asarray(k_I, dtype=np.float64), evaluators)
 
 
 def premise_evaluators(band: OperatingBand, *, with_pitch: bool) -> dict[str, Evaluator]:

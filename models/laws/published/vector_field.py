@@ -267,7 +267,7 @@ class PublishedVectorField:
     @cached_property
     def share(self) -> Dual:
         """f_1(omega)."""
-        ramp = self.figures.ramp
+        ramp = self.figures.speed_ramp.at
         low, high = self.speed.value
         return self.speed.through((ramp(low), ramp(high)), self.figures.ramp_slope(low, high))
 

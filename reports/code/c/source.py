@@ -6,12 +6,16 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 
-from takagi.reports.code.c.expressions import Expressions, literal
-from takagi.reports.code.c.sample import needed_names, sample_function
+from takagi.reports.code.c.expressions import Expressions, literal, needed_names, sample_function
 from takagi.reports.code.c.words import HELPERS, RESERVED, comment, file_name_word, helpers
-from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
-from takagi.reports.code.identifiers import file_word, identifiers
-from takagi.reports.code.ordered_numbers import require_nodes
+from takagi.reports.code.controller_program import (
+    Constant,
+    ControllerProgram,
+    Spline,
+    file_word,
+    identifiers,
+)
+from takagi.reports.code.program_reading import require_nodes
 from takagi.reports.code.sampling import longest_sample, start_sample_time
 from takagi.reports.code.targets import ExportSettings
 

@@ -1,4 +1,1 @@
-"""`takagi export --to discon`: the law as a library with the Bladed-style interface.
-
-library     the files: law, interface, input file, Makefile, README
-"""
+"""`takagi export --to discon`: the law as a library with the Bladed-style interface."""

@@ -9,8 +9,7 @@ from typing import Any
 
 from takagi.reports.code.c.source import CSource
 from takagi.reports.code.c.words import comment
-from takagi.reports.code.controller_program import ControllerProgram, Signal
-from takagi.reports.code.identifiers import identifiers
+from takagi.reports.code.controller_program import ControllerProgram, Signal, identifiers
 from takagi.reports.code.sampling import longest_sample
 
 RESERVED = ("time", "sample_time", "status")

@@ -10,9 +10,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from decimal import Decimal
 
-from takagi.reports.code.controller_program import Assignment, Constant, ControllerProgram, Spline
-from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
-from takagi.reports.code.identifiers import identifiers
+from takagi.reports.code.controller_program import (
+    Assignment,
+    Call,
+    Constant,
+    ControllerProgram,
+    Formula,
+    Name,
+    Number,
+    Operation,
+    Spline,
+    identifiers,
+)
 from takagi.reports.code.sampling import longest_sample, with_long_sample
 
 STATUS = (
@@ -301,16 +310,3 @@ def _matrix(rows: object) -> str:
 def _line(text: str) -> str:
     """Return a text on one line, for a comment."""
     return " ".join(text.split())
-
-
-RESERVED = frozenset(
-    """
-    break case catch classdef continue do else elseif end end_try_catch end_unwind_protect endfor
-    endfunction endif endswitch endwhile for function global if otherwise parfor persistent return
-    spmd switch try until unwind_protect unwind_protect_cleanup while
-    abs sqrt exp log sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh erf min max pi
-    i j e eps inf nan Inf NaN ans isempty isfinite struct numel prod sum true false single double
-    limit choose line slope hold mix spline1 spline2 basis interval first last
-    state inputs outputs status sample_time T kept next c
-    """.split()
-)

@@ -1,12 +1,18 @@
-"""The target `mat`: two functions, a struct file, and a README."""
+"""The target `mat`: two functions, a README, and ``W.mat`` for who needs the gains alone."""
 
 from __future__ import annotations
 
+import io
+from collections.abc import Mapping
 from decimal import Decimal
+from fractions import Fraction
+from typing import Any
 
+import numpy as np
+
+from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.reports.code.controller_program import ControllerProgram
-from takagi.reports.code.identifiers import file_word
+from takagi.reports.code.controller_program import ControllerProgram, Spline, file_word, parsed
 from takagi.reports.code.matlab.step_function import (
     LONG_SAMPLE,
     STATUS,
@@ -14,9 +20,108 @@ from takagi.reports.code.matlab.step_function import (
     step_function,
     words_of,
 )
-from takagi.reports.code.matlab.struct_file import struct_file
+from takagi.reports.code.run import value_of
 from takagi.reports.code.sampling import start_sample_time, with_long_sample
 from takagi.reports.code.targets import Exported, ExportSettings
+
+# The first 116 bytes of a MAT-file are free text.  scipy writes the date there, which is replaced:
+# the same law must give the same bytes.
+HEADER = 116
+
+
+def struct_file(
+    program: ControllerProgram, model: Mapping[str, Any] | None, claims: tuple[Any, ...]
+) -> bytes:
+    """Return a MAT-file of version 5 with the struct ``takagi``.
+
+    Its members are ``name``, ``verdict``, ``sample_time`` ([] if the user chooses it),
+    ``constants`` with every number of the program, and their ``units``.  A plant's law also has
+    ``K`` (m, n, r) and ``rules`` (r, p); with its certificate ``A`` (n, n, r), ``B`` (n, m, r), and
+    in ``P`` one matrix for each claim that has one.
+
+    Parameters
+    ----------
+    model, claims : of the certificate; with None and () their members are left out.
+    """
+    # Imported here: scipy loads slowly, and other targets do not need it.
+    from scipy.io import savemat
+
+    names = words_of(program)
+    content: dict[str, Any] = {
+        "name": program.name,
+        "verdict": program.verdict,
+        "sample_time": [] if program.sample_time is None else float(program.sample_time),
+        "constants": {names[one.name]: _member(one.value) for one in program.constants},
+        "units": {names[one.name]: one.unit for one in program.constants},
+    }
+    law = program.document["law"]
+    if "K" in law:
+        content["K"] = np.moveaxis(np.array(law["K"], dtype=np.float64), 0, 2)
+        content["rules"] = np.array(law.get("rules", []), dtype=np.float64)
+    if model is not None and "rules" in law:
+        content |= _vertices(model, law)
+    matrices = {
+        f"claim_{k}_{claim['kind'].replace('-', '_')}": np.array(
+            [[_float(one) for one in row] for row in claim["P"]]
+        )
+        for k, claim in enumerate(claims)
+        if _is_matrix(claim.get("P"))
+    }
+    if matrices:
+        content["P"] = matrices
+    written = io.BytesIO()
+    file: Any = written
+    savemat(file, {"takagi": content}, long_field_names=True, oned_as="column")
+    text = b"MATLAB 5.0 MAT-file, written by takagi"
+    return text.ljust(HEADER) + written.getvalue()[HEADER:]
+
+
+def _member(value: Any) -> Any:
+    if isinstance(value, Decimal):
+        return float(value)
+    if isinstance(value, Spline):
+        found = {f"knots{k}": _member(one) for k, one in enumerate(value.knots, start=1)}
+        rows = value.coefficients
+        return found | {"coefficients": _member(rows if len(value.knots) > 1 else rows[0])}
+    return np.array(value, dtype=np.float64)
+
+
+def _vertices(model: Mapping[str, Any], law: Mapping[str, Any]) -> dict[str, Floats]:
+    """Return A and B of every rule if the certificate's model has them as formulas, else {}."""
+    embedding = model.get("embedding") or {}
+    if not {"A", "B", "premises"} <= set(embedding):
+        return {}
+    known = {name: _float(one) for name, one in law.get("parameters", {}).items()}
+    known |= {name: _float(one) for name, one in model.get("parameters", {}).items()}
+    found: dict[str, Floats] = {}
+    for word in ("A", "B"):
+        stack = []
+        for rule in law["rules"]:
+            corner = {
+                one["name"]: _float(one["upper"] if bit == 1 else one["lower"])
+                for one, bit in zip(embedding["premises"], rule, strict=True)
+            }
+            rows = embedding[word]
+            stack.append([[value_of(parsed(str(one)), known | corner) for one in r] for r in rows])
+        found[word] = np.moveaxis(np.array(stack, dtype=np.float64), 0, 2)
+    return found
+
+
+def _float(value: Any) -> float:
+    """Return a number of a certificate, which may be a fraction or the middle of a ball."""
+    if isinstance(value, Mapping):
+        return _float(value["value"])
+    return float(Fraction(str(value)))
+
+
+def _is_matrix(value: Any) -> bool:
+    """Return whether a claim's P is one matrix; some claims have one for each rule."""
+    return bool(
+        isinstance(value, list)
+        and value
+        and all(isinstance(row, list) and len(row) == len(value) for row in value)
+        and not any(isinstance(one, list) for row in value for one in row)
+    )
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:

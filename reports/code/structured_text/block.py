@@ -12,8 +12,13 @@ from collections.abc import Iterable, Iterator
 from decimal import Decimal
 
 from takagi.models.errors import ModelError
-from takagi.reports.code.controller_program import Constant, ControllerProgram, Spline
-from takagi.reports.code.identifiers import file_word, identifiers
+from takagi.reports.code.controller_program import (
+    Constant,
+    ControllerProgram,
+    Spline,
+    file_word,
+    identifiers,
+)
 from takagi.reports.code.sampling import (
     longest_sample,
     start_sample_time,

@@ -5,9 +5,7 @@ over its constant arrays, before the assignment that needs it.  If two formulas 
 or the same weights of rules, these are written once: every name is set once in a sample, so that
 the values cannot change in between.
 
-Keywords and functions of IEC 61131-3 Structured Text, in lower case.
-
-Source: IEC 61131-3:2013, tables of keywords and of standard functions.
+Source of keywords and functions: IEC 61131-3:2013, tables of keywords and of standard functions.
 """
 
 from __future__ import annotations
@@ -16,8 +14,16 @@ from collections.abc import Mapping
 from decimal import Decimal
 
 from takagi.models.errors import ModelError
-from takagi.reports.code.controller_program import Assignment, Constant, Spline
-from takagi.reports.code.formula import Call, Formula, Name, Number, Operation
+from takagi.reports.code.controller_program import (
+    Assignment,
+    Call,
+    Constant,
+    Formula,
+    Name,
+    Number,
+    Operation,
+    Spline,
+)
 
 FUNCTIONS = {
     "abs": "ABS",

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.reports.csv_text import csv_text
-from takagi.reports.figures import bode_figure, bode_line
-from takagi.reports.figures.plant.phase_plane import phase_figure, planes
-from takagi.reports.figures.plant.poles import vertex_poles_figure
-from takagi.reports.figures.plant.responses import responses_figure
+from takagi.reports.figures.loops import bode_figure, bode_line
+from takagi.reports.figures.plant.poles import responses_figure, vertex_poles_figure
+from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.plant_local import PlantLocalLoop, common_frequencies
 from takagi.reports.loops.plant_motion import PlantMotion, around, motions
+from takagi.reports.output import csv_text
 from takagi.reports.page.text import CaptionedFigure, name_of
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from takagi.reports.figures.plant.blend import actuators_figure, blend_curve, hand_over_figure
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.plant.weights import actuators_figure, blend_curve, hand_over_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.plant_motion import horizon, motions, starts
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.readable_latex import readable

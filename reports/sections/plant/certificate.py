@@ -1,12 +1,17 @@
-"""The claims one by one: verdicts, the proved functions, and the attempts that failed."""
+"""The claims one by one, with the proved functions; and the proved set in pictures."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from takagi.reports.loops.proved_figures import overshoots
-from takagi.reports.page.rounded_bounds import at_most
-from takagi.reports.page.text import Section, Table, significant
+import numpy as np
+
+from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
+from takagi.reports.figures.style import captioned_figure
+from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
+from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.page.text import DASH, Section, Table, decimal, significant
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -62,3 +67,76 @@ def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
         for words, P in found
         if P is not None
     ]
+
+
+COLUMNS = (
+    ("state", ""), ("unit", ""), ("alone it may start at", ""), ("gets at most to", ""),
+    ("box", ""), ("overshoot, times", ""),
+)  # fmt: skip
+
+
+def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
+    """Return the section; None where no set is proved to be invariant."""
+    reach = half_widths(loop)
+    if reach is None:
+        return None
+    captioned_figures = []
+    if pairs(loop):
+        apart = (
+            "" if len(loop.names) == 2 else " at which all other states are at rest. Dashed: the "
+            "shadow of the whole set, which no motion from it leaves"
+        )  # fmt: skip
+        captioned_figures.append(
+            captioned_figure(
+                set_figure(loop),
+                "set",
+                caption="The proved set in the plane of every pair of states, as deviations from "
+                f"rest in the units of the file. Filled: starts{apart}. Dotted: the box, where it "
+                "is near.",
+                alternative="Ellipses of the proved set for every pair of states, with the box",
+            )
+        )
+    time = settling_time(loop)
+    settled = ""
+    if time is not None:
+        number, unit = time_in_file_units(loop.plant, time)
+        settled = f"{at_most(number)} {unit}"
+    return Section(
+        "set",
+        "The proved set",
+        {
+            "table": Table(
+                "Half-widths of the set, deviations from rest", COLUMNS, _rows(design, loop, reach)
+            ),
+            "figures": captioned_figures,
+            "left_out": max(len(loop.names) - MOST_STATES, 0) if captioned_figures else 0,
+            "settled": settled,
+            "share": f"{SETTLED:.0%}",
+            "observed": loop.observed is not None,
+        },
+    )
+
+
+def _rows(design: PlantDesign, loop: PlantLoop, reach: np.ndarray) -> tuple[tuple[str, ...], ...]:
+    P, level = loop.start_ellipsoid
+    alone = np.sqrt(level / np.diag(P))
+    beyond = overshoots(design, loop)
+    rows = []
+    for k, (name, variable) in enumerate(zip(loop.names, loop.plant.states, strict=True)):
+        size, unit = file_unit(variable)
+        ends = loop.model.box.get(loop.model.states[k])
+        box = DASH
+        if ends is not None:
+            low, high = (decimal(float(f"{float(end) / size:.6g}")) for end in ends)
+            box = f"{low} to {high}"
+        rows.append(
+            (
+                name,
+                unit,
+                f"±{at_least(float(alone[k]) / size)}",
+                f"±{at_most(float(reach[k]) / size, 4)}",
+                box,
+                at_most(beyond[name]) if name in beyond else DASH,
+            )
+        )
+    return tuple(rows)

@@ -11,8 +11,7 @@ from takagi.reports.page.text import Section, Table, decimal, name_of, significa
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
-    from takagi.reports.loops.observed import ObservedMotion
-    from takagi.reports.loops.plant_loop import PlantLoop
+    from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
 
 FOLDED = 16
 OBSERVED_LAW = (

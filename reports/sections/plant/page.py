@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from takagi.reports.output import write_folder
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 
@@ -14,21 +12,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
 
 Tell = Callable[[str], None]
-
-
-def plant_report(design: PlantDesign) -> str:
-    """Return the report as one self-contained HTML page, readable without JavaScript."""
-    return plant_report_files(design).html
-
-
-def plant_figures(design: PlantDesign, folder: str | Path) -> Path:
-    """Write the report's figures (SVG) and their data (CSV) into ``folder``; return the folder.
-
-    Raises
-    ------
-    OutputError : the folder cannot be written.
-    """
-    return write_folder(Path(folder), plant_report_files(design).figures)
 
 
 def plant_report_files(
@@ -79,14 +62,15 @@ def _sections(
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.loops.plant_motion import motions, starts
     from takagi.reports.sections.plant.blend import actuators_csv, blend_section
-    from takagi.reports.sections.plant.certificate import certificate_section
-    from takagi.reports.sections.plant.derivation import derivation_section
+    from takagi.reports.sections.plant.certificate import certificate_section, set_section
     from takagi.reports.sections.plant.gains import gains_section
-    from takagi.reports.sections.plant.loops import loops_section, poles_section
-    from takagi.reports.sections.plant.motion import motion_section
-    from takagi.reports.sections.plant.plant import plant_section
-    from takagi.reports.sections.plant.proved_set import set_section
-    from takagi.reports.sections.plant.regulator import regulator_section
+    from takagi.reports.sections.plant.loops import (
+        loops_section,
+        motion_section,
+        poles_section,
+        regulator_section,
+    )
+    from takagi.reports.sections.plant.plant import derivation_section, plant_section
     from takagi.reports.sections.plant.verdict import verdict_section
     from takagi.reports.sections.shared import check_section, provenance_section
     from takagi.reports.simulation.plant import jump_motions

@@ -1,17 +1,21 @@
-"""The plant: its equations as they were given, variables, parameters with sources."""
+"""The equations as given, and the steps from them to the vertices of the model."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.equations import Step
+from takagi.reports.figures.plant.captioned import Drawn
 from takagi.reports.page.mathml import mathml
-from takagi.reports.page.readable_latex import readable
+from takagi.reports.page.readable_latex import readable, shortens
 from takagi.reports.page.text import Section, Table, decimal
+from takagi.reports.sections.shared import premise_table
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
+    from takagi.models.ts.model import TSModel
 
 VARIABLES = (
     ("variable", ""), ("kind", ""), ("unit", ""), ("lower", ""), ("upper", ""), ("rest", ""),
@@ -100,3 +104,35 @@ def _outputs(plant: Plant) -> list[str]:
     import sympy as sp
 
     return [str(sp.latex(y.expression)) for y in plant.outputs]
+
+
+VERTEX = "Vertex "
+
+
+def derivation_section(design: PlantDesign, drawn: Drawn) -> Section:
+    """Return the section with the steps of the derivation, premises and their weights."""
+    model = design.model
+    steps, vertices = derivation_steps(model)
+    return Section(
+        "derivation",
+        "From equations to a Takagi–Sugeno model",
+        {
+            "exactness": "" if model.derivation is None else model.derivation.exactness,
+            "steps": [(step.title, mathml(readable(step.latex))) for step in steps],
+            "vertices": [(step.title, mathml(readable(step.latex))) for step in vertices],
+            "rounded": any(shortens(step.latex) for step in steps),
+            "premises": premise_table(model, "Premises with proved bounds", "bounds by"),
+            "constant": [p.name for p in model.premises if len(p.corners) == 1],
+            "rules": len(model.rules),
+            "figures": list(drawn.captioned_figures),
+        },
+    )
+
+
+def derivation_steps(model: TSModel) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
+    """Return the steps up to the list of rules, and the steps of the vertices, one by one."""
+    steps = () if model.derivation is None else model.derivation.steps
+    return (
+        tuple(step for step in steps if not step.title.startswith(VERTEX)),
+        tuple(step for step in steps if step.title.startswith(VERTEX)),
+    )

@@ -9,7 +9,15 @@ import numpy as np
 from takagi.reports.loops.plant_local import PlantLocalLoop
 from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import embedded, proved_kinds
-from takagi.reports.page.text import Section, at_least, decimal, name_of, significant, unit_of
+from takagi.reports.page.text import (
+    Section,
+    at_least,
+    behind,
+    decimal,
+    name_of,
+    significant,
+    unit_of,
+)
 from takagi.reports.sections.shared import verdict_box
 
 if TYPE_CHECKING:
@@ -75,16 +83,19 @@ def _facts(
     facts += [
         (
             f"Box, {name_of(label)}",
-            f"{_short(float(low))} to {_short(float(high))} {_unit(label)}",
+            f"{_short(float(low))} to {_short(float(high))}{behind(unit_of(label))}",
             "deviation from rest",
         )
         for label, (low, high) in model.box.items()
     ]
     facts += [
-        ("Largest command", f"{significant(size)} {_unit(name)}", f"of {name_of(name)}, from rest "
-         "value, for states in the ellipsoid; floating point")
+        (
+            "Largest command",
+            f"{significant(size)}{behind(unit_of(name))}",
+            f"of {name_of(name)}, from rest value, for states in the ellipsoid; floating point",
+        )
         for name, size in ([] if limits else largest_commands(loop))
-    ]  # fmt: skip
+    ]
     rest = [one for one in loops if one.place == "rest"]
     facts += [
         (
@@ -103,8 +114,3 @@ def _facts(
 def _short(value: float) -> str:
     """Return at most six digits; the table of variables shows all."""
     return decimal(float(f"{value:.6g}"))
-
-
-def _unit(label: str) -> str:
-    unit = unit_of(label)
-    return "" if unit == "-" else unit

@@ -1,16 +1,32 @@
-"""The certificate cell by cell."""
+"""The certificate cell by cell, and how torque and pitch are blended."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from takagi.certificates.design.claim_summary import ClaimSummary, claim_summary
-from takagi.reports.figures import cells_figure
-from takagi.reports.figures.writing import captioned_figure
-from takagi.reports.page.text import Section, Table, at_least, at_most, with_decimals
+import numpy as np
+
+from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
+from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
+from takagi.models.laws.published.law import PublishedLaw
+from takagi.reports.figures.cells import cells_figure
+from takagi.reports.figures.operation import membership_figure
+from takagi.reports.figures.style import captioned_figure
+from takagi.reports.page.text import (
+    Section,
+    Table,
+    at_least,
+    at_most,
+    significant,
+    with_decimals,
+)
+from takagi.reports.sections.turbine.drawings import effort_figure
+from takagi.reports.sections.turbine.model import trim_curve
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 
@@ -27,21 +43,9 @@ def cells_section(design: TurbineDesign) -> Section:
 
 
 def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
-    rated = design.turbine.rated_rotor_speed
-    reference = design.document["gains"]["rotor_speed"]
-    peak = summary.peaks["speed_error"]
-    # Per cell: the faster end of the reference plus the bound on the speed error.
-    over = [(max(a, b) + peak) / rated - 1 for a, b in zip(reference, reference[1:], strict=False)]
-    figure = cells_figure(
-        summary.edges,
-        summary.proved,
-        decay_rate=summary.decay_rates,
-        wind_rate=summary.wind_rate,
-        overspeed=[max(value, 0.0) for value in over],
-    )
     return {
         "figure": captioned_figure(
-            figure,
+            cells_drawing(design, summary),
             "cells",
             caption="Per wind cell: proved decay rate at constant wind, largest rate of the "
             "schedule wind, and the bound on rotor speed above rated (0 where the bound lies "
@@ -50,8 +54,26 @@ def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
         ),
         "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
         "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
-        "table": _table(design, summary, over),
+        "table": _table(design, summary, _over(design, summary)),
     }
+
+
+def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
+    """Return decay rate, wind class and bound on the speed for each wind cell."""
+    return cells_figure(
+        summary.edges,
+        summary.proved,
+        decay_rate=summary.decay_rates,
+        wind_rate=summary.wind_rate,
+        overspeed=[max(value, 0.0) for value in _over(design, summary)],
+    )
+
+
+def _over(design: TurbineDesign, summary: ClaimSummary) -> list[float]:
+    """Return per cell the faster end of the reference plus the bound on the speed error."""
+    rated, peak = design.turbine.rated_rotor_speed, summary.peaks["speed_error"]
+    reference = design.document["gains"]["rotor_speed"]
+    return [(max(a, b) + peak) / rated - 1 for a, b in zip(reference, reference[1:], strict=False)]
 
 
 def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> Table:
@@ -103,3 +125,79 @@ def _ranges(design: TurbineDesign, count: int) -> list[tuple[str, str, str]]:
             )
         )
     return found
+
+
+GRID = (121, 101)
+
+
+def blending_section(design: TurbineDesign) -> Section:
+    """Return the section about the blending of torque and pitch control."""
+    coupling = filter_of(design)
+    content: dict[str, Any] = {
+        "coherent": design.effort_sharing_law is not None,
+        "coupling": coupling,
+        "speed_overlap": significant(coupling.speed_ramp.width),
+        "torque_overlap": with_decimals(coupling.torque_overlap / 1e3, 2),
+        "corners": [(with_decimals(a, 3), with_decimals(b, 0)) for a, b in _corners(coupling)],
+        "memberships": captioned_figure(
+            memberships_drawing(design, coupling),
+            "memberships",
+            caption="Memberships h<sup>a</sup><sub>m</sub>(ω, T<sub>g</sub>) of the coupling "
+            "filter's four corners, T<sub>g</sub> the commanded torque. Black line: the turbine's "
+            "trim.",
+            alternative="Four contour panels of the coupling filter's memberships over rotor speed "
+            "and commanded torque, with the trim curve",
+        ),
+    }
+    if design.effort_sharing_law is not None:
+        overlap = float(design.effort_sharing_law.schedule.overlap)
+        content["overlap"] = significant(overlap)
+        content["effort"] = captioned_figure(
+            effort_figure(overlap),
+            "effort-ramp",
+            caption="The effort ramp and its slope, the share of pitch in a change of effort. "
+            "The shares sum to 1 at every effort; both act in the shaded overlap only.",
+            alternative="The ramp psi of the demanded effort and of its negative, and their "
+            "slopes, which sum to one",
+        )
+    return Section("blending", "Blending of torque and pitch", content)
+
+
+def filter_of(design: TurbineDesign) -> CouplingFilter:
+    """Return the filter of a published law; for another law the filter of its settings."""
+    if isinstance(design.law, PublishedLaw):
+        return design.law.coupling
+    asked = design.settings
+    return coupling_filter(
+        design.turbine,
+        speed_overlap=asked.speed_overlap,
+        torque_overlap=asked.torque_overlap,
+        speed_setpoint=asked.speed_setpoint,
+    )
+
+
+def _corners(coupling: CouplingFilter) -> list[tuple[float, float]]:
+    return [(float(matrix[0, 0]), float(matrix[1, 1])) for matrix in coupling.corners]
+
+
+def memberships_drawing(design: TurbineDesign, coupling: CouplingFilter) -> Figure:
+    """Return the memberships of the filter's four corners, with the trim."""
+    ramp, turbine = coupling.speed_ramp, design.turbine
+    margin = max(0.15, 1.5 * ramp.width)
+    speed = np.linspace(ramp.start - margin, ramp.end + margin, GRID[0])
+    low = turbine.rated_torque - max(6 * coupling.torque_overlap, 0.2 * turbine.rated_torque)
+    torque = np.linspace(low, coupling.top_torque, GRID[1])
+    points = trim_curve(design, step=0.25)
+    inside = [p for p in points if speed[0] <= p.rotor_speed and low <= p.torque]
+    path = ([p.rotor_speed for p in inside], [p.torque for p in inside])
+    titles = [
+        f"$h^a_{m}$: $f_2$ = {f2:.3f}, $f_1$ = {f1:.0f}"
+        for m, (f2, f1) in enumerate(_corners(coupling), 1)
+    ]
+    return membership_figure(
+        speed,
+        torque,
+        coupling.memberships(speed[None, :], torque[:, None]),
+        titles=titles,
+        path=path if inside else None,
+    )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.models.ramps.effort_ramp import effort_ramp, effort_ramp_slope
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.cells import cells_panel
 from takagi.reports.figures.style import (
     COLOURS,
@@ -23,7 +23,7 @@ from takagi.reports.figures.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.claim_summary import ClaimSummary
+    from takagi.certificates.design.turbine.result import ClaimSummary
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 
 

@@ -8,32 +8,30 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from takagi.certificates.design.claim_summary import claim_summary
+from takagi.certificates.design.turbine.result import claim_summary
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.figures import BodeLine, bode_figure, bode_line, poles_figure
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.loops import BodeLine, bode_figure, bode_line, poles_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.turbine_local import LoopPoint, loop_points
-from takagi.reports.margins import (
-    Loops,
-    Margins,
-    closed_loop_poles,
-    loop_margins,
-    loop_response,
-    loops_at_trim,
-)
+from takagi.reports.margins.margins import Margins, loop_margins
+from takagi.reports.margins.response import loop_response
+from takagi.reports.margins.turbine_loops import Loops, closed_loop_poles, loops_at_trim
 from takagi.reports.page.text import CaptionedFigure, Section, significant, with_decimals
 from takagi.reports.sections.shared import margin_table
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 TRIMS = (8.0, 11.0, 12.0, 14.0, 18.0, 25.0)
 FREQUENCY = np.geomspace(1e-2, 30.0, 700)
 Actuator = Literal["torque", "pitch"]
+ACTUATORS: tuple[Actuator, ...] = ("torque", "pitch")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Row:
+class LoopRow:
     """One loop at one wind with one wake; the wake multiplies dT_r/dbeta by ``factor``."""
 
     loop: LoopPoint
@@ -87,7 +85,7 @@ def loops_section(design: TurbineDesign) -> Section:
     rated = round(rated_wind(turbine, speed_setpoint=design.settings.speed_setpoint), 2)
     winds = sorted({*TRIMS, rated})
     points, none = loop_points(design, winds)
-    rows = [row for point in points for row in _rows(design, point)]
+    rows = [row for point in points for row in loop_rows(design, point)]
     return Section(
         "loops",
         "Bode plots and margins",
@@ -115,7 +113,8 @@ def loops_section(design: TurbineDesign) -> Section:
     )
 
 
-def _rows(design: TurbineDesign, point: LoopPoint) -> list[_Row]:
+def loop_rows(design: TurbineDesign, point: LoopPoint) -> list[LoopRow]:
+    """Return the loops at one wind, broken at each actuator that acts, for each wake."""
     wakes = [("equilibrium", 1.0)]
     if np.isfinite(point.frozen_wake):
         wakes.append(("frozen", point.frozen_wake))
@@ -124,7 +123,7 @@ def _rows(design: TurbineDesign, point: LoopPoint) -> list[_Row]:
         loops = loops_at_trim(design.turbine, point.point, point.controller, effectiveness=factor)
         for actuator in _acting(point):
             margins = loop_margins(getattr(loops, actuator))
-            rows.append(_Row(point, actuator, wake, factor, loops, margins))
+            rows.append(LoopRow(point, actuator, wake, factor, loops, margins))
     return rows
 
 
@@ -138,23 +137,11 @@ def _acting(point: LoopPoint) -> list[Actuator]:
 
 
 def _bode(
-    design: TurbineDesign, rows: Sequence[_Row], actuator: Actuator, wake: str
+    design: TurbineDesign, rows: Sequence[LoopRow], actuator: Actuator, wake: str
 ) -> CaptionedFigure:
-    turbine = design.turbine
-    lines = []
-    for row in rows:
-        if row.actuator != actuator or row.wake != wake:
-            continue
-        response = loop_response(getattr(row.loops, actuator), frequencies=FREQUENCY)
-        lines.append(bode_line(f"{row.loop.wind:g} m/s", response, row.margins, FREQUENCY))
-    if not lines:
-        lines = [BodeLine("no wind", np.zeros(len(FREQUENCY), dtype=np.complex128))]
-    tower = float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))
-    speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
-    marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
     words = "torque command" if actuator == "torque" else "pitch reference"
     return captioned_figure(
-        bode_figure(FREQUENCY, lines, marks=marks),
+        bode_drawing(design, rows, actuator, wake),
         f"bode-{actuator}" + ("-frozen" if wake == "frozen" else ""),
         caption=f"The loop broken at the {words}, where it acts, the other actuator closed; {wake} "
         "wake. Filled dot: crossover with phase margin (PM); open dot: phase crossover with gain "
@@ -163,12 +150,30 @@ def _bode(
     )
 
 
-def _which(row: _Row) -> tuple[str, str, str]:
+def bode_drawing(
+    design: TurbineDesign, rows: Sequence[LoopRow], actuator: Actuator, wake: str
+) -> Figure:
+    """Return the Bode plot of the loops that are broken at an actuator, for one wake."""
+    turbine = design.turbine
+    lines = []
+    for row in rows:
+        if row.actuator == actuator and row.wake == wake:
+            response = loop_response(getattr(row.loops, actuator), frequencies=FREQUENCY)
+            lines.append(bode_line(f"{row.loop.wind:g} m/s", response, row.margins, FREQUENCY))
+    if not lines:
+        lines = [BodeLine("no wind", np.zeros(len(FREQUENCY), dtype=np.complex128))]
+    tower = float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))
+    speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
+    marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
+    return bode_figure(FREQUENCY, lines, marks=marks)
+
+
+def _which(row: LoopRow) -> tuple[str, str, str]:
     wake = row.wake if row.wake == "equilibrium" else f"{row.wake} × {with_decimals(row.factor, 2)}"
     return f"{row.loop.wind:g}", row.actuator, wake
 
 
-def _least(rows: Sequence[_Row]) -> dict[str, str]:
+def _least(rows: Sequence[LoopRow]) -> dict[str, str]:
     """Return the smallest margins over all rows, with their winds."""
     if not rows:
         return {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from takagi.models.laws.law_words import law_words
+from takagi.models.laws.protocol import law_words
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 
@@ -44,13 +44,11 @@ def report_html(
 
 def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], Section]]:
     from takagi.reports.sections.shared import check_section, provenance_section
-    from takagi.reports.sections.turbine.blending import blending_section
-    from takagi.reports.sections.turbine.cells import cells_section
+    from takagi.reports.sections.turbine.cells import blending_section, cells_section
     from takagi.reports.sections.turbine.gains import gains_section
     from takagi.reports.sections.turbine.loops import loops_section, poles_section
     from takagi.reports.sections.turbine.model import model_section
-    from takagi.reports.sections.turbine.observer import observer_section
-    from takagi.reports.sections.turbine.regions import regions_section
+    from takagi.reports.sections.turbine.regions import observer_section, regions_section
     from takagi.reports.sections.turbine.responses import responses_section
     from takagi.reports.sections.turbine.running import running_section
     from takagi.reports.sections.turbine.verdict import verdict_section

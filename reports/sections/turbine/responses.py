@@ -8,23 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.claim_summary import claim_summary
-from takagi.models.laws.law_words import law_words
-from takagi.models.laws.protocol import Law
-from takagi.models.simulation import (
-    BaselineLaw,
-    Case,
-    Result,
-    WindSeries,
-    gust_wind,
-    ramp_wind,
-    run_case,
-    step_wind,
-    validation_plant,
-)
+from takagi.certificates.design.turbine.result import claim_summary
+from takagi.models.laws.protocol import Law, law_words
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.scenario import Case, Result, run_case
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.simulation.wind import WindSeries, gust_wind, ramp_wind, step_wind
 from takagi.models.turbine.trim import rated_wind
-from takagi.reports.figures import ResponseLine, response_figure
-from takagi.reports.figures.writing import captioned_figure
+from takagi.reports.figures.response import ResponseLine, response_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import (
     CaptionedFigure,
     Section,

@@ -8,16 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.reports.figures.running_margins import PANELS, MarginLine, running_margins_figure
-from takagi.reports.figures.writing import captioned_figure
-from takagi.reports.margins import (
-    Margins,
-    RunningMargins,
-    SearchedMargins,
-    modes_met,
-    searched_margins,
-    wind_ranges,
-)
+from takagi.reports.figures.loops import PANELS, MarginLine, running_margins_figure
+from takagi.reports.figures.style import captioned_figure
+from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.running_over_wind import RunningMargins
+from takagi.reports.margins.running_search import SearchedMargins, searched_margins, wind_ranges
+from takagi.reports.margins.thresholds import modes_met
 from takagi.reports.page.text import Section, Table, significant, with_decimals
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.claim_summary import (
+from takagi.certificates.design.turbine.result import (
     ClaimSummary,
     claim_summary,
     running_loop_summary,
 )
-from takagi.models.laws.law_words import law_words
-from takagi.reports.figures.overlaps import OverlapRow, overlaps_figure
-from takagi.reports.figures.writing import captioned_figure
+from takagi.models.laws.protocol import law_words
+from takagi.reports.figures.cells import OverlapRow, overlaps_figure
+from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.overlap_claims import (
     OverlapClaim,
     gap_words,

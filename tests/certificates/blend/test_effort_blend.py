@@ -16,10 +16,11 @@ import pytest
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import PlantDesign, certify_plant
-from takagi.models.plant import PlantSettings
-from takagi.reports.gains_file import plant_gain_file
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.models.blending.plants import ROOM, plant_of
@@ -325,16 +326,16 @@ def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) 
 
 
 def design_of_file(path: Path) -> PlantDesign:
-    from takagi.models.plant_files import load_plant, plant_files
+    from takagi.models.plant_files.loader import PlantFile, load_plant
 
     def one(model: Any) -> Any:
         return np.array([GAIN] * len(model.A))
 
-    return certify_plant(load_plant(path), one, PlantSettings(), files=plant_files(path))
+    return certify_plant(load_plant(path), one, PlantSettings(), files=PlantFile.of(path).files)
 
 
 def dumped(document: Data) -> str:
-    from takagi.certificates.document import dumps
+    from takagi.certificates.document.certificate_file import dumps
 
     return dumps(document)
 

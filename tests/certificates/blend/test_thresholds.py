@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.design.plant import PlantDesign, certify_plant
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import ModelError
-from takagi.models.plant import PlantSettings
-from takagi.reports.loops import motions
+from takagi.models.plant.design_settings import PlantSettings
 from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.loops.plant_motion import motions
 from tests.models.blending.plants import plant_of
 
 GAINS = [[40.0, 20.0]]

@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.campaign import CertifiedLoop, certified_loop
+from takagi.certificates.campaign.loop import CertifiedLoop, certified_loop
 from takagi.certificates.campaign.motion import (
     State,
+    _start,
     command,
-    error_rates,
     errors,
     rates,
     schedule,
     step,
 )
 from takagi.models import ModelError
-from takagi.models.laws import Measurement
-from takagi.models.turbine import rotor_torque, rotor_torque_gradient
+from takagi.models.laws.protocol import Measurement
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 
 COUNT = 150
 
@@ -69,7 +69,7 @@ def test_commands_are_those_of_the_law(
             continue
         compared += 1
         wanted = law.command([s.state[2], s.wind], Measurement(s.state[0], s.state[1], seen))
-        torque, pitch, _, _ = command(p, s.k, s.wind, s.u[1], s.state)
+        torque, pitch, _ = command(p, s.k, s.wind, s.u[1], s.state)
         torque = min(max(torque, 0), p.rated_torque)
         pitch = min(max(pitch, p.pitch_min), p.pitch_max)
         assert (torque, pitch) == pytest.approx((wanted.torque, wanted.pitch), abs=1e-8)
@@ -112,17 +112,26 @@ def test_c_p_multiplies_the_rotor_and_the_wake_keeps_to_its_limit(
             assert (ends[0][0] - ends[1][0]) / (2 * h) == pytest.approx(-limit, abs=1e-5)
 
 
-def test_error_rates_are_the_errors_derivative(loop: CertifiedLoop, scenes: list[Scene]) -> None:
-    """(e', zeta', x') of the adversaries against a difference along a short step."""
-    p, h = loop.equations, 1e-7
-    for s in scenes:
-        moved = rates(p, s.k, s.wind, s.u, s.kappa, s.state)
-        omega, beta, x = (a + h * rate for a, rate in zip(s.state, moved, strict=True))
-        before = errors(p, s.k, s.wind, s.state)
-        after = errors(p, s.k, s.wind + h * s.u[1], (omega, beta, x))
-        difference = [(b - a) / h for a, b in zip(before, after, strict=True)]
-        found = error_rates(p, s.k, s.wind, s.u, s.kappa, s.state)
-        assert found == pytest.approx(difference, abs=2e-6)
+def test_errors_vanish_at_the_trim_and_are_linear_in_the_state(loop: CertifiedLoop) -> None:
+    """(e, zeta, x): zeta is the effort that pitch lags behind, in full load q* + gamma (e - x)."""
+    p, k = loop.equations, len(loop.wind) - 4
+    wind = (loop.wind[k] + loop.wind[k + 1]) / 2
+    speed, effort, b, gain, _ = schedule(p, k, wind)
+    trim = p.pitch_min + effort / b
+    assert errors(p, k, wind, (speed, trim, 0.0)) == pytest.approx((0, 0, 0), abs=1e-12)
+    moved = errors(p, k, wind, (speed + 0.01, trim + 0.002, 0.004))
+    assert moved == pytest.approx((0.01, gain * 0.006 - b * 0.002, 0.004), abs=1e-12)
+
+
+def test_starts_lie_in_the_set_in_all_cells_and_often_on_its_boundary(loop: CertifiedLoop) -> None:
+    draw, p = np.random.default_rng(1), loop.equations
+    starts = [_start(loop, draw, 1.0) for _ in range(400)]
+    xi = np.array([errors(p, *start) for start in starts])
+    values = np.einsum("ni,ij,nj->n", xi, loop.P, xi)
+
+    assert values.max() <= 1
+    assert 0.5 < np.mean(values > 1 - 1e-9) < 0.8
+    assert {k for k, _, _ in starts} == set(range(len(p.cells)))
 
 
 def test_steps_are_of_fourth_order_where_nothing_bends(loop: CertifiedLoop) -> None:

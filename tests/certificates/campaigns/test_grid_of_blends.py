@@ -19,7 +19,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.lmi import pdc
 from takagi.models import Premise, TSModel
 

@@ -12,18 +12,14 @@ from typing import Any
 import numpy as np
 
 from takagi.certificates import certify
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.requests import (
-    ClaimedLoop,
-    ExitProbability,
-    FuzzyDecay,
-    FuzzyL2Gain,
-    SampledLoop,
-    attempts_at_all,
-)
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.requests import ExitProbability, FuzzyDecay, FuzzyL2Gain, SampledLoop
+from takagi.certificates.requests.attempts import attempts_at_all
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
 from takagi.models import TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.test_damage import damage, documents, paths, resealed
 from tests.certificates.weights.cells import cubic
 

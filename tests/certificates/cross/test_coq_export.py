@@ -13,10 +13,9 @@ from flint import fmpq, fmpq_mat
 from hypothesis import given
 from hypothesis import strategies as st
 
-from takagi.certificates.coq import coq_file
-from takagi.certificates.coq.numerals import shorter, text_of
-from takagi.certificates.cross_check import Refusal, loads
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.coq.coq_export import coq_file, shorter, text_of
+from takagi.certificates.cross_check.kernel.reading import Refusal, loads
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.cli.verbs.export import run as export_verb
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.kinds.test_damage import resealed

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from takagi.certificates import Certificate, certify
-from takagi.certificates.audit import cross_checked_document
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.replay.claim_kinds import (
     KINDS,
@@ -20,7 +20,7 @@ from takagi.certificates.checker.replay.claim_kinds import (
 from takagi.certificates.cross_check import opinion
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.cli.verbs.check import run as check_verb
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.weights.cells import cubic
 

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.audit import cross_checked
-from takagi.certificates.cross_check import judge
+from takagi.certificates.audit.two_checkers import cross_checked
 from takagi.certificates.cross_check.kernel.reading import load
-from takagi.certificates.cross_check.opinion import claims_of
+from takagi.certificates.cross_check.opinion import claims_of, judge
 from takagi.cli.main import main
 
 # The stored certificate of the turbine is replayed, which takes seconds.

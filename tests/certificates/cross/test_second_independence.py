@@ -13,7 +13,7 @@ FOLDER = Path(str(takagi.certificates.cross_check.__file__)).parent
 
 SCRIPT = """
 import sys
-from takagi.certificates.cross_check import judge
+from takagi.certificates.cross_check.opinion import judge
 import takagi.certificates.cross_check.plant.embedding
 import takagi.certificates.cross_check.turbine.loop_claim
 own = "takagi.certificates.cross_check"

@@ -14,14 +14,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import certify
-from takagi.certificates.cross_check import Refusal, judge_document, loads
 from takagi.certificates.cross_check.kernel.exact import is_definite
+from takagi.certificates.cross_check.kernel.reading import Refusal, loads
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.cross_check.plant.algebra import Algebra
 from takagi.certificates.cross_check.plant.expression import minus, parsed, plus, value_of
 from takagi.certificates.cross_check.plant.interval import Undefined, range_of
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.kinds.test_damage import resealed
 

@@ -15,11 +15,12 @@ import pytest
 from flint import fmpq
 from scipy.interpolate import BSpline
 
-from takagi.certificates.audit import cross_checked_document
-from takagi.certificates.cross_check import judge_document, loads
+from takagi.certificates.audit.two_checkers import cross_checked_document
+from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.cross_check.turbine.numbers import TurbineNumbers
 from takagi.certificates.cross_check.turbine.ranges import _ranges, _sizes
-from takagi.certificates.document import dumps
+from takagi.certificates.document.certificate_file import dumps
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]

@@ -15,10 +15,11 @@ from scipy.interpolate import BSpline
 
 from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.arithmetic.spline import Spline
-from takagi.certificates.cross_check import judge_document, loads
+from takagi.certificates.cross_check.kernel.reading import loads
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.cross_check.turbine import surface as surfaces
 from takagi.certificates.cross_check.turbine.surface import CoefficientSurface, NumberRange, Outside
-from takagi.certificates.document import dumps
+from takagi.certificates.document.certificate_file import dumps
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]

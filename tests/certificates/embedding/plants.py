@@ -11,10 +11,11 @@ from takagi.certificates import Checked, Claim
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.checker.words.saying import in_words
-from takagi.certificates.document import certificate_document, embedding_claim, plant_data
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import TSModel, sector_model
-from takagi.models.blending import blended_model
-from takagi.models.plant_files import load_plant
+from takagi.models.blending.substitution import blended_model
+from takagi.models.plant_files.loader import load_plant
 
 CLAIM = {"name": "the plant is its model", "kind": "sector-embedding"}
 

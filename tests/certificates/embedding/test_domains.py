@@ -12,8 +12,8 @@ from takagi.certificates import CertificateError, certify
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.checker.plant.graph import Graph
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import ModelError, Plant, load_model, sector_model
 
 Data = dict[str, Any]

@@ -8,7 +8,7 @@ import pytest
 
 from takagi.certificates import CertificateError, Claim, Verdict
 from takagi.certificates.checker import check_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 
 Data = dict[str, Any]
 CLAIM = {"name": "tied", "kind": "sector-embedding"}

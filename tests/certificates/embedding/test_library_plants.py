@@ -9,9 +9,9 @@ import pytest
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.lmi import pdc
-from takagi.models.files import built_in_kinds
+from takagi.models.files.library import built_in_kinds
 from tests.certificates.embedding.plants import as_read, checked, library_model
 
 PLANTS = [name for name, kind in built_in_kinds().items() if kind == "plant"]

@@ -15,11 +15,12 @@ from hypothesis import strategies as st
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.files.plant_units import in_si
+from takagi.certificates.checker.files.table_file import in_si
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Plant, load_model, sector_model
-from takagi.models.files import built_in_kinds, data_folder, parse_unit
+from takagi.models.files.library import built_in_kinds, data_folder
+from takagi.models.files.units import parse_unit
 
 PLANTS = sorted(name for name, kind in built_in_kinds().items() if kind == "plant")
 FILE = """

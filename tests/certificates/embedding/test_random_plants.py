@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, Output, Parameter, Plant, Variable, sector_model
-from takagi.models.ranges import expression_value
-from takagi.models.ranges.expression_range import expression_range
+from takagi.models.ranges.expression_range import expression_range, expression_value
 from takagi.models.ts.premise import round_outward
 from tests.certificates.embedding.plants import as_read, said_of
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
     Curve,
     Domain,
@@ -26,7 +26,7 @@ from takagi.models import (
     sector_model,
     table_function,
 )
-from takagi.models.splines import interpolate
+from takagi.models.splines.surface import interpolate
 from tests.certificates.embedding.plants import changed, one_state, said_of
 
 Data = dict[str, Any]

@@ -14,9 +14,9 @@ from takagi.certificates.checker import CertificateError
 from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
 from takagi.certificates.checker.plant.sector_embedding import check_embedding, plant_loop
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, ModelError, Output, Parameter, Plant, Variable
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.embedding.plants import as_read, changed
 
 x, v, u, w = sp.symbols("x v u w", real=True)

@@ -12,18 +12,19 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict, check
-from takagi.certificates.audit import cross_checked_document
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import Refusal
-from takagi.certificates.cross_check import loads as read_numbers
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.kernel.reading import loads as read_numbers
 from takagi.certificates.cross_check.plant.plant import read_plant as read_trees
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document import embedding_claim, plant_data
+from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant_files.loader import PlantFile, load_plant
 from tests.solved_rest_plants import ARM, FAN, MAGNET, PLANTS
 
 
@@ -63,7 +64,7 @@ def documents(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, A
 def test_a_textbook_plant_is_proved_as_its_book_prints_it(tmp_path: Path, name: str) -> None:
     """Design, certificate, replay from the file: all claims about the plant at its own rest."""
     path = filed(tmp_path, PLANTS[name])
-    design = design_plant(load_plant(path), files=plant_files(path))
+    design = design_plant(load_plant(path), files=PlantFile.of(path).files)
 
     assert isinstance(design, PlantDesign)
     assert design.proved

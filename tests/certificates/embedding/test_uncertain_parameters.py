@@ -15,12 +15,13 @@ import pytest
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import certify_plant, design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, load_model
-from takagi.models.plant import PlantSettings
-from takagi.reports.loops import plant_rate, uncertain_ends
-from takagi.reports.simulation import simulate_plant
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.reports.loops.plant_motion import plant_rate, uncertain_ends
+from takagi.reports.simulation.plant import simulate_plant
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 
@@ -171,7 +172,7 @@ def test_the_plant_file_says_which_parameters_are_uncertain(tmp_path: Path) -> N
 
 def read(model: Any) -> Any:
     from takagi.certificates.checker import read_text
-    from takagi.certificates.document import dumps
+    from takagi.certificates.document.certificate_file import dumps
 
     return read_text(dumps({"model": model}), "model")["model"]
 

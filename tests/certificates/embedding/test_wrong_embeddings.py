@@ -10,7 +10,8 @@ import pytest
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError, check_document
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
-from takagi.certificates.document import certificate_document, plant_data
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.plant_embedding import plant_data
 from tests.certificates.embedding.plants import as_read, changed, library_model, one_state, said_of
 
 Data = dict[str, Any]

@@ -14,16 +14,19 @@ from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.gain_file import compare_gains
 from takagi.certificates.checker.kernel.refusal import OtherGains
-from takagi.certificates.controller import bound, gain_file_of, given_file
-from takagi.certificates.document import (
+from takagi.certificates.controller.content import bound, bound_to_file, gain_file_of
+from takagi.certificates.controller.content import told as told_beside
+from takagi.certificates.document.certificate_file import (
     certificate_document,
     effort_sharing_law_data,
     turbine_data,
 )
 from takagi.cli.main import main
-from takagi.models.laws import EffortGains, EffortSharingLaw, effort_schedule
-from takagi.models.turbine import nrel5mw
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.schedule import effort_schedule
+from takagi.models.turbine.loader import nrel5mw
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 
 Capture = pytest.CaptureFixture[str]
 Change = Callable[[dict[str, Any]], object]
@@ -94,15 +97,15 @@ def test_a_design_s_own_gains_are_certified_as_they_are(
     path.write_text(dump_gains(content), encoding="utf-8")
 
     assert json.loads(path.read_text("utf-8"))["name"] == "NREL 5-MW, effort-sharing law"
-    found = given_file.bound_to_file(document, path)
+    found = bound_to_file(document, path)
     stop: dict[str, Any] = {"frequency": 9.3, "passed": 0.2}
     own: dict[str, Any] = {"speed_filter": 30.0, "torsion_filter": stop}
     assert dict(found)["controller"]["measurement"] == own
-    assert given_file.told(found, path) == ""
+    assert told_beside(found, path) == ""
     for bad in ({"speed_filter": 0}, {"speed_filter": "8"}, {"corner": 8}, [8], "8 rad/s"):
         path.write_text(dump_gains(content | {"measurement": bad}), encoding="utf-8")
         with pytest.raises(CertificateError, match="a corner above 0 is needed"):
-            given_file.bound_to_file(document, path)
+            bound_to_file(document, path)
     wrong: list[dict[str, Any]] = [
         {"frequency": 0},
         {"passed": 1.1},
@@ -113,7 +116,7 @@ def test_a_design_s_own_gains_are_certified_as_they_are(
         measurement = own | {"torsion_filter": stop | changed}
         path.write_text(dump_gains(content | {"measurement": measurement}), encoding="utf-8")
         with pytest.raises(CertificateError, match="a frequency above 0 in rad/s and a share"):
-            given_file.bound_to_file(document, path)
+            bound_to_file(document, path)
 
 
 @pytest.mark.parametrize("place", TURBINE_CHANGES)

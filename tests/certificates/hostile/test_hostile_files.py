@@ -18,7 +18,7 @@ import pytest
 from takagi.certificates.checker import CertificateError, Verdict, check, read_text
 from takagi.certificates.checker.files.given_files import compare_model
 from takagi.certificates.checker.kernel.reader import canonical, digest
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from tests.certificates.recorded.inputs import of_model, texts_of
 
 Document = dict[str, Any]

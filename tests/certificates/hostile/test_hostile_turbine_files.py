@@ -11,9 +11,9 @@ import pytest
 from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.document import dumps, turbine_data
+from takagi.certificates.document.certificate_file import dumps, turbine_data
 from takagi.models import nrel5mw
-from takagi.models.turbine import model_files
+from takagi.models.turbine.loader import model_files
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from typing import Any
 
 from takagi.certificates import Claim
 from takagi.certificates.checker import check_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 
 Data = dict[str, Any]
 

@@ -9,13 +9,13 @@ import numpy as np
 import sympy as sp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document import (
-    certificate_document,
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.model_data import pdc_law_data
+from takagi.certificates.document.plant_embedding import (
     law_members,
     observer_member,
-    pdc_law_data,
     plant_data,
     slope_claim,
     slopes_data,

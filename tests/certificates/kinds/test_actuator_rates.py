@@ -16,11 +16,12 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import torque_step
 from takagi.certificates.checker.words.sentences.actuator_rates import said
-from takagi.certificates.claims.turbine.actuator_rates import actuator_rates_claim
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.models.laws import Measurement
-from takagi.models.ramps.effort_ramp import effort_ramp
-from takagi.models.turbine import rotor_torque
+from takagi.certificates.claims.turbine.loop_claims import actuator_rates_claim
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.models.laws.protocol import Measurement
+from takagi.models.ramps import effort_ramp
+from takagi.models.turbine.aerodynamics import rotor_torque
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 SLOW_GENERATOR = 9000.0  # N m/s; the turbine has 15000

@@ -13,7 +13,8 @@ from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
 
 RATE, ACTUATORS = 1, 2
 # Cells from 9 m/s on, where the torque is fed v_s', to beyond the last of them.

@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify, check
-from takagi.certificates.requests import ClaimedLoop, attempts_at_all
+from takagi.certificates.requests.attempts import attempts_at_all
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Floats = Any

@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]

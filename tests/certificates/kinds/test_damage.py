@@ -14,14 +14,8 @@ import pytest
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.requests import (
-    BoxEnlargement,
-    Decay,
-    FuzzyDecay,
-    GainRounding,
-    Poles,
-    Request,
-)
+from takagi.certificates.requests import BoxEnlargement, Decay, FuzzyDecay, GainRounding, Poles
+from takagi.certificates.requests.request import Request
 from takagi.lmi import EigenvalueRegion
 from takagi.models import Premise, TSModel
 

@@ -15,10 +15,13 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError, Verdict
 from takagi.certificates.checker.kinds.exit_probability import exit_bound
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document, plant_data
-from takagi.certificates.requests import ClaimedLoop, ExitProbability
-from takagi.certificates.requests.on_pieces import attempted
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.plant_embedding import plant_data
+from takagi.certificates.requests import ExitProbability
+from takagi.certificates.requests.attempts import attempted
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, ModelError, Plant, TSModel, Variable, sector_model
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 

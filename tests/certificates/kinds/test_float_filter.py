@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.requests.loop.float_filter import cannot_be_definite, cannot_decrease
+from takagi.certificates.requests.loop.single_matrix import cannot_be_definite, cannot_decrease
 from takagi.models import TSModel
 
 

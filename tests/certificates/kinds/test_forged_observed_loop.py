@@ -11,8 +11,10 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document, slope_claim
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.plant_embedding import slope_claim
 from tests.certificates.kinds.claims import model_data
 from tests.certificates.kinds.observed_documents import (
     Data,

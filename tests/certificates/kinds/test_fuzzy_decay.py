@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import Decay, FuzzyDecay
 from takagi.models import Premise, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import FuzzyL2Gain
 from takagi.lmi import common_lyapunov, hinf_norm
 from takagi.models import ModelError, Premise, TSModel

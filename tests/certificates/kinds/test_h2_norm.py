@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import ClaimedLoop, H2Norm
+from takagi.certificates.requests import H2Norm
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import model_data, said_of
 

@@ -15,10 +15,11 @@ from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.halvings import pieces
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.coq import coq_file
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.cross_check.loop.pieces import leaves
-from takagi.certificates.document import certificate_document
+from takagi.certificates.coq.coq_export import coq_file
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.loop.loop import leaves
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import (
     Decay,
     FuzzyDecay,
@@ -231,7 +232,7 @@ def test_the_pieces_cover_all_weights(premises: int) -> None:
 
 
 def _written(claim: Data) -> Any:
-    from takagi.certificates.cross_check import loads
+    from takagi.certificates.cross_check.kernel.reading import loads
 
     return loads(json.dumps(claim))
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import ClaimedLoop, InputLimits
+from takagi.certificates.requests import InputLimits
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import input_rate_bound, pdc
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

@@ -18,10 +18,11 @@ from takagi.certificates.checker.words.ellipsoid_size import (
     square_root_below,
     volume_below,
 )
-from takagi.certificates.document import ts_model_data
-from takagi.certificates.requests import ClaimedLoop, InvariantEllipsoid
+from takagi.certificates.document.model_data import ts_model_data
+from takagi.certificates.requests import InvariantEllipsoid
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.requests import ClaimedLoop, L2Gain
+from takagi.certificates.requests import L2Gain
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import hinf_norm
 from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of

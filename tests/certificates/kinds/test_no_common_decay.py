@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 

@@ -15,9 +15,11 @@ from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.kinds.observer import hidden_premises
 from takagi.certificates.checker.loop.observer_law import states_at_start
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document
-from takagi.certificates.requests import ClaimedLoop, ObservedLoop
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.requests import ObservedLoop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Interval, ModelError, Output, Plant, TSModel, Variable, sector_model
 from tests.certificates.kinds.claims import law_data, model_data
 from tests.certificates.kinds.observed_documents import (

@@ -12,12 +12,13 @@ from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker.kinds.observer import check_observer
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.saying import in_words
-from takagi.certificates.document import certificate_document
-from takagi.certificates.requests import ClaimedLoop, ObservedFeedback, ObserverError
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.requests import ObservedFeedback, ObserverError
 from takagi.certificates.requests.loop.decimals import as_read
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.lmi import observer, pdc, secant_vertices
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 

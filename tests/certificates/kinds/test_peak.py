@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import ClaimedLoop, Peak
+from takagi.certificates.requests import Peak
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import TSModel
 from tests.certificates.kinds.claims import model_data, said_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.certificates.requests.loop.quadratic_motion import (
+from takagi.certificates.requests.loop.set_level import (
     best_multiplier,
     fall_rate,
     held_level,

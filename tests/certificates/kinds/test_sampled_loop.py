@@ -14,15 +14,12 @@ from scipy.linalg import expm
 
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document import (
-    certificate_document,
-    embedding_claim,
-    law_members,
-    pdc_law_data,
-    plant_data,
-)
-from takagi.certificates.requests import ClaimedLoop, SampledLoop
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.document.model_data import pdc_law_data
+from takagi.certificates.document.plant_embedding import embedding_claim, law_members, plant_data
+from takagi.certificates.requests import SampledLoop
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import Floats, ModelError, TSModel
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 from tests.certificates.weights.cells import cubic

@@ -15,11 +15,12 @@ from scipy.integrate import solve_ivp
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.design.plant import PlantDesign, certify_plant, design_plant
-from takagi.certificates.document import dumps
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.design.plant.design import certify_plant, design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models import ModelError, Plant, load_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.kinds.tracking_documents import (

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.requests import ClaimedLoop, Transient
+from takagi.certificates.requests import Transient
+from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.models import ModelError, TSModel
 from tests.certificates.kinds.claims import model_data, said_of
 

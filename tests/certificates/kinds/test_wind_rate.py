@@ -10,9 +10,9 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine import rate_range
-from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 # Of a law whose wind is measured [s]: with it a known wind may move fast, and thresholds are plain.

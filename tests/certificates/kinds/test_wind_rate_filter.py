@@ -13,9 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range, left_behind
-from takagi.certificates.claims.turbine import rate_range
-from takagi.certificates.claims.turbine.wind_rate_claim import wind_rate_claim
-from takagi.models.laws import Measurement
+from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
+from takagi.models.laws.protocol import Measurement
 
 
 def pushed(one: Range, tau: float, start: float, way: int) -> float:

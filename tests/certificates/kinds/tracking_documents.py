@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from takagi.certificates.design.plant import PlantDesign, certify_plant
-from takagi.certificates.document import certificate_document
+from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.models import Plant, load_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 from tests.certificates.kinds.test_damage import resealed
 
 Data = dict[str, Any]

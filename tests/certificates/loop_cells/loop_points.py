@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from takagi.certificates.claims.turbine.cell_loop import cell_loops
 from takagi.models import Interval, Turbine
-from takagi.models.laws import Command, EffortSchedule, EffortSharingLaw, Measurement
-from takagi.models.laws.effort_sharing import LoopBox, LoopCell, LoopUncertainty
-from takagi.models.ramps import effort_ramp_slope
-from takagi.models.ramps.effort_ramp import effort_ramp
-from takagi.models.turbine import rotor_torque, rotor_torque_gradient
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule
+from takagi.models.laws.protocol import Command, Measurement
+from takagi.models.ramps import effort_ramp, effort_ramp_slope
+from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from takagi.models import Turbine
-from takagi.models.laws import EffortSharingLaw, Feedforward, Measurement, known_rate_feedforward
-from takagi.models.laws.effort_sharing import LoopCell
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopCell
+from takagi.models.laws.effort_sharing.schedule import Feedforward, known_rate_feedforward
+from takagi.models.laws.protocol import Measurement
 from tests.certificates.loop_cells.loop_points import (
     BOX,
     ROUNDING,

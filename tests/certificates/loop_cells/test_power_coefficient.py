@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from takagi.models import Turbine
-from takagi.models.laws import EffortSharingLaw
-from takagi.models.laws.effort_sharing import LoopCell
-from takagi.models.turbine import rotor_torque
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopCell
+from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.certificates.loop_cells.loop_points import (
     BOX,
     ROUNDING,

@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates.design.plant import (
-    PlantDesign,
-    design_plant,
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.many_rules import (
     effects,
     gain_choice,
     gains_of_few_premises,
     model_of_premises,
     work_of,
 )
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant, TSModel, load_model, sector_model
-from takagi.models.plant import PlantSettings
+from takagi.models.plant.design_settings import PlantSettings
 
 HERE = Path(__file__).parent
 

@@ -11,8 +11,8 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.files.turbine_file import compare_turbine
-from takagi.certificates.document import content_of
-from takagi.models.turbine import model_files
+from takagi.certificates.document.certificate_file import content_of
+from takagi.models.turbine.loader import model_files
 
 Document = dict[str, Any]
 TURBINE = next(file for file in model_files("nrel5mw") if file.suffix == ".toml")

@@ -11,19 +11,13 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker import check, read_text
-from takagi.certificates.checker.files.file_measured import compare_measured
 from takagi.certificates.checker.files.model_content import OtherModel
-from takagi.certificates.document import (
-    certificate_document,
-    content_of,
-    dumps,
-    law_members,
-    observer_member,
-    pdc_law_data,
-    plant_data,
-)
+from takagi.certificates.checker.files.plant_parts import compare_measured
+from takagi.certificates.document.certificate_file import certificate_document, content_of, dumps
+from takagi.certificates.document.model_data import pdc_law_data
+from takagi.certificates.document.plant_embedding import law_members, observer_member, plant_data
 from takagi.models import sector_model
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant_files.loader import PlantFile, load_plant
 
 LISTED = 'measured = ["y"]'
 PLANT = f"""
@@ -59,7 +53,7 @@ def certified(folder: Path, listed: str, measured: list[str]) -> Path:
     """A certificate for the file with this field; its law, with these outputs, is proved."""
     path = filed(folder, listed)
     model = sector_model(load_plant(path))
-    data = plant_data(model) | content_of(plant_files(path))
+    data = plant_data(model) | content_of(PlantFile.of(path).files)
     gains = pdc_law_data(model, np.ones((2, 1, 1))) | law_members(data)
     L = np.array([[[4.0, 0.0][: len(measured)]]])
     gains["observer"] = observer_member(L, measured, at_estimate=False)

@@ -13,14 +13,17 @@ from takagi.certificates.checker import CertificateError, read_text
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel, model_content
 from takagi.certificates.design.given.kept_model import law_for
-from takagi.certificates.design.plant import PlantDesign, design_plant
-from takagi.certificates.document import content_of, dumps, plant_and_claim
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import content_of, dumps
+from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.cli.main import main
 from takagi.models import sector_model
-from takagi.models.plant import PlantSettings
-from takagi.models.plant_files import load_plant, plant_files
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import PlantFile, load_plant
 from takagi.reports.baseline.changes import changes
-from takagi.reports.gains_file import dump_gains, plant_gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.model_file.rewrites import Rewrite, replaced, reversed_sections
 
 Capture = pytest.CaptureFixture[str]
@@ -62,7 +65,7 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Document]:
     folder = tmp_path_factory.mktemp("cart")
     (folder / NAME).write_text(PLANT, encoding="utf-8")
     (folder / "rub.csv").write_text(TABLE, encoding="utf-8")
-    found = design_plant(load_plant(folder / NAME), files=plant_files(folder / NAME))
+    found = design_plant(load_plant(folder / NAME), files=PlantFile.of(folder / NAME).files)
     assert isinstance(found, PlantDesign) and found.proved
     (folder / "c.json").write_text(dumps(found.document), encoding="utf-8")
     (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
@@ -121,7 +124,7 @@ def test_layout_of_a_built_in_plant(name: str, tmp_path: Path) -> None:
 
 def built_in(name: str) -> tuple[Document, str]:
     """Return what a certificate holds of a plant, and the text of its file."""
-    (file,) = plant_files(name)
+    (file,) = PlantFile.of(name).files
     data = plant_and_claim(sector_model(load_plant(name), rest="solve inputs"))[0]
     assert data is not None
     document = {"model": data | content_of([file]), "claims": [{"kind": "effort-blend"}]}
@@ -290,7 +293,7 @@ def test_a_changed_law_is_refused_whatever_the_comments_say(
     plant = load_plant(path)
 
     with pytest.raises(CertificateError, match="premise"):
-        law_for(plant, sector_model(plant), other, PlantSettings(), files=plant_files(path))
+        law_for(plant, sector_model(plant), other, PlantSettings(), files=PlantFile.of(path).files)
 
 
 def test_compare_tells_what_only_the_file_says(cart: tuple[Path, Document]) -> None:

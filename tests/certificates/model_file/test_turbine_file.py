@@ -20,9 +20,9 @@ from takagi.certificates.checker.files import model_content, turbine_file
 from takagi.certificates.checker.files.given_files import EARLIER, compare_model
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.document import content_of
-from takagi.models.laws.effort_sharing import frozen_wake_effectiveness
-from takagi.models.turbine import load_turbine, model_files
+from takagi.certificates.document.certificate_file import content_of
+from takagi.models.laws.effort_sharing.schedule import frozen_wake_effectiveness
+from takagi.models.turbine.loader import load_turbine, model_files
 from tests.certificates.model_file.rewrites import Rewrite, all_of, replaced, reversed_sections
 
 Document = dict[str, Any]

@@ -14,10 +14,11 @@ import pytest
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.files.uncertain import uncertain_in
+from takagi.certificates.checker.files.plant_parts import uncertain_in
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document import dumps, plant_data
-from takagi.models.plant_files import load_plant
+from takagi.certificates.document.certificate_file import dumps
+from takagi.certificates.document.plant_embedding import plant_data
+from takagi.models.plant_files.loader import load_plant
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.claims import Data, law_data, model_data, said_of
 

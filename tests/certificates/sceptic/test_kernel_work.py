@@ -10,7 +10,7 @@ from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS
 from takagi.certificates.checker.loop.polytopic_loop import bounded
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data, said_of
 
 Data = dict[str, Any]

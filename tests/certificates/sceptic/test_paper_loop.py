@@ -21,15 +21,15 @@ from takagi.certificates.checker.kernel.refusal import Refused
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Plant
 from takagi.certificates.checker.turbine.published.inputs import Overlaps, PublishedLaw
 from takagi.certificates.checker.turbine.published.loop import Ends, Loop
-from takagi.certificates.claims.turbine import published_law_data
-from takagi.certificates.document import certificate_document, turbine_data
+from takagi.certificates.claims.turbine.published import published_law_data
+from takagi.certificates.document.certificate_file import certificate_document, turbine_data
 from takagi.models import nrel5mw
-from takagi.models.laws import Measurement
+from takagi.models.laws.protocol import Measurement
 from takagi.models.laws.published import law as model
 from takagi.models.laws.published.coupling_filter import coupling_filter
 from takagi.models.laws.published.regional_schedule import regional_schedule
 from takagi.models.ramps import Shape
-from takagi.models.turbine import rotor_torque
+from takagi.models.turbine.aerodynamics import rotor_torque
 from tests.paper_models import regional_models
 
 Floats = NDArray[np.float64]

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.certificates import Verdict
-from takagi.certificates.document import plant_data
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.embedding.plants import changed, said_of
 
 Data = dict[str, Any]

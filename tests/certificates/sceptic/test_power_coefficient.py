@@ -72,7 +72,7 @@ def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any
     from takagi.certificates.checker.turbine.effort_sharing.inputs import Subject
     from takagi.certificates.checker.turbine.effort_sharing.moving_schedule import Moving
     from takagi.certificates.checker.turbine.effort_sharing.table_residual import residual
-    from takagi.certificates.document import dumps
+    from takagi.certificates.document.certificate_file import dumps
 
     read = read_text(dumps(short), "certificate")
     subject = Subject.read(read["claims"][0], read["model"], read["gains"], "claim")

@@ -8,7 +8,7 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker.controller import content
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.claims import Data, law_data, model_data
 

@@ -10,8 +10,9 @@ import pytest
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 
 Data = dict[str, Any]
 NAMES = ["x", "y", "p_integral", "q_integral"]

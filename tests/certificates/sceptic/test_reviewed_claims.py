@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from takagi.certificates import Claim
-from takagi.certificates.audit import cross_checked_document
+from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.checker import check_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.kinds.claims import law_data, model_data
 
 Data = dict[str, Any]

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify, check
-from takagi.certificates.audit import cross_checked_document
-from takagi.certificates.document import certificate_document, dumps
+from takagi.certificates.audit.two_checkers import cross_checked_document
+from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.certificates.requests import (
     BoxEnlargement,
     Decay,
@@ -24,13 +24,13 @@ from takagi.certificates.requests import (
     ObserverError,
     Peak,
     Poles,
-    Request,
     Transient,
 )
+from takagi.certificates.requests.request import Request
 from takagi.cli.main import main
 from takagi.lmi import EigenvalueRegion
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 from tests.certificates.conftest import resealed
 from tests.certificates.kinds.claims import model_data, said_of
 

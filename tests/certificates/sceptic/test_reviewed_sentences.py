@@ -11,9 +11,10 @@ import pytest
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.plant.sector_embedding import plant_loop
-from takagi.certificates.cross_check import judge_document
-from takagi.certificates.document import certificate_document
-from takagi.certificates.requests import InputLimits, L2Gain, Peak, Request
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
+from takagi.certificates.requests import InputLimits, L2Gain, Peak
+from takagi.certificates.requests.request import Request
 from takagi.models import Plant, TSModel, load_model, sector_model
 from tests.certificates.embedding.plants import as_read
 from tests.certificates.kinds.claims import model_data, said_of

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates.checker import CertificateError, Verdict, check_document
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 

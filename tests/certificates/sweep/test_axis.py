@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from takagi.certificates.sweep import Axis, AxisKind, parse_axes
+from takagi.certificates.sweep.points import AxisKind
+from takagi.certificates.sweep.sweep import Axis, parse_axes
 from takagi.models import ModelError
 
 KINDS = (

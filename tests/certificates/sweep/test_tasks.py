@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.certificates.sweep import Task, run_tasks
+from takagi.certificates.sweep.tasks import Task, run_tasks
 from takagi.models import ModelError
 from tests.certificates.sweep.toy import tasks
 
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[3]
 SCRIPT = """
 import signal, sys
 from pathlib import Path
-from takagi.certificates.sweep import run_tasks
+from takagi.certificates.sweep.tasks import run_tasks
 from tests.certificates.sweep.toy import tasks
 
 if __name__ == "__main__":
@@ -33,7 +33,7 @@ if __name__ == "__main__":
 
 def content(folder: Path) -> dict[str, bytes]:
     """File name -> bytes."""
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+    return {path.name: path.read_bytes() for path in folder.glob("*.json")}
 
 
 def test_several_processes_leave_the_same_bytes(

@@ -9,7 +9,8 @@ from typing import Any
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.cross_check import Refusal, judge_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
 
 Change = Callable[[Any], None]
 

@@ -23,7 +23,8 @@ from takagi.certificates.checker.turbine import members as first
 from takagi.certificates.checker.turbine.effort_sharing import inputs as first_numbers
 from takagi.certificates.checker.turbine.effort_sharing import members as effort_sharing
 from takagi.certificates.checker.turbine.published import inputs as published
-from takagi.certificates.cross_check import Refusal, loads, opinion
+from takagi.certificates.cross_check import opinion
+from takagi.certificates.cross_check.kernel.reading import Refusal, loads
 from takagi.certificates.cross_check.turbine import members as second
 from takagi.certificates.cross_check.turbine import numbers as second_numbers
 from tests.certificates.recorded import inputs

@@ -18,7 +18,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from takagi.certificates.checker import check_document
-from takagi.certificates.claims.turbine.running_loop import candidate, running_loop_claim
+from takagi.certificates.claims.turbine import running_candidate as candidate
+from takagi.certificates.claims.turbine import running_loop_claim
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import sealed, verdicts
 from tests.certificates.turbine.test_running_loop import first_cell

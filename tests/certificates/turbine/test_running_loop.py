@@ -40,19 +40,18 @@ from takagi.certificates.checker.turbine.running_loop.quadratic_forms import (
     squared_reaches,
 )
 from takagi.certificates.checker.turbine.wind_intervals import gaps
-from takagi.certificates.claims.turbine.running_loop.candidate import running_candidate
-from takagi.certificates.claims.turbine.running_loop.running_loop_claim import (
+from takagi.certificates.claims.turbine.running_candidate import running_candidate
+from takagi.certificates.claims.turbine.running_loop_claim import (
     loop_subject,
     running_loop_claim,
 )
 from takagi.certificates.controller import content
-from takagi.certificates.cross_check import loads
+from takagi.certificates.cross_check.kernel.reading import loads
 from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.running.cell import RunningCell
-from takagi.certificates.cross_check.turbine.running.machine import Machine as SecondMachine
-from takagi.certificates.cross_check.turbine.running.machine import box
-from takagi.certificates.design.claim_summary import running_loop_summary
-from takagi.certificates.design.given import read_observer
+from takagi.certificates.cross_check.turbine.running_cell import Machine as SecondMachine
+from takagi.certificates.cross_check.turbine.running_cell import RunningCell, box
+from takagi.certificates.design.given.turbine_law import read_observer
+from takagi.certificates.design.turbine.result import running_loop_summary
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
 

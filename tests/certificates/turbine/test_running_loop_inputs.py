@@ -26,8 +26,9 @@ from takagi.certificates.checker.turbine.running_loop.running_claim import (
     check_running_loop,
 )
 from takagi.certificates.checker.words.sentences.running_loop import measured
-from takagi.certificates.cross_check import Refusal, judge_document
-from takagi.certificates.document import certificate_document
+from takagi.certificates.cross_check.kernel.reading import Refusal
+from takagi.certificates.cross_check.opinion import judge_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.recorded.answers import recorded

@@ -17,7 +17,7 @@ from takagi.certificates.checker.replay.claim_kinds import (
     RESTING,
     WHOLE_FILE,
 )
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from tests.certificates.weights.cells import EVIDENCE, LAWLESS, column, observed, verdicts
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import check_document
-from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.document import certificate_document
+from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.requests import FuzzyDecay, H2Norm, L2Gain, ObservedFeedback, ObserverError
 from takagi.models import Interval, ModelError, Output, Plant, TSModel, Variable, sector_model
-from takagi.models.blending import blended_model
-from takagi.models.laws import PdcLaw
+from takagi.models.blending.substitution import blended_model
+from takagi.models.laws.pdc import PdcLaw
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.weights.cells import EVIDENCE, cubic, plant_document, sampled, verdicts
 from tests.models.blending.plants import ROOM, plant_of

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, explain, hinf_norm, max_decay_rate, observer, pdc
-from takagi.lmi.decision.diagnosis import Share, binding_items, binding_shares, shares_in_words
+from takagi.lmi.decision.outcome import Share, binding_items, binding_shares, shares_in_words
 from takagi.models import ModelError, Premise, TSModel
 
 Floats = NDArray[np.float64]

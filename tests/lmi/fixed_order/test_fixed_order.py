@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from takagi.certificates import Verdict, certify
-from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.requests import L2Gain
 from takagi.lmi import FixedOrderDesign, GeneralisedPlant, hinf_fixed_order, hinf_output_feedback
 from takagi.models import ModelError

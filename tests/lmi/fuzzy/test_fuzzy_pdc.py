@@ -157,24 +157,17 @@ def test_any_rate_is_a_common_P(relaxation: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rates", "bound", "limit"),
-    [
-        ("corners", 1.0, 1.606),
-        ("slack", 1.0, 1.550),
-        ("corners", 0.1, 3.080),
-        ("corners", 0.0, 5.206),
-    ],
+    ("bound", "limit"),
+    [(1.0, 1.606), (0.1, 3.080), (0.0, 5.206)],
 )
-def test_the_slower_the_memberships_the_more_can_be_held(
-    rates: Any, bound: float, limit: float
-) -> None:
+def test_the_slower_the_memberships_the_more_can_be_held(bound: float, limit: float) -> None:
     """Limits of b, a = 10, all pairs, over the epsilons that are tried; recomputed by bisection."""
     below = tanaka_ohtake(limit - 0.03)
-    design = fuzzy_pdc(below, rate_bounds=bound, rates=rates)
+    design = fuzzy_pdc(below, rate_bounds=bound)
 
     assert design.found and design.gains is not None and design.answer.decay_rate is not None
     assert slowest(below, design, bound) >= design.answer.decay_rate - 1e-6
-    assert not fuzzy_pdc(tanaka_ohtake(limit + 0.03), rate_bounds=bound, rates=rates).found
+    assert not fuzzy_pdc(tanaka_ohtake(limit + 0.03), rate_bounds=bound).found
 
 
 def test_the_loop_is_certified_by_analysis_too() -> None:
@@ -240,7 +233,7 @@ def test_units_do_not_matter() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
-@pytest.mark.parametrize("kind", ["discrete", "corners", "slack"])
+@pytest.mark.parametrize("kind", ["discrete", "continuous"])
 def test_cvxpy_finds_the_same_margin(kind: Any) -> None:
     """The same condition through another modeller; and it prints.
 
@@ -249,7 +242,7 @@ def test_cvxpy_finds_the_same_margin(kind: Any) -> None:
     if kind == "discrete":
         condition = fuzzy_pdc_condition(guerra_vermeiren(1.3), slack="rules")
     else:
-        condition = fuzzy_pdc_condition(tanaka_ohtake(1.3), rate_bounds=1.0, rates=kind)
+        condition = fuzzy_pdc_condition(tanaka_ohtake(1.3), rate_bounds=1.0)
     said = expressed(condition)
     said.problem(said.variables["nu"][0] <= 1e4).solve(solver="CLARABEL")
 
@@ -279,8 +272,6 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
         ({"rate_bounds": -1.0}, "must be 0, positive, or inf"),
         ({"rate_bounds": 1.0, "slack": "rules"}, "in discrete time"),
         ({"rate_bounds": 1.0, "slack": "own"}, 'there are "common"'),
-        ({"rate_bounds": 1.0, "rates": "all"}, 'there are "corners" and "slack"'),
-        ({"rate_bounds": np.inf, "rates": "slack"}, "finite bounds"),
         ({"rate_bounds": 1.0, "relaxation": "none"}, "relaxation 'none' is not known"),
         ({"rate_bounds": 1.0, "epsilons": ()}, "epsilons is empty"),
         ({"rate_bounds": 1.0, "epsilons": (-1.0,)}, "epsilon is -1; it must be positive"),

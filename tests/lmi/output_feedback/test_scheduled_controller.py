@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import certify
-from takagi.certificates.cross_check import judge_document
+from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.requests import Decay
 from takagi.lmi import (
     DynamicController,
@@ -14,7 +14,7 @@ from takagi.lmi import (
     dynamic_output_feedback,
 )
 from takagi.models import ModelError, TSModel, sector_model
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 
 pytestmark = pytest.mark.numeric
 

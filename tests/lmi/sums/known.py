@@ -21,22 +21,19 @@ from takagi.lmi import (
 Floats = NDArray[np.float64]
 
 
-def random_theta(seed: int, rules: int, size: int, gains: int | None = None) -> Floats:
-    """Return symmetric (rules, gains, size, size), mostly worst where rules act together."""
+def random_theta(seed: int, rules: int, size: int) -> Floats:
+    """Return symmetric (rules, rules, size, size), mostly worst where rules act together."""
     rng = np.random.default_rng(seed)
-    theta = rng.standard_normal((rules, gains or rules, size, size))
+    theta = rng.standard_normal((rules, rules, size, size))
     theta = theta + theta.transpose(0, 1, 3, 2)
-    if gains is None:
-        theta[np.arange(rules), np.arange(rules)] -= 3 * np.eye(size)
+    theta[np.arange(rules), np.arange(rules)] -= 3 * np.eye(size)
     return theta
 
 
 def known_sum(theta: Floats, **known: object) -> tuple[DoubleSum, Unknown]:
-    """Return sum_ij h_i m_j (Theta_ij - s I), and s."""
+    """Return sum_ij h_i h_j (Theta_ij - s I), and s."""
     s = Unknown("s", 1, 1)
     size = theta.shape[2]
-    if theta.shape[0] != theta.shape[1] and "gain_corners" not in known:
-        known["gain_rules"] = theta.shape[1]
     loop = DoubleSum(
         rules=len(theta),
         blocks=(size,),
@@ -68,7 +65,7 @@ def least(
 
 
 def bound(theta: Floats, relaxation: str, **known: object) -> float:
-    """Return the relaxation's upper bound on sum_ij h_i m_j Theta_ij."""
+    """Return the relaxation's upper bound on sum_ij h_i h_j Theta_ij."""
     return least(*known_sum(theta, **known), relaxation)
 
 

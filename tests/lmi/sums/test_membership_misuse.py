@@ -33,7 +33,7 @@ def test_bounds_that_make_no_sense(bounds: list[list[float]], message: str) -> N
 
 
 def test_other_knowledge_that_makes_no_sense() -> None:
-    """Numbers of rules, forms, and gains with memberships of their own."""
+    """Numbers of rules, and forms."""
     loop, _ = known_sum(random_theta(0, 2, 1))
     with pytest.raises(ModelError, match="active_rules is 3; 1 ... 2 rules"):
         with_overlap(loop, active_rules=3)
@@ -43,6 +43,3 @@ def test_other_knowledge_that_makes_no_sense() -> None:
         with_shape(loop, np.eye(2))
     with pytest.raises(ModelError, match="symmetric, with every rule active by itself"):
         replace(loop, active=np.array([[True, False], [True, True]]))
-    unlike, _ = known_sum(random_theta(0, 2, 1, 3))
-    with pytest.raises(ModelError, match="with bounds on the memberships pairs the rules"):
-        with_overlap(unlike, np.ones((2, 2)))

@@ -1,4 +1,4 @@
-"""Rules as combinations of corners: premises of vertices, gains and filters, shared or not."""
+"""Rules as combinations of corners of premises."""
 
 from __future__ import annotations
 
@@ -9,22 +9,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.lmi import (
-    LMI,
-    Condition,
-    Constant,
     DoubleSum,
     ProductRules,
     SumPart,
-    Term,
     Unknown,
-    decide,
     pdc,
     product_rules,
     relaxation_named,
     relaxation_size,
 )
-from takagi.lmi.condition import lmi_value
-from takagi.lmi.gains.requirements.closed_loop import closed_loop
 from takagi.models import ModelError, Premise, TSModel
 from tests.lmi.sums.known import (
     bound,
@@ -36,11 +29,6 @@ from tests.lmi.sums.known import (
 )
 
 Floats = NDArray[np.float64]
-
-
-def rules_over(**sides: int) -> ProductRules:
-    """Return the combinations of the named premises' corners."""
-    return ProductRules(combinations_of(*sides.values()), tuple(sides))
 
 
 def weights(seed: int, rules: ProductRules) -> dict[str, Floats]:
@@ -59,88 +47,19 @@ def values(rules: ProductRules, known: dict[str, Floats]) -> Floats:
 
 @settings(max_examples=12)
 @given(st.integers(0, 10_000))
-def test_gains_over_other_premises_than_the_vertices(seed: int) -> None:
-    """Vertices over (omega, v), gains over (v, beta): sampled values stay below every bound.
-
-    The shared premise counts once: as two of its own the bound is never smaller.
-    """
-    vertices, gains = rules_over(omega=2, v=2), rules_over(v=2, beta=3)
-    theta = random_theta(seed, vertices.rules, 1, gains.rules)
-    known = weights(seed, vertices.crossed(gains))
-    reached = largest(theta, values(vertices, known), values(gains, known))
-    found = [
-        bound(theta, name, corners=vertices, gain_corners=gains)
-        for name in ("product", "product-1", "product-4")
-    ]
-    apart = ProductRules(gains.corners, ("other v", "beta"))
-    separate = bound(theta, "product", corners=vertices, gain_corners=apart)
-    unknown = bound(theta, "product")
+def test_sampled_values_stay_below_every_bound(seed: int) -> None:
+    """Rules over three premises, one a factor twice: higher degrees bound closer, pairs worst."""
+    rules = ProductRules(combinations_of(2, 2, 2), ("v", "v", "beta"))
+    theta = random_theta(seed, rules.rules, 1)
+    known = weights(seed, rules)
+    reached = largest(theta, values(rules, known))
+    found = [bound(theta, name, corners=rules) for name in ("product", "product-1", "product-4")]
 
     assert all(reached <= value + 1e-9 for value in found)
-    assert found[2] <= found[1] + 2e-3 <= found[0] + 4e-3 <= separate + 6e-3
-    assert unknown == pytest.approx(separate, abs=2e-3)
-    assert separate == pytest.approx(float(theta.max()), abs=2e-3)
-
-
-def test_a_premise_of_three_factors_is_of_degree_three() -> None:
-    """Plant over (omega, v), filter over (omega, T), gains over (omega, beta, v).
-
-    omega is a factor three times, v twice, T and beta once: 4 * 3 * 2 * 2 coefficients in the
-    place of the 4 * 4 * 8 products of three separate sums.
-    """
-    plant, filtered = rules_over(omega=2, v=2), rules_over(omega=2, T=2)
-    gains = rules_over(omega=2, beta=2, v=2)
-    vertices = plant.crossed(filtered)
-    theta = random_theta(2, vertices.rules, 2, gains.rules)
-    known = weights(2, vertices.crossed(gains))
-    reached = largest(theta, values(vertices, known), values(gains, known))
-    size = relaxation_size("product", 16, vertices, gain_corners=gains)
-    largest_alone = float(np.linalg.eigvalsh(theta)[..., -1].max())
-
-    assert size.lmis == 4 * 3 * 2 * 2
-    assert relaxation_size("product-2", 16, vertices, gain_corners=gains).lmis == 6 * 5 * 4 * 4
-    bounds = [
-        bound(theta, f"product-{degree}", corners=vertices, gain_corners=gains)
-        for degree in (0, 1, 3)
-    ]
-    assert reached <= bounds[2] + 1e-9
-    assert bounds[2] < bounds[1] < bounds[0] < largest_alone
-    np.testing.assert_array_equal(vertices.corners[5], [*plant.corners[1], *filtered.corners[1]])
-
-
-def test_a_law_over_fewer_premises_rides_on_the_other() -> None:
-    """Torque law over v, pitch law over (v, beta): one sum, its gain index the larger set.
-
-    A torque rule's membership is the sum of those pitch rules' that agree with it in v, so its
-    member is looked up by the pitch rule.  The coefficients, expanded, give back the triple sum.
-    """
-    rng = np.random.default_rng(3)
-    vertices, gains = rules_over(v=2), rules_over(v=2, beta=2)
-    torque, pitch = Unknown("torque", 1, 1, count=2), Unknown("pitch", 1, 1, count=4)
-    a, b = rng.standard_normal((2, 2, 1, 1))
-    one = np.ones((1, 1, 1))
-    parts = (
-        SumPart(
-            unknown=torque,
-            left=a,
-            right=one,
-            member=np.broadcast_to(gains.corners[:, 0], (2, 4)),
-        ),
-        SumPart(unknown=pitch, left=b, right=one, member="gain"),
-    )
-    loop = DoubleSum(rules=2, blocks=(1,), parts=parts, corners=vertices, gain_corners=gains)
-    (lmi,) = relaxation_named("product")(loop)[1]
-    t, p = rng.standard_normal((2, 1, 1)), rng.standard_normal((4, 1, 1))
-    items = lmi_value(lmi, {"torque": t, "pitch": p}, {})[:, 0, 0]
-    known = weights(4, gains)
-    v, beta = known["v"], known["beta"][: len(known["v"])]
-    # (v_1 + v_2)^2 has the orderings 1, 2, 1; beta is of degree one.
-    squares = np.stack([v[:, 0] ** 2, 2 * v[:, 0] * v[:, 1], v[:, 1] ** 2], axis=1)
-    expanded = np.einsum("ta,tb->tab", squares, beta).reshape(len(v), -1) @ items
-    direct = (v @ a[:, 0, 0]) * (v @ t[:, 0, 0])
-    direct += (v @ b[:, 0, 0]) * (values(gains, known) @ p[:, 0, 0])
-
-    np.testing.assert_allclose(expanded, direct, atol=1e-12)
+    pairs = bound(theta, "wang-tanaka-griffin")
+    assert found[2] <= found[1] + 2e-3 <= found[0] + 4e-3 <= pairs + 6e-3
+    assert relaxation_size("product", 8, rules).lmis == 5 * 3
+    assert relaxation_size("product-2", 8, rules).lmis == 7 * 5
 
 
 def model_of_two_premises(seed: int, spread: float) -> TSModel:
@@ -179,79 +98,6 @@ def test_products_find_gains_where_pairs_do_not() -> None:
     assert pdc(model, relaxation="wang-tanaka-griffin").status == "infeasible"
 
 
-def solved(loop: DoubleSum, Q: Unknown, M: Unknown, relaxation: str) -> tuple[Floats, Floats]:
-    """Return the members of K, and P, that the relaxation finds."""
-    _, posed = relaxation_named(relaxation)(loop)
-    one = np.eye(Q.rows)[None]
-    term = Term(unknown=Q, left=one, right=one)
-    positive = LMI(name="positive", blocks=(Q.rows,), terms=(term,))
-    constant = (Constant(value=-one),)
-    scale = LMI(
-        name="scale", blocks=(Q.rows,), terms=(term,), constants=constant, sign=-1, strict=False
-    )
-    condition = Condition(
-        name="gains",
-        unknowns=(Q, M),
-        lmis=(positive, scale, *posed),
-        parameters={"alpha": 0.0},
-    )
-    outcome = decide(condition)
-    assert outcome.status == "candidate"
-    P = np.linalg.inv(outcome.values["Q"][0])
-    return outcome.values["M"] @ P, P
-
-
-def test_gains_may_follow_one_premise_only() -> None:
-    """Gains over z1 alone: closed_loop with gain_corners; decay at all values of both premises."""
-    model = model_of_two_premises(4, 0.3)
-    vertices = product_rules(model)
-    gains = ProductRules(np.arange(2)[:, None], ("z1",))
-    Q = Unknown("Q", 2, 2, symmetric=True)
-    M = Unknown("M", 1, 2, count=2)
-    loop = closed_loop(model.A, model.B, Q, M, weight=1.0, corners=vertices, gain_corners=gains)
-    K, P = solved(loop, Q, M, "product-1")
-
-    assert relaxation_named("product-1")(loop)[1][0].count == 4 * 3
-    z = np.random.default_rng(1).uniform([[0.0], [-1.0]], [[1.0], [1.0]], (2, 4000))
-    h = model.memberships(z).T
-    assert rates(model, K[vertices.corners[:, 0]], P, h).min() > 0
-
-
-def test_a_filter_over_a_shared_premise() -> None:
-    """x' = A(z1, z2) x - B(z1, z2) F(z1) K(z1, z2) x: a triple sum, of degree 3 in z1's weights.
-
-    As three sums of their own it has 4 * 2 * 4 inequalities, and asks for more.
-    """
-    model = model_of_two_premises(4, 0.3)
-    plant = product_rules(model)
-    F = np.array([1.0, 0.4])
-    vertices = plant.crossed(ProductRules(np.arange(2)[:, None], ("z1",)))
-    A, B = np.repeat(model.A, 2, axis=0), (model.B[:, None] * F[:, None, None]).reshape(8, 2, 1)
-    Q = Unknown("Q", 2, 2, symmetric=True)
-    M = Unknown("M", 1, 2, count=4)
-    loop = closed_loop(A, B, Q, M, weight=1.0, corners=vertices, gain_corners=plant)
-    K, P = solved(loop, Q, M, "product")
-
-    assert relaxation_named("product")(loop)[1][0].count == 4 * 3
-    z = np.random.default_rng(1).uniform([[0.0], [-1.0]], [[1.0], [1.0]], (2, 4000))
-    h = model.memberships(z).T
-    filtered = np.stack([1 - z[0], z[0]], axis=1) @ F
-    G = np.tensordot(h, model.A, axes=1)
-    G -= (np.tensordot(h, model.B, axes=1) * filtered[:, None, None]) @ np.tensordot(h, K, axes=1)
-    V = P @ G
-    assert np.linalg.eigvalsh(V + V.transpose(0, 2, 1)).max() < 0
-
-
-@pytest.mark.parametrize("name", ["wang-tanaka-griffin", "tuan", "tanaka-wang", "kim-lee"])
-def test_pairs_of_unlike_rules_are_refused(name: str) -> None:
-    """Relaxations by pairs need one set of rules; the message says which to take."""
-    loop = DoubleSum(rules=2, blocks=(1,), parts=(), gain_rules=3)
-
-    for refused in (name, "liu-zhang", "polya-1", "product-liu-zhang"):
-        with pytest.raises(ModelError, match='there are 2 and 3 .*take "product"'):
-            relaxation_named(refused)(loop)
-
-
 @pytest.mark.parametrize(
     ("corners", "premises", "message"),
     [
@@ -284,15 +130,10 @@ def test_rules_of_a_model() -> None:
 
 def test_double_sums_that_do_not_fit() -> None:
     """Corners for another number of rules, one premise with two numbers of corners, members."""
-    with pytest.raises(ModelError, match="corners of the vertices: 4 rules, but there are 3"):
+    with pytest.raises(ModelError, match="corners: 4 rules, but there are 3"):
         DoubleSum(rules=3, blocks=(1,), parts=(), corners=combinations_of(2, 2))
-    loop = DoubleSum(
-        rules=2,
-        blocks=(1,),
-        parts=(),
-        corners=rules_over(v=2),
-        gain_corners=rules_over(v=3),
-    )
+    corners = ProductRules(combinations_of(2, 3), ("v", "v"))
+    loop = DoubleSum(rules=6, blocks=(1,), parts=(), corners=corners)
     with pytest.raises(ModelError, match="premise v has 2 and 3 corners"):
         relaxation_named("product")(loop)
     M = Unknown("M", 1, 1, count=2)

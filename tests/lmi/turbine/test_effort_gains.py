@@ -10,8 +10,8 @@ import pytest
 
 from takagi.lmi.turbine import GROWN, EffortDesign, EffortSettings, effort_gains
 from takagi.models import ModelError, Turbine, nrel5mw
-from takagi.models.laws import EffortSchedule, effort_schedule
-from takagi.models.ramps.effort_ramp import effort_ramp
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+from takagi.models.ramps import effort_ramp
 
 SETTINGS = EffortSettings()
 

@@ -18,11 +18,12 @@ from takagi.lmi.turbine import (
     OneStepDesign,
     one_step_gains,
 )
-from takagi.lmi.turbine.one_step.motion import motion
+from takagi.lmi.turbine.one_step.value import motion
 from takagi.models import Interval, ModelError, Turbine, nrel5mw
-from takagi.models.laws import EffortGains, EffortSchedule, EffortSharingLaw, effort_schedule
-from takagi.models.laws.effort_sharing import LoopBox, LoopUncertainty
-from takagi.models.turbine import rotor_thrust, rotor_torque_gradient
+from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
+from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopUncertainty
+from takagi.models.laws.effort_sharing.schedule import EffortSchedule, effort_schedule
+from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
 BOX = LoopBox(Fraction("0.04"), Fraction("0.008"), Fraction("0.03"), Fraction("0.03"))

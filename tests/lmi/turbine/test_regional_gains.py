@@ -24,7 +24,7 @@ from takagi.lmi.turbine import (
 from takagi.lmi.turbine.region_request import region_request
 from takagi.models import ModelError, TSModel, nrel5mw
 from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine import rotor_torque
+from takagi.models.turbine.aerodynamics import rotor_torque
 from takagi.models.turbine.trim import trim
 from tests.paper_models import regional_models
 

@@ -121,17 +121,6 @@ def test_a_motion_that_grows_is_never_certified() -> None:
         assert not answer.found
 
 
-def test_one_slack_for_all_rates_is_weaker_than_their_corners() -> None:
-    """Mozelli's slack, lam = 20: up to 1.9 1/s where the corners reach 3.5 1/s."""
-    A = lpj12(20.0)
-    answer = fuzzy_lyapunov(A, rate_bounds=1.5, rates="slack")
-
-    assert answer.found
-    assert fastest_growth(A, answer, 1.5) < 0
-    assert not fuzzy_lyapunov(A, rate_bounds=2.5, rates="slack").found
-    assert fuzzy_lyapunov(A, rate_bounds=2.5).found
-
-
 def oscillator() -> TSModel:
     """x'' + (1.5 + p) x' + (4 + q) x = 0 with |p| <= 0.5 and |q| <= 2.5."""
     A: Any = [[[0, 1], [-4 - q, -1.5 - p]] for p in (-0.5, 0.5) for q in (-2.5, 2.5)]
@@ -235,10 +224,6 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
         ({"relaxation": "polya"}, "relaxation 'polya' is not known"),
         ({"relaxation": "tanaka-wang", "degree": 2}, "is for a double sum"),
         ({"relaxation": "tanaka-wang", "sample_time": 1.0}, "is for a double sum"),
-        ({"rates": "all"}, 'rates is \'all\'; there are "corners" and "slack"'),
-        ({"rates": "slack", "degree": 2}, 'rates="slack" is for continuous time'),
-        ({"rates": "slack", "rate_bounds": np.inf}, "finite"),
-        ({"rates": "slack", "form": "dilated"}, 'rates="slack" is for continuous time'),
     ],
 )
 def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.files import data_folder
+from takagi.models.files.library import data_folder
 from tests.models.blending.plants import plant_of
 
 BAD = {

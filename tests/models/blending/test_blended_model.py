@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import ModelError, Plant, TSModel
-from takagi.models.blending import RunTimeBlending, blended_model, blending_of
-from takagi.models.laws import PdcLaw
+from takagi.models.blending.blending import blending_of
+from takagi.models.blending.run_time import RunTimeBlending
+from takagi.models.blending.substitution import blended_model
+from takagi.models.laws.pdc import PdcLaw
 from tests.models.blending.plants import ROOM, plant_of
 
 Floats = NDArray[np.float64]
@@ -91,9 +93,9 @@ def test_the_running_plant_is_the_one_by_hand(
     blending = blending_of(plant)
     assert blending is not None
     errors = {"cooling": low, "heating": high}
-    rate = RunTimeBlending(blending, errors).rate()
+    rate = RunTimeBlending(blending, errors).disturbed_rate(())
 
-    found = rate(np.array([x, effort]), np.array([7.0]))
+    found = rate(np.array([x, effort]), np.array([7.0]), np.zeros(0))
     assert found == pytest.approx([by_hand(x, effort, (low, high)), 7.0], abs=1e-12)
 
 

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from takagi.models import Interval
-from takagi.models.blending import ramp, ramp_slope, share_range, share_value
-from takagi.models.ramps.effort_ramp import effort_ramp
+from takagi.models.ramps import effort_ramp, ramp, ramp_slope, share_range, share_value
 
 efforts = st.fractions(-10, 10, max_denominator=1000)
 overlaps = st.fractions("1/100", 5, max_denominator=1000)

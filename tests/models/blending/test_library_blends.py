@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from takagi.models import Plant, TSModel, load_model
-from takagi.models.blending import RunTimeBlending, blended_model, blending_of
+from takagi.models.blending.blending import blending_of
+from takagi.models.blending.run_time import RunTimeBlending
+from takagi.models.blending.substitution import blended_model
 
 Floats = NDArray[np.float64]
 
@@ -81,7 +83,8 @@ def test_model_and_running_plant_equal_the_equations(name: str, shares: list[flo
     wanted = FIELDS[name](x, wrong)
     size = 1e-9 * np.abs(wanted).max() + 1e-12
 
-    np.testing.assert_allclose(running.rate()(x, np.zeros(1)), wanted, rtol=1e-9, atol=size)
+    rate = running.disturbed_rate(())(x, np.zeros(1), np.zeros(0))
+    np.testing.assert_allclose(rate, wanted, rtol=1e-9, atol=size)
     rest = np.array([float(v.rest) for v in plant.states])
     labels = [label.split(" [")[0] for label in model.states]
     point = dict(zip(labels, x - rest, strict=True)) | running.signals(x)

@@ -19,12 +19,16 @@ from takagi.models import (
     sector_model,
     statespace,
 )
-from takagi.models.laws import Measurement, PdcLaw, SampledLaw
-from takagi.models.plant_files import load_plant
-from takagi.models.simulation import BaselineLaw, plant_derivative, validation_plant
-from takagi.models.turbine import load_turbine, rotor_torque_gradient
+from takagi.models.laws.pdc import PdcLaw
+from takagi.models.laws.protocol import Measurement, SampledLaw
+from takagi.models.plant_files.loader import load_plant
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.simulation.dynamics import plant_rate as turbine_rate
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.turbine.aerodynamics import rotor_torque_gradient
+from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim
-from takagi.reports.loops import plant_rate
+from takagi.reports.loops.plant_motion import plant_rate
 
 PAGE = Path(__file__).parents[3] / "docs" / "models.md"
 EXACT: Any = {"rtol": 1e-11, "atol": 1e-13}
@@ -157,7 +161,7 @@ def test_a_turbine_and_its_law_move_as_in_our_simulation() -> None:
     def rate(t: float, z: Any) -> Any:
         seen = Measurement(z[0], z[1], 16.0)
         sent = law.command(z[n:], seen)
-        moved = plant_derivative(plant, z[:n].tolist(), sent.torque, sent.pitch, 16.0)
+        moved = turbine_rate(plant)(z[:n], sent.torque, sent.pitch, 16.0)
         return np.concatenate([moved, law.state_rate(z[n:], seen)])
 
     time = np.linspace(0, 5, 11)

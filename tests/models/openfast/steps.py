@@ -23,9 +23,9 @@ from typing import NamedTuple
 import numpy as np
 
 from takagi.models import Floats
-from takagi.models.simulation import SimulatedTurbine, loads
-from takagi.models.simulation.dynamics import dynamics
-from takagi.models.turbine import nrel5mw
+from takagi.models.simulation.dynamics import dynamics, loads
+from takagi.models.simulation.turbine_plant import SimulatedTurbine
+from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import trim
 
 __all__ = ["KINDS", "QUANTITIES", "WINDS", "Answer", "measured", "simulated"]

@@ -14,11 +14,14 @@ import numpy as np
 import pytest
 
 from takagi.certificates.checker.kernel.reader import read_json
-from takagi.certificates.design.given import effort_sharing_law_from_data, read_law
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data, read_law
 from takagi.models import Floats, WindObserver
-from takagi.models.laws import EffortSharingLaw, SampledLaw
-from takagi.models.simulation import SimulatedTurbine, simulate, step_wind, validation_plant
-from takagi.models.turbine import nrel5mw
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.models.laws.protocol import SampledLaw
+from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation.turbine_plant import SimulatedTurbine, validation_plant
+from takagi.models.simulation.wind import step_wind
+from takagi.models.turbine.loader import nrel5mw
 
 HERE = Path(__file__).parent
 FAST, SLOW = 0.05, 5.0

@@ -18,7 +18,7 @@ from takagi.models import (
     table_function,
 )
 from takagi.models.plant.table_coverage import check_coverage
-from takagi.models.splines import TableFunction
+from takagi.models.splines.table_function import TableFunction
 
 X, U = sp.symbols("x u", real=True)
 

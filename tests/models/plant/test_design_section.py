@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.files import built_in_kinds
-from takagi.models.plant import PlantSettings
-from takagi.models.plant_files import PlantFile
+from takagi.models.files.library import built_in_kinds
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import PlantFile
 
 PLANT = """
 format = 1

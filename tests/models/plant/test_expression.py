@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from takagi.models import ModelError
 from takagi.models.expressions.parser import FUNCTIONS, Scope, parse_expression
-from takagi.models.ranges import expression_value
+from takagi.models.ranges.expression_range import expression_value
 
 X, Y, K, THETA = (sp.Symbol(name, real=True) for name in ("x", "y", "k", "theta"))
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.models import Plant
-from takagi.models.plant import file_unit, time_in_file_units
-from takagi.models.plant.file_units import rate_in_file_units
-from takagi.models.plant_files import load_plant
+from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
+from takagi.models.plant_files.loader import load_plant
 
 TEXT = """
 format = 1

@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from takagi.models import ModelError, Output
-from takagi.models.plant_files import load_plant
+from takagi.models.plant_files.loader import load_plant
 
 TEXT = """
 format = 1

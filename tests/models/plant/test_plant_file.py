@@ -22,9 +22,9 @@ from takagi.models import (
     plant_file_schema,
     table_function,
 )
-from takagi.models.plant_files import load_plant, plant_files
-from takagi.models.splines import TableFunction
-from takagi.models.turbine import load_turbine
+from takagi.models.plant_files.loader import PlantFile, load_plant
+from takagi.models.splines.table_function import TableFunction
+from takagi.models.turbine.loader import load_turbine
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -298,7 +298,7 @@ def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
 def test_the_files_of_a_plant_are_known(tmp_path: Path) -> None:
     path = written(tmp_path)
 
-    assert plant_files(path) == [path, tmp_path / "friction.csv"]
+    assert PlantFile.of(path).files == [path, tmp_path / "friction.csv"]
 
 
 def test_the_published_schema_is_current() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from takagi.models import ModelError, load_model
 from takagi.models.expressions.parser import FUNCTIONS
-from takagi.models.files import parse_unit
+from takagi.models.files.units import parse_unit
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from takagi.certificates.design.plant import PlantDesign, design_plant
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, ModelError, Plant, Variable, sector_model, solve_rest
-from takagi.models.plant_files import PlantFile
+from takagi.models.plant_files.loader import PlantFile
 
 SQUARE = """
 format = 1

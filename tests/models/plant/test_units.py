@@ -18,8 +18,7 @@ from takagi.models import (
     interpolate_curve,
     table_function,
 )
-from takagi.models.files import parse_unit
-from takagi.models.files.units import UNITS
+from takagi.models.files.units import UNITS, parse_unit
 
 X, V, F, M, K, L = sp.symbols("x v F m k L", real=True)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.files import parse_unit
-from takagi.models.plant_simulation import (
+from takagi.models.files.units import parse_unit
+from takagi.models.plant_simulation.signals import (
     Noise,
     Pulse,
     Ramp,

@@ -11,7 +11,8 @@ import pytest
 import sympy as sp
 
 from takagi.models import Interval, ModelError, Plant, Variable, sector_model
-from takagi.models.sector import denominator_forms, sum_quotients, terms_of
+from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
+from takagi.models.sector.terms import terms_of
 
 Q1, Q2, W1, W2, U, X = sp.symbols("q1 q2 w1 w2 u x", real=True)
 INERTIAS = dict(

@@ -11,7 +11,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from takagi.certificates.document import ts_model_data
+from takagi.certificates.document.model_data import ts_model_data
 from takagi.certificates.document.plant_embedding import is_embedded
 from takagi.lmi.gains.attraction.request import state_box_of
 from takagi.models import (

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import ModelError, Premise, TSModel
-from takagi.models.sector.exactness import check_exact
+from takagi.models.sector.assembly import check_exact
 from takagi.models.sector.multilinear import corner_values, vertex_product
-from takagi.models.ts.vertex_product import VertexProduct
+from takagi.models.ts.vertex_arrays import VertexProduct
 
 Z = sp.symbols("z1:5")
 X, Y = sp.symbols("x y", real=True)

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from takagi.models import Domain, Interval, ModelError, Plant, Variable, sector_model
-from takagi.models.ranges.linear_combination import combined
-from takagi.models.sector import expression_range, expression_value
+from takagi.models.ranges.expression_range import expression_range, expression_value
+from takagi.models.ranges.symbolic_steps import combined
 
 X, Y, W, U = sp.symbols("x y w u", real=True)
 TURN = sp.Symbol("turn", real=True)

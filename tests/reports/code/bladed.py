@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws import Command, Measurement, SampledLaw
-from takagi.reports.code import ControllerProgram, ExportSettings
+from takagi.models.laws.protocol import Command, Measurement, SampledLaw
+from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.discon.library import export
+from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.compiled import STRICT, compiler, run
 from tests.reports.filtered_speed import FilteredSpeed
 

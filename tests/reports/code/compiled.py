@@ -11,9 +11,10 @@ from typing import Any
 
 import pytest
 
-from takagi.reports.code import ControllerProgram, ExportSettings, Precision
 from takagi.reports.code.c.source import c_source
 from takagi.reports.code.c.target import export
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.targets import ExportSettings, Precision
 
 C99 = ("-std=c99", "-ffp-contract=off")
 STRICT = (

@@ -10,9 +10,10 @@ from takagi.certificates import TurbineDesign
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.controller.content import file_content
 from takagi.certificates.checker.kernel.reader import canonical
-from takagi.reports.code import ControllerProgram
+from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 from tests.certificates.recorded.answers import recorded
 
 

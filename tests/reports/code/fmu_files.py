@@ -11,12 +11,13 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from takagi.reports.code import ControllerProgram, ExportSettings, read_controller
-from takagi.reports.code.fmu import archive, target
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.fmu import target
 from takagi.reports.code.fmu.target import export
-from takagi.reports.code.targets import Exported
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.targets import Exported, ExportSettings
 
-LIBRARY = archive.library
+LIBRARY = target.library
 
 
 def fmpy() -> Any:
@@ -25,13 +26,13 @@ def fmpy() -> Any:
 
 
 @cache
-def _compiled(sources: tuple[tuple[str, str], ...], compiled: tuple[str, ...]) -> archive.Library:
+def _compiled(sources: tuple[tuple[str, str], ...], compiled: tuple[str, ...]) -> target.Library:
     # What it computes does not depend on the optimisation, which takes most of the compiler's time.
-    with patch.object(archive, "FLAGS", (*archive.FLAGS, "-O0")):
+    with patch.object(target, "FLAGS", (*target.FLAGS, "-O0")):
         return LIBRARY(dict(sources), compiled)
 
 
-def compiled_once(sources: Mapping[str, str], compiled: Iterable[str]) -> archive.Library:
+def compiled_once(sources: Mapping[str, str], compiled: Iterable[str]) -> target.Library:
     """Return the library of these sources, which the compiler is given once in a process."""
     return _compiled(tuple(sources.items()), tuple(compiled))
 
@@ -54,7 +55,7 @@ def exported(
 
 def sources_alone(gains: Path, **settings: Any) -> tuple[ControllerProgram, Exported]:
     """Write the FMUs as where there is no compiler: for what is asked of their other contents."""
-    with patch.object(archive, "COMPILERS", ()):
+    with patch.object(target, "COMPILERS", ()):
         return exported(gains, anew=True, **settings)
 
 

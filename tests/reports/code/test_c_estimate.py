@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from takagi.reports.code import ControllerProgram
+from takagi.reports.code.controller_program import ControllerProgram
 from tests.reports.code.compiled import STRICT, Compiled
 from tests.reports.code.design_program import recorded_program
 

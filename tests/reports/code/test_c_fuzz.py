@@ -9,14 +9,11 @@ from typing import cast
 
 import pytest
 
-from takagi.models.turbine import load_turbine
-from takagi.reports.code import (
-    ControllerProgram,
-    ExportSettings,
-    Precision,
-    baseline_program,
-    read_controller,
-)
+from takagi.models.turbine.loader import load_turbine
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.targets import ExportSettings, Precision
 from tests.reports.code.compiled import C99, SANITIZED, STRICT, compiler, only_half, run, written
 from tests.reports.test_gain_file_alone import PLANTS, plant_file
 

@@ -9,10 +9,12 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
-from takagi.reports.code import ControllerProgram, ExportSettings, baseline_program
+from takagi.models.turbine.loader import load_turbine
+from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.c.source import c_source
+from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
+from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.compiled import Compiled
 from tests.reports.code.language_document import every_function
 

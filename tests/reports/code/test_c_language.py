@@ -8,18 +8,15 @@ from pathlib import Path
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
-from takagi.reports.code import (
-    ControllerProgram,
-    ExportSettings,
-    Precision,
-    ProgramRun,
-    baseline_program,
-    program_reading,
-    read_controller,
-)
+from takagi.models.turbine.loader import load_turbine
+from takagi.reports.code import program_reading
+from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.c import source
 from takagi.reports.code.c.expressions import literal
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.code.targets import ExportSettings, Precision
 from tests.reports.code.compiled import (
     C99,
     NO_DIVISION_BY_ZERO,

@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws import Law, Measurement, SampledLaw
-from takagi.models.laws.sampled import sampled
-from takagi.models.simulation import BaselineLaw
-from takagi.models.turbine import load_turbine
+from takagi.models.laws.protocol import Law, Measurement, SampledLaw, sampled
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.turbine.loader import load_turbine
 from takagi.models.turbine.trim import trim
-from takagi.reports.code import ControllerProgram, ProgramRun, baseline_program, read_controller
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 from tests.reports.code.compiled import Compiled
 from tests.reports.filtered_speed import FilteredSpeed
 from tests.reports.test_gain_file_alone import (

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
-from takagi.reports.code import ExportSettings, read_controller
 from takagi.reports.code.c.comparison import compared_source
+from takagi.reports.code.program_reading import read_controller
+from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.compiled import written
 from tests.reports.test_gain_file_alone import PLANTS, plant_file
 from tests.undrawn import undrawn

@@ -11,8 +11,10 @@ import pytest
 
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
-from takagi.reports.code import ControllerProgram, baseline_program, read_controller
+from takagi.models.turbine.loader import load_turbine
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import read_controller
 
 Document = dict[str, Any]
 
@@ -65,6 +67,6 @@ def test_the_place_of_theorems_is_looked_at_before_they_are_made(
     def never(document: Document) -> None:
         pytest.fail("the work has begun")
 
-    monkeypatch.setattr("takagi.certificates.coq.coq_file", never)
+    monkeypatch.setattr("takagi.certificates.coq.coq_export.coq_file", never)
     assert main(["export", str(certificate), "--coq", str(tmp_path)]) == 2
     assert "this is a folder, and a file was expected" in capsys.readouterr().err

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError
-from takagi.models.turbine import load_turbine
-from takagi.reports.code import ExportSettings, baseline_program, read_controller
+from takagi.models.turbine.loader import load_turbine
+from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.discon.library import export
-from takagi.reports.code.program_reading import controller_program
+from takagi.reports.code.program_reading import controller_program, read_controller
+from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.bladed import GEAR_RATIO, Answer, Simulator, built, edited
 from tests.reports.test_gain_file_alone import plant_file
 

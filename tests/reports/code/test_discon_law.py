@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.models.laws import SampledLaw
-from takagi.models.simulation import WindSeries, simulate, validation_plant
-from takagi.reports.code import ControllerProgram, ProgramRun, baseline_program
+from takagi.models.laws.protocol import SampledLaw
+from takagi.models.simulation.closed_loop import simulate
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.models.simulation.wind import WindSeries
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
+from takagi.reports.code.run import ProgramRun
 from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built, edited
 from tests.reports.code.design_program import program_of
 

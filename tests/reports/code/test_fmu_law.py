@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import TurbineDesign
-from takagi.reports.code import ProgramRun
+from takagi.reports.code.run import ProgramRun
 from tests.reports.code.fmu_files import exported, fmpy, simulated, sources_alone
 from tests.reports.test_gain_file_alone import plant_file, plant_law, turbine_file
 

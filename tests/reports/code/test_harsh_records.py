@@ -18,9 +18,10 @@ import pytest
 
 from takagi.certificates import TurbineDesign
 from takagi.models import Floats
-from takagi.models.turbine import Turbine
+from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.trim import trim
-from takagi.reports.code import ControllerProgram, ProgramRun
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.run import ProgramRun
 from tests.reports.code.bladed import GEAR_RATIO, PythonLaw, Simulator, built
 from tests.reports.code.compiled import Compiled
 from tests.reports.code.design_program import program_of

@@ -18,11 +18,12 @@ import pytest
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.files import gain_file
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.design.given import effort_sharing_law_from_data
+from takagi.certificates.design.given.turbine_law import effort_sharing_law_from_data
 from takagi.cli.main import main
 from takagi.models import ModelError
-from takagi.reports.code import ProgramRun, program_reading, targets
+from takagi.reports.code import program_reading, targets
 from takagi.reports.code.c import source
+from takagi.reports.code.run import ProgramRun
 from tests.certificates.recorded.answers import recorded
 
 Document = dict[str, Any]

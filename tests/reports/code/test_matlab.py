@@ -17,19 +17,15 @@ from scipy.io import loadmat, savemat
 from takagi.certificates import TurbineDesign
 from takagi.cli.main import main
 from takagi.models import ModelError, nrel5mw
-from takagi.reports.code import (
-    ControllerProgram,
-    ExportSettings,
-    ProgramRun,
-    baseline_program,
-    read_controller,
-)
-from takagi.reports.code.certified_model import certified_model
-from takagi.reports.code.identifiers import file_word
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram, file_word
 from takagi.reports.code.matlab.step_function import words_of
 from takagi.reports.code.matlab.target import export
-from takagi.reports.code.program_reading import controller_program
-from takagi.reports.gains_file import dump_gains, gain_file
+from takagi.reports.code.program_reading import controller_program, read_controller
+from takagi.reports.code.run import ProgramRun
+from takagi.reports.code.targets import ExportSettings, certified
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.turbine import gain_file
 from tests.reports.code.language_document import every_function
 from tests.reports.test_gain_file_alone import PLANTS, plant_file, plant_law, states_of
 from tests.undrawn import undrawn
@@ -169,9 +165,9 @@ def test_another_model_s_certificate_is_not_taken(tmp_path: Path) -> None:
     path.write_text(json.dumps(document), encoding="utf-8")
     program = read_controller(gains)
 
-    assert certified_model(gains, None, program) is None
+    assert certified(gains, None, program)[0] is None
     with pytest.raises(ModelError, match="another model"):
-        certified_model(gains, path, program)
+        certified(gains, path, program)
 
 
 def test_a_law_that_is_not_proved_has_no_certificate(tmp_path: Path) -> None:
@@ -179,9 +175,9 @@ def test_a_law_that_is_not_proved_has_no_certificate(tmp_path: Path) -> None:
     gains, path = Path("nrel5mw"), tmp_path / "certificate.json"
     path.write_text(json.dumps({"model": {"name": "NREL 5-MW"}}), encoding="utf-8")
 
-    assert certified_model(gains, None, program) is None
+    assert certified(gains, None, program)[0] is None
     with pytest.raises(ModelError, match="the law is not proved"):
-        certified_model(gains, path, program)
+        certified(gains, path, program)
 
 
 def test_vertices_are_the_model_s(tmp_path: Path) -> None:

@@ -13,16 +13,14 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, nrel5mw
-from takagi.models.simulation import dynamics, validation_plant
-from takagi.reports.code import (
-    ControllerProgram,
-    ExportSettings,
-    ProgramRun,
-    baseline_program,
-    sampling,
-    targets,
-)
+from takagi.models.simulation import dynamics
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.reports.code import sampling, targets
+from takagi.reports.code.baseline import baseline_program
+from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.structured_text import block as block_file
+from takagi.reports.code.targets import ExportSettings
 from tests.reports.code.bladed import Simulator, built, edited
 from tests.reports.code.compiled import STRICT, Compiled
 from tests.reports.code.design_program import recorded_program

@@ -1,0 +1,407 @@
+"""Parts of a plant's file that are compared one by one.
+
+The file has the plant with its two actuators. The certificate has the blended plant: one more state
+(the effort), its rate as the input in place of the actuators, and signals. Here the written
+descriptions are compared. The claim ``effort-blend`` proves that they give the equations.
+
+The field ``measured`` of a plant file against the law of a certificate.
+
+The field lists the outputs that a law has instead of the states.  A certificate may be about a law
+with other outputs, or with all states; then it is not about the law that the file asks for.
+
+The section ``[reference]`` of a plant file against the references of a certificate.
+
+The file states which state or output follows which signal.  In the certificate the signal is a
+disturbance, the integral a state, and h(x) - r the equation of the integral.  Here they are written
+in the form of the file, so that the comparison is the same as for all other entries.
+
+The uncertain parameters of a plant file, in the form of the file's signals.
+
+A parameter with a range, ``m = { range = [0.9, 1.1], unit = "kg" }`` or ``m = "[0.9, 1.1] kg"``, is
+a signal of the certificate that no law knows.  Its rest is its value; without a value, the middle
+of its range.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Protocol
+
+from takagi.certificates.checker.files.differences import in_words
+from takagi.certificates.checker.files.model_content import OtherModel
+from takagi.certificates.checker.kernel.reader import Number
+from takagi.certificates.checker.plant.expression import Scope, read_expression
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable
+
+ADDED = ("_idle", "_effort_rest", "_rest")
+
+
+class Comparison(Protocol):
+    """The methods of the plant's comparison that the comparison of its blend uses."""
+
+    plant: PlantNodes
+
+    def figure(self, value: Any, unit: Any, where: str) -> Fraction: ...
+
+    def constant(self, written: Any, where: str) -> int: ...
+
+    def equal(self, written: Any, node: int, scope: Scope, where: str) -> None: ...
+
+
+@dataclass(frozen=True)
+class FileBlend:
+    """Both descriptions of a blend: the sections of ``file`` and ``model``, {} if there is none."""
+
+    file: Mapping[str, Any]
+    model: Mapping[str, Any]
+    inputs: Mapping[str, Any]
+    path: Path
+
+    @classmethod
+    def of(cls, file: Mapping[str, Any], model: Any, path: Path) -> FileBlend:
+        """Return the pair.
+
+        Raises
+        ------
+        OtherModel : only one of them has a blend, or a section is malformed.
+        """
+        found = cls(
+            _object(file.get("blending", {})),
+            _object(model.get("blending", {})),
+            _object(file.get("inputs", {})),
+            path,
+        )
+        if bool(file.get("blending")) != bool(model.get("blending")):
+            raise found.error("the one has a blend, the other none")
+        for key in ("effort", "low", "high") if file.get("blending") else ():
+            if not isinstance(found.file.get(key), dict):
+                raise found.error(f"blending.{key} is missing")
+            if key == "effort":
+                continue
+            if not isinstance(found.model.get(key), dict):
+                raise found.error(f"the certificate has no blending.{key}")
+            name = found.file[key].get("input")
+            if not isinstance(name, str) or not isinstance(found.inputs.get(name), dict):
+                raise found.error(f"blending.{key}.input is no input there")
+        return found
+
+    def error(self, problem: str) -> OtherModel:
+        return OtherModel(f"{self.path}: not the certificate's plant: {problem}")
+
+    @property
+    def actuators(self) -> list[str]:
+        return [str(self.file[key]["input"]) for key in ("low", "high")] if self.file else []
+
+    @property
+    def states(self) -> dict[str, Any]:
+        """The state that the blend adds, in the format of the file."""
+        if not self.file:
+            return {}
+        effort = self.file["effort"]
+        kept = {key: effort[key] for key in ("unit", "range", "rest") if key in effort}
+        return {str(self.model.get("effort")): kept}
+
+    @property
+    def errors(self) -> dict[str, Any]:
+        """The signals that the actuator errors add, in the format of the file."""
+        found: dict[str, Any] = {}
+        for key in ("low", "high") if self.file else ():
+            error = self._number(self.file[key].get("error", 0), f"blending.{key}.error")
+            name = self.model[key].get("error")
+            if bool(error) != (name is not None):
+                raise self.error(
+                    f"blending.{key}.error is {error} there, and not so in the certificate"
+                )
+            if name is not None:
+                found[str(name)] = {"range": [-error, error]}
+        return found
+
+    def _number(self, value: Any, where: str) -> Any:
+        if isinstance(value, bool) or not isinstance(value, int | Decimal):
+            raise self.error(f"{where} is no number there")
+        return value
+
+    def without_share(self, signals: list[Variable]) -> list[Variable]:
+        """Return the certificate's signals without the share; a claim proves the share's range."""
+        return [v for v in signals if not self.file or v.name != self.model.get("share")]
+
+    def without_actuators(self, inputs: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the file's inputs with the effort's rate in the place of the actuators."""
+        if not self.file:
+            return dict(inputs)
+        found = {name: entry for name, entry in inputs.items() if name not in self.actuators}
+        effort = self.file["effort"]
+        rate: dict[str, Any] = {"unit": _per_second(str(effort.get("unit", "-")))}
+        if effort.get("rate") is not None:
+            most = self._number(effort["rate"], "blending.effort.rate")
+            rate["range"] = [-most, most]
+        return {**found, str(self.model.get("rate")): rate}
+
+    def without_parameters(self, parameters: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the certificate's parameters without those that the blend adds."""
+        added = {f"{name}{end}" for name in self.actuators for end in ADDED}
+        added |= {"effort_rest"} if self.file else set()
+        return {name: value for name, value in parameters.items() if name not in added}
+
+    def equations(
+        self, states: list[str], plant: PlantNodes, names: dict[str, int]
+    ) -> tuple[list[str], list[int]]:
+        """Return states and nodes to compare; with a blend, before the actuators are substituted.
+
+        The actuators become variables with their own names.
+        """
+        if not self.file:
+            return states, plant.f
+        for name in self.actuators:
+            if name in names:
+                raise self.error(f"the actuator {name} has the name of something else")
+            names[name] = plant.graph.variable(name)
+        own = [name for name in states if name != self.model.get("effort")]
+        written = self.model.get("equations")
+        if not isinstance(written, list) or len(written) != len(own):
+            raise self.error("the certificate's blend has no equations for its states")
+        scope = Scope(names, {name: table.arguments for name, table in plant.tables.items()})
+        return own, [
+            read_expression(row, plant.graph, scope, f"model.blending.equations[{i}]")
+            for i, row in enumerate(written)
+        ]
+
+    def compare(self, comparison: Comparison, scope: Scope) -> None:
+        """Compare overlap, directions, effectiveness, idle values and limits.
+
+        Raises
+        ------
+        OtherModel : one of them differs.
+        """
+        if not self.file:
+            return
+        effort = self.file["effort"]
+        overlap = comparison.figure(effort.get("overlap"), effort.get("unit", "-"), "overlap")
+        self._same(comparison, self.model.get("overlap"), overlap, "blending.effort.overlap")
+        for key in ("low", "high"):
+            theirs, ours, where = self.file[key], self.model[key], f"blending.{key}"
+            for name in ("input", "direction"):
+                if not _alike(theirs.get(name), ours.get(name)):
+                    raise self.error(
+                        f"{where}.{name} is {in_words(theirs.get(name))} there, "
+                        f"{in_words(ours.get(name))} in the certificate"
+                    )
+            entry = self.inputs[theirs["input"]]
+            unit = entry.get("unit", "-")
+            idle = comparison.figure(entry.get("rest", 0), unit, f"inputs.{theirs['input']}")
+            self._same(comparison, ours.get("idle"), idle, f"the rest of {theirs['input']}")
+            self._compare_range(comparison, entry.get("range"), ours.get("range"), unit, where)
+            node = read_expression(
+                ours.get("effectiveness"), comparison.plant.graph, scope, f"model.{where}"
+            )
+            comparison.equal(theirs.get("effectiveness"), node, scope, f"{where}.effectiveness")
+
+    def _compare_range(
+        self, comparison: Comparison, theirs: Any, ours: Any, unit: str, where: str
+    ) -> None:
+        if (theirs is None) != (ours is None):
+            raise self.error(f"{where}.input has a range in one of the two, and none in the other")
+        if theirs is None:
+            return
+        if not (isinstance(theirs, list) and isinstance(ours, list) and len(theirs) == len(ours)):
+            raise self.error(f"the range of {where}.input cannot be compared")
+        for mine, end in zip(ours, theirs, strict=True):
+            figure = comparison.figure(end, unit, f"range of {where}.input")
+            self._same(comparison, mine, figure, f"the range of {where}.input")
+
+    def _same(self, comparison: Comparison, ours: Any, figure: Fraction, what: str) -> None:
+        node = comparison.constant(ours, what)
+        if comparison.plant.graph.value(node) != figure:
+            raise self.error(
+                f"{what} is {float(figure):.12g} there, {in_words(ours)} in the certificate"
+            )
+
+
+def _object(given: Any) -> dict[str, Any]:
+    return given if isinstance(given, dict) else {}
+
+
+def _alike(theirs: Any, ours: Any) -> bool:
+    """Return whether a value is the certificate's: numbers by value, 1.0 is 1."""
+    if isinstance(theirs, int | Decimal) and isinstance(ours, Number):
+        return not isinstance(theirs, bool) and Decimal(theirs) == Decimal(ours)
+    return str(theirs) == str(ours)
+
+
+def _per_second(unit: str) -> str:
+    """Return a unit as the files write it, per second."""
+    if unit == "-":
+        return "1/s"
+    top, slash, bottom = unit.partition("/")
+    return f"{top}/({bottom.strip('()')} s)" if slash else f"{unit}/s"
+
+
+def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
+    """Compare what the law measures with what the plant file lists; the order means nothing.
+
+    Without gains there is no law, and nothing is compared.
+
+    Parameters
+    ----------
+    file : what the file at ``path`` says, numbers and texts as ``read_toml`` returns them.
+
+    Raises
+    ------
+    OtherModel : the law measures other outputs; with names.
+    """
+    if not isinstance(gains, dict):
+        return
+    theirs = _names(file["measured"], "measured", path) if "measured" in file else None
+    ours = None
+    if "observer" in gains:
+        own = gains["observer"]
+        given = own.get("measured") if isinstance(own, dict) else None
+        ours = _names(given, "gains.observer.measured", path)
+    if theirs == ours:
+        return
+    if ours is None:
+        why = f"the law has all states, the field measured lists {_told(theirs)} alone"
+    elif theirs is None:
+        why = f"the law measures {_told(ours)}, without the field measured it has all states"
+    elif more := ours - theirs:
+        why = f"the law measures {_told(more)}, which the field measured does not list"
+    else:
+        why = f"the field measured lists {_told(theirs - ours)}, which the law does not measure"
+    raise OtherModel(f"{path}: not the certificate's plant: {why}")
+
+
+def _names(listed: Any, where: str, path: Path) -> set[str]:
+    """Return the names; an entry of a file is a name, or a table with a name."""
+    entries = listed if isinstance(listed, list) else [None]
+    names = [one.get("name") if isinstance(one, dict) else one for one in entries]
+    found = {name for name in names if type(name) is str}  # a number of the reader is a str too
+    if not all(type(name) is str for name in names):
+        raise OtherModel(f"{path}: not the certificate's plant: {where} is no list of names")
+    return found
+
+
+def _told(names: set[str] | None) -> str:
+    return ", ".join(ascii(name)[1:-1] for name in sorted(names or ())) or "nothing"
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names)) or "none"
+
+
+@dataclass(frozen=True)
+class FileReferences:
+    """Reference -> its entry in the file, and its integral in the certificate."""
+
+    entries: Mapping[str, Mapping[str, Any]]
+    integral: Mapping[str, str]
+    path: Path
+
+    @classmethod
+    def of(cls, file: Mapping[str, Any], model: Any, path: Path) -> FileReferences:
+        """Return both.
+
+        Raises
+        ------
+        OtherModel : they are not those of one another, or a section is malformed.
+        """
+        given = file.get("reference", {})
+        listed = model.get("references", [])
+        if not isinstance(given, dict) or not all(isinstance(e, dict) for e in given.values()):
+            raise OtherModel(
+                f"{path}: not the certificate's plant: [reference] is no section there"
+            )
+        ours = listed if isinstance(listed, list) else []
+        named = {
+            str(one.get("reference")): str(one.get("integral"))
+            for one in ours
+            if isinstance(one, dict)
+        }
+        if sorted(given) != sorted(named):
+            raise OtherModel(
+                f"{path}: not the certificate's plant: references are {_listed(given)} there, "
+                f"{_listed(named)} in the certificate"
+            )
+        return cls(given, named, path)
+
+    @property
+    def integrals(self) -> dict[str, Any]:
+        """The integral states, in the format of the file: rest 0, no range."""
+        return {self.integral[name]: {} for name in self.entries}
+
+    def signals(
+        self, states: Mapping[str, Any], outputs: Mapping[str, Any], plant: PlantNodes
+    ) -> dict[str, Any]:
+        """The signals, in the format of the file; each rests at the value of what follows it.
+
+        The rest is that of the certificate, which proves that the integral is constant there.
+        """
+        rests = {v.name: plant.graph.value(v.rest) for v in plant.disturbances}
+        found: dict[str, Any] = {}
+        for name, entry in self.entries.items():
+            followed = entry.get("follow")
+            own = outputs.get(followed, states.get(followed)) if isinstance(followed, str) else None
+            if not isinstance(own, dict):
+                raise OtherModel(
+                    f"{self.path}: not the certificate's plant: reference.{name}.follow is no "
+                    "state or output there"
+                )
+            unit = entry.get("unit", own.get("unit", "-"))
+            found[name] = {"unit": unit, "range": entry.get("range"), "si rest": rests.get(name)}
+        return found
+
+    def equations(self, outputs: Mapping[str, Any]) -> dict[str, str]:
+        """The equations of the integrals."""
+        found = {}
+        for name, entry in self.entries.items():
+            followed = str(entry["follow"])
+            output = outputs.get(followed)
+            h = output.get("expression") if isinstance(output, dict) else followed
+            found[self.integral[name]] = f"({h}) - {name}"
+        return found
+
+
+LARGEST = 100  # exponent of ten, in a figure
+FIGURE = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*"
+RANGE = re.compile(rf"\s*\[{FIGURE},{FIGURE}\](.*)", re.ASCII)
+
+
+def uncertain_in(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return name -> unit, range and rest, of the parameters that have a range."""
+    return {
+        name: signal
+        for name, entry in parameters.items()
+        for signal in [_signal(entry)]
+        if signal is not None
+    }
+
+
+def _signal(entry: Any) -> dict[str, Any] | None:
+    if isinstance(entry, str):
+        found = RANGE.fullmatch(entry)
+        if found is None:
+            return None
+        entry = {"range": [Decimal(found[1]), Decimal(found[2])], "unit": found[3].strip() or "-"}
+    elif isinstance(entry, list):
+        entry = {"range": entry}
+    if not isinstance(entry, dict) or entry.get("range") is None:
+        return None
+    ends = entry["range"]
+    rest = entry.get("value")
+    if rest is None and isinstance(ends, list) and len(ends) == 2:
+        rest = _middle(*ends)
+    return {"unit": entry.get("unit", "-"), "range": ends, "rest": rest}
+
+
+def _middle(low: Any, high: Any) -> Fraction | None:
+    """Return (low + high)/2; None for ends that are no finite numbers of usual size."""
+    if any(isinstance(end, bool) or not isinstance(end, int | Decimal) for end in (low, high)):
+        return None
+    ends = [Decimal(low), Decimal(high)]
+    if not all(end.is_finite() and abs(end.adjusted()) <= LARGEST for end in ends):
+        return None
+    return (Fraction(ends[0]) + Fraction(ends[1])) / 2

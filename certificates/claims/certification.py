@@ -1,0 +1,403 @@
+"""From a model or a plant and its gains to a certificate: requests, claims, proof."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.certificates.checker.kernel.reader import read_json
+from takagi.certificates.checker.kernel.result import Checked, Verdict
+from takagi.certificates.checker.replay.certificate import check, check_document
+from takagi.certificates.document.certificate_file import (
+    certificate_document,
+    content_of,
+    dumps,
+    provenance,
+)
+from takagi.certificates.document.plant_embedding import plant_and_claim
+from takagi.certificates.requests.attempts import (
+    attempted,
+    attempts_at_all,
+    proved_of,
+    requests_for,
+)
+from takagi.certificates.requests.decay import Decay, Poles
+from takagi.certificates.requests.exit_probability import ExitProbability
+from takagi.certificates.requests.invariant_ellipsoid import InputLimits
+from takagi.certificates.requests.loop.decimals import rounded_up
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.request import Attempt, Request
+from takagi.certificates.requests.sampled_loop import SampledLoop
+from takagi.certificates.requests.tracking import Tracking
+from takagi.certificates.requests.transient import Transient
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.plant.design_settings import PlantSettings
+
+if TYPE_CHECKING:
+    from takagi.lmi import EigenvalueRegion
+    from takagi.models.ts.model import TSModel
+
+LONGEST = 60  # the most characters of a given value in a message
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Certificate:
+    """A certificate and the verdicts of the independent checker.
+
+    Attributes
+    ----------
+    document : the file as plain data.
+    checked : verdict per claim.
+    tried : what was tried, in words, in order.
+    """
+
+    document: Mapping[str, Any]
+    checked: Checked
+    tried: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """PROVED, DISPROVED or UNDECIDED."""
+        return self.checked.verdict
+
+    def save(self, path: Path | str) -> Path:
+        """Write a temporary file in the same folder, then rename it; return the path."""
+        target = Path(path)
+        beside = target.with_name(f".{target.name}.{os.getpid()}")
+        try:
+            beside.write_text(dumps(self.document), encoding="utf-8")
+            os.replace(beside, target)
+        finally:
+            beside.unlink(missing_ok=True)
+        return target
+
+
+def load_certificate(path: Path | str) -> Certificate:
+    """Return a certificate read from a file and checked again.
+
+    Raises
+    ------
+    CertificateError : the file is refused.
+    """
+    return Certificate(read_json(Path(path)), check(path))
+
+
+def certify(
+    model: TSModel,
+    gains: ArrayLike | None = None,
+    *,
+    decay_rate: float | None = None,
+    claims: Sequence[Request] | Literal["all"] | None = None,
+    law: Mapping[str, Any] | None = None,
+) -> Certificate:
+    """Return a proof attempt for claims about a model, closed by u = -sum_j h_j K_j x.
+
+    The claims are about the decimals of A, B and K as written, along every blend: the weights h may
+    vary freely.
+
+    Parameters
+    ----------
+    model : in continuous or discrete time; A (r, n, n), B (r, n, m).
+    gains : K (r, m, n); one for all rules may be given as (m, n); None for the model as it is.
+    decay_rate : required alpha [1/s]; None proves slightly less than the largest rate found.
+    claims : what is asked for, from ``takagi.certificates.requests``; None asks for the decay rate
+        with one quadratic function, ``[Decay(decay_rate)]``; "all" for that and whatever follows
+        from it for this loop and can be proved, ``tried`` says what cannot.
+    law : the ``law`` member of a gain file to be written in place of K and the names.
+
+    Returns
+    -------
+    PROVED when every claim is; DISPROVED when one of them is impossible, with exact evidence;
+    UNDECIDED otherwise.  ``tried`` says what was tried.
+
+    Raises
+    ------
+    ModelError : shapes, numbers that are not finite, requests that make no sense for this model, a
+        premise whose bounds are sampled.
+    TypeError : claims are no list, or an entry of them is no request; names the entry.
+
+    Source: Tanaka and Wang (2001), chapter 3; Boyd et al. (1994), section 5.1.
+    """
+    refuse_sampled(model)
+    if isinstance(claims, str) and claims != "all":
+        raise ModelError(f"claims = {claims!r}: give 'all', or requests such as [Decay()]")
+    if claims is not None and claims != "all" and decay_rate is not None:
+        raise ModelError("decay_rate and claims were given; give claims=[Decay(rate), ...] alone")
+    asked = [Decay(decay_rate)] if claims is None else [] if claims == "all" else _requests(claims)
+    if not asked and claims != "all":
+        raise ModelError("no claims were asked for; give at least one request, such as Decay()")
+    model_data, claims_before, notes = plant_and_claim(model)
+    loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
+    unproved: Sequence[str] = ()
+    if claims == "all":
+        attempts, unproved = attempts_at_all(loop, decay_rate=decay_rate)
+    else:
+        attempts = [attempted(request, loop) for request in asked]
+    return _certificate(loop, claims_before, attempts, {}, notes, unproved)
+
+
+def _certificate(
+    loop: ClaimedLoop,
+    before: Sequence[Mapping[str, Any]],
+    attempts: Sequence[Attempt],
+    settings: object,
+    notes: Sequence[str],
+    unproved: Sequence[str],
+    *,
+    files: Sequence[Path] = (),
+) -> Certificate:
+    """Return the certificate with the claims in front and those of all attempts, checked."""
+    document = certificate_document(
+        model=loop.model_data,
+        gains=loop.gains_data,
+        claims=[*before, *(attempt.claim for attempt in attempts)],
+        provenance=provenance(
+            settings, {str(attempt.claim["kind"]): attempt.solver for attempt in attempts}
+        ),
+        files=files,
+    )
+    tried = (*notes, *(words for attempt in attempts for words in attempt.tried), *unproved)
+    return Certificate(document, check_document(document), tried)
+
+
+def _requests(claims: object) -> list[Request]:
+    """Return the requests; refuses invalid ones."""
+    if not isinstance(claims, Iterable):
+        raise TypeError(
+            f"claims: {_named(claims)} was given; a list of requests is needed, such as [Decay()]"
+        )
+    found = list(claims)
+    for k, one in enumerate(found):
+        if isinstance(one, type) or not callable(getattr(one, "attempt", None)):
+            raise TypeError(
+                f"claims[{k}]: {_named(one)} was given; a request is needed, such as Decay() of "
+                "takagi.certificates.requests"
+            )
+    return found
+
+
+def _named(given: object) -> str:
+    if isinstance(given, type):
+        return f"the class {given.__name__}"
+    text = repr(given)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def refuse_sampled(model: TSModel) -> None:
+    """Raise ModelError for a model with a premise whose bounds come from samples.
+
+    Its vertices need not contain the plant: between the samples a premise may leave its bounds.
+    """
+    if model.sampled:
+        names = ", ".join(model.sampled)
+        raise ModelError(
+            f"model {model.name!r}: the bounds of {names} are sampled, which is no proof, so "
+            "nothing can be proved of the plant; let sector_model enclose them, or give bounds "
+            "that it can confirm"
+        )
+
+
+# Each claim other than decay needs a few solver runs; with more blends they take minutes.
+MOST_BLENDS = 2500
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClaimRequirements:
+    """Requirements for the gains, which must also be proved.
+
+    Attributes
+    ----------
+    decay_rate : alpha in 1/s; None for none.
+    input_limits : (m,) largest deviations from the equilibrium values; None for none.
+    region : of the poles; None for none.
+    sample_time : T in s of a command that is held; None for none.
+    noise : label of a disturbance -> root of the intensity of the white noise that it is, SI.
+    horizon : T in s within which the probability of leaving a set is to be bounded.
+    """
+
+    decay_rate: float | None = None
+    input_limits: Floats | None = None
+    region: EigenvalueRegion | None = None
+    sample_time: float | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
+    horizon: float | None = None
+
+
+def plant_certificate(
+    model: TSModel,
+    gains: Floats | None,
+    settings: PlantSettings,
+    requirements: ClaimRequirements,
+    *,
+    files: Sequence[Path] = (),
+    law: Mapping[str, Any] | None = None,
+) -> Certificate:
+    """Return the certificate: embedding, decay, requested claims, and further proved claims.
+
+    Requested claims are included even if they cannot be proved. Further claims are included only if
+    they are proved; ``tried`` lists the others.
+
+    Parameters
+    ----------
+    files : the data files of the plant; the certificate records their content.
+    law : a law with its own weights and these gains, as it is written to the file; None for a law
+        with the weights of the model.
+
+    Raises
+    ------
+    ModelError : a premise whose bounds are sampled.
+    """
+    refuse_sampled(model)
+    model_data, before, notes = plant_and_claim(model)
+    if model_data is not None and files:
+        model_data |= content_of(files)
+    loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
+    attempts, tried = _attempts(loop, requirements)
+    return _certificate(loop, before, attempts, settings, notes, tried, files=files)
+
+
+def _attempts(
+    loop: ClaimedLoop, requirements: ClaimRequirements
+) -> tuple[list[Attempt], list[str]]:
+    decay = attempted(Decay(), loop)
+    wanted = requirements.decay_rate
+    if wanted is not None and not (decay.proved and decay.claim["decay_rate"] >= wanted):
+        decay = attempted(Decay(wanted), loop)
+    asked = [decay, *(attempted(request, loop) for request in _demanded(loop, requirements))]
+    asked += [*_sampled(loop, requirements.sample_time), *_under_noise(loop, requirements)]
+    asked += _tracking(loop)
+    if not decay.proved:
+        return asked, ["without decay nothing else was tried"]
+    if len(loop.exact.groups()) > MOST_BLENDS:
+        return asked, [f"more than {MOST_BLENDS} blends: nothing beside what was asked was tried"]
+    limited = requirements.input_limits is not None
+    others = (
+        request
+        for request in requests_for(loop)
+        if not (limited and isinstance(request, InputLimits))
+    )
+    found, notes = proved_of(others, loop)
+    useful, more = useful_overshoot(loop, found)
+    return [*asked, *useful], [*notes, *more]
+
+
+def _sampled(loop: ClaimedLoop, step: float | None) -> Iterator[Attempt]:
+    """Yield the claim at a sample time; if it is not proved, the claim at the largest one below."""
+    if step is None:
+        return
+    wanted = SampledLoop(step).attempt(loop)
+    yield wanted
+    if not wanted.proved:
+        largest = SampledLoop(below=step).attempt(loop)
+        if largest.proved:
+            yield largest
+
+
+def _under_noise(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Attempt]:
+    """Yield the claim under white noise, the other disturbances in their ranges or else at rest."""
+    if requirements.horizon is None:
+        return
+    names, box = loop.exact.disturbances, loop.exact.other_box or {}
+    for name in requirements.noise:
+        if name in box:
+            raise ModelError(
+                f"noise: {name} has a range, and white noise has none; remove the range, or the "
+                "premises that depend on it"
+            )
+    noise = [requirements.noise.get(name, 0.0) for name in names]
+    held = [float(min(-box[k][0], box[k][1])) if k in box else 0.0 for k in names]
+    # A signal that only schedules pushes no state.
+    bounds = np.where(loop.model.E.any(axis=(0, 1)), held, 0.0).tolist()
+    first = ExitProbability(noise, requirements.horizon, disturbance="disturbances")
+    if any(bounds):
+        found = attempted(replace(first, disturbance_bounds=bounds), loop)
+        if found.proved:
+            yield found
+            return
+    yield attempted(first, loop)
+
+
+def _tracking(loop: ClaimedLoop) -> Iterator[Attempt]:
+    """Yield the claims about references; where a rate is not proved, also one that is."""
+    form = None if loop.model.derivation is None else loop.model.derivation.form
+    if form is None or form.plant is None or not form.plant.references or loop.gains is None:
+        return
+    yield Tracking("jumps").attempt(loop)
+    if any(one.rate is not None for one in form.plant.references):
+        wanted = Tracking("rate").attempt(loop)
+        yield wanted
+        if not wanted.proved:
+            slower = Tracking("rate", slower=True).attempt(loop)
+            if slower.proved:
+                yield slower
+
+
+def _demanded(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator[Request]:
+    if loop.gains is None:
+        return
+    if requirements.region is not None:
+        yield Poles(requirements.region)
+    if requirements.input_limits is not None:
+        if not any(side is not None for side in loop.exact.box):
+            raise ModelError(
+                f"plant {loop.model.name!r}: its inputs are limited, but no state has a range, so "
+                "there is no set of states to keep the limits on; give the states ranges"
+            )
+        yield InputLimits(limits=requirements.input_limits)
+
+
+# A motion from the invariant set stays in the box anyway.  A bound of k times says more only to
+# starts within 1/k of the box, and a set that reaches a tenth of the box is called little of it.
+USEFUL = 10.0
+SETS = ("invariant-ellipsoid", "input-limits")
+NAME = "overshoot and settling time, states over their half-widths of the invariant set"
+
+
+def useful_overshoot(loop: ClaimedLoop, found: list[Attempt]) -> tuple[list[Attempt], list[str]]:
+    """Return the proved attempts with a useful bound of the overshoot or none, and notes.
+
+    A bound above 10 is asked for again with the states over their half-widths of the proved set:
+    a state without a range has no other natural size.  If that is above 10 too, none is claimed,
+    and the note says so.
+    """
+    kept, notes = [], []
+    for attempt in found:
+        if attempt.claim["kind"] != "transient" or _overshoot(attempt) <= USEFUL:
+            kept.append(attempt)
+            continue
+        scales = _half_widths(found)
+        again = None
+        if scales is not None:
+            again = attempted(Transient(scales=scales, name=NAME), loop)
+        proved = [attempt, *([again] if again is not None and again.proved else [])]
+        best = min(proved, key=_overshoot)
+        if _overshoot(best) <= USEFUL:
+            kept.append(best)
+        else:
+            notes.append(
+                f"Transient: an overshoot of at most {_overshoot(best):.4g} times is proved, which "
+                "says nothing beside the invariant set, and is not claimed"
+            )
+    return kept, notes
+
+
+def _overshoot(attempt: Attempt) -> float:
+    return float(Fraction(str(attempt.claim["overshoot"])))
+
+
+def _half_widths(found: list[Attempt]) -> Floats | None:
+    """Return (n,) of the first proved set, to two digits; None without one."""
+    claim = next((a.claim for a in found if a.claim["kind"] in SETS), None)
+    if claim is None:
+        return None
+    P = np.array([[float(Fraction(str(entry))) for entry in row] for row in claim["P"]])
+    reach = np.sqrt(float(Fraction(str(claim["level"]))) * np.diag(np.linalg.inv(P)))
+    return np.array([rounded_up(float(size), 2) for size in reach])

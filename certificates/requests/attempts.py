@@ -1,0 +1,178 @@
+r"""Attempts to prove a request, on pieces of the weights where needed; all requests of a loop.
+
+Three methods, in order of cost:
+
+    pairs        the claim for the means of all pairs of rules
+    points       a candidate from single blends of the loop: rules, halves, quarters of them
+    pieces       that candidate, on ever smaller pieces, until it holds for all means of pairs
+
+Blends at which a candidate fails are added to the points.  If no function exists for the points,
+then none exists for the loop, and these points are the evidence.  If a function exists with some
+margin, a sufficient number of pieces proves it.  So with more points and pieces one of the two
+results is reached, except in limiting cases without margin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from numpy.typing import ArrayLike
+
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.requests.decay import Decay, common_function, faster_function
+from takagi.certificates.requests.exit_probability import ExitProbability
+from takagi.certificates.requests.fuzzy_decay import FuzzyDecay
+from takagi.certificates.requests.h2_norm import H2Norm
+from takagi.certificates.requests.invariant_ellipsoid import InputLimits, InvariantEllipsoid
+from takagi.certificates.requests.l2_gain import L2Gain
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.loop.set_level import box_rows
+from takagi.certificates.requests.loop.weight_pieces import grid
+from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
+from takagi.certificates.requests.peak import Peak
+from takagi.certificates.requests.request import Attempt, Request
+from takagi.certificates.requests.robustness import BoxEnlargement, GainRounding
+from takagi.certificates.requests.sampled_loop import SampledLoop
+from takagi.certificates.requests.transient import Transient
+from takagi.models.errors import ModelError
+
+# Claims that include decay: one P for which V decreases at all blends.
+FALLING = (
+    ExitProbability,
+    GainRounding,
+    H2Norm,
+    InputLimits,
+    InvariantEllipsoid,
+    L2Gain,
+    Peak,
+    Transient,
+)
+# Blends with shares in halves, quarters and eighths of the rules, or of each premise's weights;
+# and their largest number.
+WHOLE = "rules and means of pairs as vertices; a mean that fails excludes nothing"
+PARTS, MOST_POINTS, ROUNDS = (2, 4, 8), 260, 10
+
+
+def attempted(request: Request, loop: ClaimedLoop) -> Attempt:
+    """Return the best attempt: on the whole simplex, or else on pieces of the weights.
+
+    Raises
+    ------
+    ModelError : the request makes no sense for this loop.
+    """
+    if isinstance(request, SampledLoop):
+        # While the command is held, the law's weights differ from the plant's: blends of one set of
+        # weights do not describe the loop.
+        return request.attempt(loop)
+    pairs = loop.is_double_sum or isinstance(request, ObserverError | ObservedFeedback)
+    falls = isinstance(request, FALLING)
+    points = grid(loop.exact, PARTS[0], MOST_POINTS) if pairs else []
+    tried: tuple[str, ...] = ()
+    found = None
+    if len(points) <= loop.exact.rules or not falls or _may_fall(loop):
+        found = request.attempt(loop)
+        tried = (WHOLE, *found.tried) if pairs else found.tried
+        if found.checked.verdict is not Verdict.UNDECIDED:
+            return found
+    for parts in () if isinstance(request, FuzzyDecay) else PARTS:
+        points = grid(loop.exact, parts, MOST_POINTS) if pairs else []
+        if len(points) <= loop.exact.rules:
+            break
+        for _ in range(ROUNDS):
+            at = loop.at(points)
+            if falls and not _may_fall(at):
+                why = f"V falls along {len(points)} blends of the loop for no common P"
+                return replace(found or request.attempt(loop), tried=(*tried, why))
+            again = request.attempt(at)
+            tried = (*tried, f"{len(points)} blends of the loop", *again.tried)
+            if again.checked.verdict is not Verdict.UNDECIDED:
+                return replace(again, tried=tried)
+            assert at.cuts is not None
+            fresh = [point for point in dict.fromkeys(at.cuts.failed) if point not in points]
+            points = [*points, *fresh]
+            if not fresh:
+                break
+        found = found or again
+    if isinstance(request, FuzzyDecay) and pairs:
+        # A common P is a special case of a scheduled P(h), so it proves that claim too.
+        common = attempted(Decay(request.decay_rate), loop)
+        if common.proved:
+            return replace(common, tried=(*tried, "one P for all weights", *common.tried))
+    return replace(found or request.attempt(loop), tried=tried)
+
+
+def _may_fall(loop: ClaimedLoop) -> bool:
+    """Return whether some V decreases at all blends; otherwise no other claim is tried."""
+    if common_function(loop, 0.0).status != "infeasible":
+        return True
+    return faster_function(loop, 0.0) is not None
+
+
+def attempts_at_all(
+    loop: ClaimedLoop, *, decay_rate: float | None = None, observer: ArrayLike | None = None
+) -> tuple[list[Attempt], list[str]]:
+    """Return (attempts, notes): decay first, proved or not; of the others those that are proved.
+
+    Claims that cannot be proved are left out of the certificate and listed in the notes. Without
+    decay nothing else is tried, because the other claims include it.
+
+    Parameters
+    ----------
+    decay_rate : the requested alpha [1/s]; None takes the largest rate found.
+    observer : L, (r, n, p) or (n, p), of an observer for the loop; None for none.
+    """
+    first = attempted(Decay(decay_rate), loop)
+    if not first.proved:
+        return [first], ["without decay nothing else was tried"]
+    found, notes = proved_of(requests_for(loop, observer=observer), loop)
+    return [first, *found], notes
+
+
+def proved_of(requests: Iterable[Request], loop: ClaimedLoop) -> tuple[list[Attempt], list[str]]:
+    """Return the attempts that are proved, and a note for each request that is not."""
+    found: list[Attempt] = []
+    notes: list[str] = []
+    for request in requests:
+        name = type(request).__name__
+        try:
+            attempt = attempted(request, loop)
+        except ModelError as error:
+            notes.append(f"{name}: {error}")
+            continue
+        if attempt.proved:
+            found.append(attempt)
+        else:
+            words = attempt.tried[-1] if attempt.tried else "nothing was tried"
+            notes.append(f"{name}: not proved ({attempt.checked.text}; last: {words})")
+    return found, notes
+
+
+def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Iterator[Request]:
+    """Yield the requests other than decay for which a loop has the matrices and the box.
+
+    With a box, an invariant ellipsoid is requested; with gains also bounds of the inputs on it.
+    Rates of inputs are requested only if they need no bound on how fast the memberships change.
+    Norms are requested from the model's disturbance to its output, if the model has both.
+    """
+    exact = loop.exact
+    yield Transient()
+    if loop.gains is not None:
+        yield GainRounding()
+    if loop.model.premises:
+        yield BoxEnlargement()
+    if len(box_rows(loop)):
+        yield InvariantEllipsoid()
+        if loop.gains is not None:
+            yield InputLimits(rates=len(exact.K) == 1 or exact.is_discrete)
+        bounded = exact.other_box or {}
+        if exact.E and exact.disturbances and all(k in bounded for k in exact.disturbances):
+            yield InvariantEllipsoid(disturbance_bounds="box")
+    if exact.E and exact.C:
+        yield L2Gain(energy_bound="largest")
+        yield H2Norm()
+        yield Peak()
+    if observer is not None:
+        yield ObserverError(observer)
+        if loop.gains is not None:
+            yield ObservedFeedback(observer)

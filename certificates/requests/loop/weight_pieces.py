@@ -1,0 +1,256 @@
+r"""Weights of single blends: one rule alone, or shares in whole numbers.
+
+If the weights are products over the premises, a point has one row of shares for each premise;
+otherwise it has one row for all rules.  A row divided by its sum gives the weights.  The claim
+``no-common-decay`` names its blends in this way.
+
+Searches pieces of the weights such that a claim can be proved on each of them.
+
+The checker's functions show which mean of pairs fails on a piece.  The corners are tested first: if
+one fails, the claim is wrong for a blend of the loop, and no pieces help.  The pairs come next,
+those with the largest |(B_i - B_j)(K_i - K_j)| first.  The piece is cut between the two corners of
+a pair that fails, which reduces this difference to a quarter.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, fields
+from fractions import Fraction
+from itertools import combinations_with_replacement, product
+from math import comb, lcm, prod
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.loop.halvings import halved
+from takagi.certificates.checker.loop.polytopic_loop import Blend, PolytopicLoop, Stack
+from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.words.saying import in_words
+from takagi.models.arrays import Floats
+
+Point: TypeAlias = tuple[tuple[int, ...], ...]
+# For each premise, the weights at the corners of a piece.
+Corners: TypeAlias = tuple[tuple[tuple[Fraction, ...], ...], ...]
+
+
+def points_of(exact: PolytopicLoop) -> list[Point]:
+    """Return the point of every rule alone, in order."""
+    if exact.corners is None:
+        return [(_unit(exact.rules, i),) for i in range(exact.rules)]
+    return [tuple(_unit(2, c) for c in row) for row in exact.corners]
+
+
+def grid(exact: PolytopicLoop, parts: int, most: int) -> list[Point]:
+    """Return all points with shares in multiples of 1/parts; none if they exceed ``most``.
+
+    If some combination of corners has no rule, only the rules alone are returned.
+    """
+    if exact.corners is None:
+        sizes = [exact.rules]
+    else:
+        sizes = [2] * len(exact.corners[0])
+        if 2 ** len(sizes) != exact.rules:
+            return points_of(exact)
+    if prod(comb(size + parts - 1, parts) for size in sizes) > most:
+        return []
+    return list(product(*(list(_shares(size, parts)) for size in sizes)))
+
+
+def corners_of(exact: PolytopicLoop) -> Corners:
+    """Return the corners of the whole: of all rules, or of each premise."""
+    sizes = [exact.rules] if exact.corners is None else [2] * len(exact.corners[0])
+    return tuple(
+        tuple(tuple(Fraction(i == j) for j in range(size)) for i in range(size)) for size in sizes
+    )
+
+
+def halved_corners(corners: Corners, premise: int, kept: int, moved: int) -> Corners:
+    """Return the corners of the half whose corner ``moved`` is in the middle of the two."""
+    rows = list(corners[premise])
+    rows[moved] = tuple((a + b) / 2 for a, b in zip(rows[kept], rows[moved], strict=True))
+    return (*corners[:premise], tuple(rows), *corners[premise + 1 :])
+
+
+def point_at(exact: PolytopicLoop, corners: Corners, rule: int) -> Point:
+    """Return the corner of a piece that replaces a rule."""
+    own = (rule,) if exact.corners is None else exact.corners[rule]
+    rows = [rows[c] for rows, c in zip(corners, own, strict=True)]
+    return tuple(tuple(int(v * lcm(*(w.denominator for w in row))) for v in row) for row in rows)
+
+
+def weights_at(exact: PolytopicLoop, point: Point) -> list[Fraction]:
+    """Return h, (rules,)."""
+    corners = exact.corners or [(i,) for i in range(exact.rules)]
+    return [
+        prod(
+            (Fraction(row[c], sum(row)) for row, c in zip(point, rule, strict=True)),
+            start=Fraction(1),
+        )
+        for rule in corners
+    ]
+
+
+def _shares(size: int, parts: int) -> Iterator[tuple[int, ...]]:
+    for chosen in combinations_with_replacement(range(size), parts):
+        yield tuple(chosen.count(c) for c in range(size))
+
+
+def _unit(size: int, place: int) -> tuple[int, ...]:
+    return tuple(int(c == place) for c in range(size))
+
+
+def seen_at(exact: PolytopicLoop, rows: Sequence[Sequence[Fraction]]) -> PolytopicLoop:
+    """Return a exact whose blends are those of the weights h in ``rows`` alone."""
+    own = {one.name: getattr(exact, one.name) for one in fields(PolytopicLoop)}
+    return _Seen(**own, weights_seen=tuple(map(tuple, rows)))
+
+
+@dataclass(frozen=True)
+class _Seen(PolytopicLoop):
+    """The loop at some weights; no proof uses it, because it does not enclose the loop."""
+
+    weights_seen: tuple[tuple[Fraction, ...], ...] = ()
+
+    def groups(self) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
+        return [(f"point {k + 1}", ((0, 0),)) for k in range(len(self.weights_seen))]
+
+    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+        return [_At(self, f"point {k + 1}", (), h) for k, h in enumerate(self.weights_seen)]
+
+
+@dataclass(frozen=True)
+class _At(Blend):
+    h: tuple[Fraction, ...] = ()
+
+    def of(self, stack: Stack, side: int = 0) -> Matrix:
+        if len(stack) <= 1:
+            return stack[0]
+        parts = [share * X for share, X in zip(self.h, stack, strict=True) if share]
+        return sum(parts[1:], parts[0]).reduced()
+
+    def _closed(self, X: Stack, Y: Stack) -> Matrix:
+        K = self.loop.K
+        return self.of(X) - self.of(Y) @ self.of(K) if K and Y else self.of(X)
+
+
+FAILED = re.compile(r"rules? (\d+)(?: and (\d+))?$")
+# The largest number of pieces for one request. MOST_WORK bounds it further for large loops: EACH
+# is the constant part of the work for a blend; the fourth power of the order is added to it.
+MOST_PIECES, MOST_WORK, EACH = 2000, 3e7, 2000
+
+
+@dataclass(slots=True)
+class Cuts:
+    """How many pieces may still be examined, half of them for one claim.
+
+    ``failed`` : blends of the loop at which a claim failed; the next claim is tested there first.
+    """
+
+    left: int
+    failed: list[Point] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, exact: PolytopicLoop) -> Cuts:
+        """Return the number of pieces for a loop of this size."""
+        work = len(exact.groups()) * (exact.order**4 + EACH)
+        return cls(min(MOST_PIECES, int(MOST_WORK / work)))
+
+    def halvings(self, claim: Any, exact: PolytopicLoop) -> list[list[int]]:
+        """Return the tree of ``halvings`` that proves a claim; empty if none was found."""
+        most = self.left - self.left // 2
+        if self.failed:
+            seen = seen_at(exact, [weights_at(exact, point) for point in self.failed])
+            if replay(claim, None, seen, [], "claim").verdict is not Verdict.PROVED:
+                return []
+        found: list[list[int]] = []
+        left = [(_piece(exact, ()), corners_of(exact))]
+        while left and len(found) < most:
+            piece, places = left.pop()
+            checked = replay(claim, None, piece, [], "claim")
+            if checked.verdict is Verdict.PROVED:
+                found.append([])
+                continue
+            pair = FAILED.search(in_words(checked).text)
+            if pair is not None and pair[2] is None:
+                self.failed.append(point_at(exact, places, int(pair[1]) - 1))
+            if pair is None or pair[2] is None:
+                break
+            premise, i, j = piece.between(int(pair[1]) - 1, int(pair[2]) - 1)
+            found.append([premise, i, j])
+            for step in ((premise, j, i), (premise, i, j)):
+                left.append((_piece(exact, (*piece.path, step)), halved_corners(places, *step)))
+        else:
+            self.left -= len(found)
+            return [] if left else found
+        self.left -= len(found) + 1
+        return []
+
+
+@dataclass(frozen=True)
+class _Piece(PolytopicLoop):
+    """A loop whose blends are those of one piece of its weights, in the order of the tests.
+
+    It has the same matrices as the whole loop, so a claim's matrices have the right sizes.
+    """
+
+    path: tuple[tuple[int, int, int], ...] = ()
+
+    @property
+    def own(self) -> PolytopicLoop:
+        """The loop on the piece."""
+        found = PolytopicLoop(
+            **{one.name: getattr(self, one.name) for one in fields(PolytopicLoop)}
+        )
+        for step in self.path:
+            found = halved(found, *step)
+        return found
+
+    def blends(self, claim: Any = (), where: str = "") -> list[Blend]:
+        own = self.own
+        B, K, D = map(_floats, (own.B, own.K, own.D))
+
+        def straight(blend: Blend) -> float:
+            i, j = blend.pairs[0]
+            return -np.inf if i == j else -(_bend(B, K, i, j) + _bend(D, K, i, j))
+
+        return sorted(own.blends(), key=straight)
+
+    def between(self, first: int, second: int) -> tuple[int, int, int]:
+        """Return the premise of a pair's largest difference, and its corners; or the two rules."""
+        if self.corners is None:
+            return 0, first, second
+        own = self.own
+        B, K, D = map(_floats, (own.B, own.K, own.D))
+        place = {corner: i for i, corner in enumerate(self.corners)}
+        bends = {}
+        for p, pair in enumerate(zip(self.corners[first], self.corners[second], strict=True)):
+            if pair[0] != pair[1]:
+                across = [
+                    (i, place[(*corner[:p], 1 - corner[p], *corner[p + 1 :])])
+                    for corner, i in place.items()
+                ]
+                cuts = sum(step[0] == p for step in self.path)
+                bend = sum(_bend(B, K, i, j) + _bend(D, K, i, j) for i, j in across)
+                bends[p] = bend, -cuts
+        return max(bends, key=lambda p: bends[p]), 0, 1
+
+
+def _piece(exact: PolytopicLoop, path: tuple[tuple[int, int, int], ...]) -> _Piece:
+    return _Piece(
+        **{one.name: getattr(exact, one.name) for one in fields(PolytopicLoop)}, path=path
+    )
+
+
+def _bend(B: Floats, K: Floats, i: int, j: int) -> float:
+    """Return |(B_i - B_j)(K_i - K_j)|, the distance of a mean of pairs from a blend."""
+    if len(B) <= 1 or len(K) <= 1:
+        return 0.0
+    return float(np.linalg.norm((B[i] - B[j]) @ (K[i] - K[j])))
+
+
+def _floats(stack: Stack) -> Floats:
+    return np.array([np.array(M.rows, dtype=float) / float(M.below) for M in stack])

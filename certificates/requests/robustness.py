@@ -1,0 +1,221 @@
+"""Requests the largest error of every gain, and the largest ranges of the premises.
+
+Requests the largest enlargement of the premises' ranges with one quadratic function.
+
+If no function exists even for the given ranges, narrower ones are tried; the result is then called
+a part of the box, not an enlargement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.certificates.requests.decay import common_function
+from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
+from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.request import Attempt, first_proved, require_rate
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+
+# Fraction of the decay rate found: robustness to rounding costs decay rate.
+RATE_SHARE = 0.5
+BACK_OFF = (0.99, 0.9, 0.5, 0.1, 0.0)
+P_DIGITS = 9
+HALVINGS = 30
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GainRounding:
+    """The largest errors of all gains, with decay at ``decay_rate`` alpha [1/s].
+
+    Attributes
+    ----------
+    decay_rate : alpha that has to remain; None takes half of what is found.
+    absolute : (m, n) steps; the largest multiple of them is searched. None searches the largest
+        ``relative`` step, which is a fraction of each gain.
+    """
+
+    decay_rate: float | None = None
+    absolute: ArrayLike | None = None
+
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
+        """Return the claim ``gain-rounding``; the step is reduced until the claim is proved.
+
+        Raises
+        ------
+        ModelError : there are no gains, or steps of another shape.
+        """
+        if loop.gains is None:
+            raise ModelError("there are no gains to be rounded; give gains, or leave this claim")
+        shape = _shape(self.absolute, loop)
+        answer = common_function(loop)
+        solver = str(answer.solver.get("status", ""))
+        rate = self.decay_rate
+        if rate is None:
+            rate = rounded_down(RATE_SHARE * min(max(answer.decay_rate or 0.0, 0.0), 1e6))
+        # The function of the fastest decay is often nearly singular. A function for the rate that
+        # must remain is better conditioned, and usually allows larger errors.
+        functions = [one.P for one in (common_function(loop, rate), answer) if one.P is not None]
+        searches = [
+            _Search.of(loop, short(np.asarray(P), P_DIGITS), rate, shape)
+            for P in functions or [np.eye(loop.A.shape[1])]
+        ]
+        best = max(searches, key=lambda search: search.largest[0])
+        return first_proved(loop, best.claims(), solver)
+
+
+def _shape(absolute: ArrayLike | None, loop: ClaimedLoop) -> Floats | None:
+    if absolute is None:
+        return None
+    assert loop.gains is not None
+    found = np.asarray(absolute, dtype=np.float64)
+    wanted = loop.gains.shape[1:]
+    if found.shape != wanted or not (np.isfinite(found).all() and found.min() >= 0 and found.any()):
+        raise ModelError(
+            f"absolute has shape {found.shape}; steps >= 0 of shape {wanted}, one for each gain, "
+            "are needed, not all 0"
+        )
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The exact inequality in floating point: its least eigenvalue over a step and a common tau."""
+
+    loop: ClaimedLoop
+    P: Floats
+    rate: float
+    shape: Floats | None
+    kept: Floats
+    effect: Floats
+    unit: Floats
+    weights: Floats
+
+    @classmethod
+    def of(cls, loop: ClaimedLoop, P: Floats, rate: float, shape: Floats | None) -> _Search:
+        assert loop.gains is not None
+        step = loop.sample_time
+        PG = P @ loop.A
+        if step is None:
+            kept = -(PG + PG.transpose(0, 2, 1) + 2 * rate * P)
+        else:
+            top = np.broadcast_to(np.exp(-2 * rate * step) * P, PG.shape)
+            low = np.broadcast_to(P, PG.shape)
+            kept = np.block([[top, PG.transpose(0, 2, 1)], [PG, low]])
+        r = len(loop.model.B)
+        columns = P @ loop.model.B
+        delta = np.abs(loop.gains) if shape is None else np.broadcast_to(shape, loop.gains.shape)
+        # A law with weights of its own has as many steps as gains.
+        delta = np.broadcast_to(delta, (r, *delta.shape[1:])) if len(delta) == 1 else delta
+        steps = np.einsum("jk,jkl->jkl", delta.sum(axis=2), delta)
+        # Inputs of different size are scaled: tau_k is t over the size of column k.
+        sizes = np.sqrt(np.maximum((columns**2).sum(axis=1).max(axis=0), 1e-300))
+        reach = np.sqrt(np.maximum(steps.sum(axis=2).max(axis=0), 1e-300))
+        weights = reach / sizes
+        effect = loop.per_pair(np.einsum("ink,k,imk->inm", columns, weights, columns), "vertex")
+        unit = np.einsum("jkl,k->jl", steps, 1 / weights)
+        diagonal = loop.per_pair(unit[:, :, None] * np.eye(len(P)), "gain")
+        return cls(loop, P, rate, shape, kept, effect, diagonal, weights)
+
+    def holds(self, size: float, t: float) -> bool:
+        """Return whether all inequalities hold at a step and a factor of tau, in floats."""
+        effect, step = t * self.effect, size**2 / t * self.unit
+        whole = self.kept - effect - step if self.loop.sample_time is None else self.kept.copy()
+        if self.loop.sample_time is not None:
+            n = len(self.P)
+            whole[:, :n, :n] -= step
+            whole[:, n:, n:] -= effect
+        return bool(np.linalg.eigvalsh(whole)[:, 0].min() > 0)
+
+    def claims(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Yield the claims, the largest step first."""
+        size, t = self.largest
+        assert self.loop.gains is not None
+        shape = np.zeros(self.loop.gains.shape[1:]) if self.shape is None else self.shape
+        tau = [float(f"{value:.4g}") for value in t * self.weights]
+        for share in BACK_OFF:
+            step = rounded_down(share * size, 3)
+            absolute = [[rounded_down(step * float(v), 3) for v in row] for row in shape]
+            relative = step if self.shape is None else 0.0
+            claim = {
+                "name": f"rounding of the gains of {self.loop.model.name or 'the model'}",
+                "kind": "gain-rounding",
+                "decay_rate": self.rate,
+                "relative": relative,
+                "absolute": absolute,
+                "tau": tau,
+                "P": self.P.tolist(),
+            }
+            yield f"gains off by {step:.3g} times themselves or the given steps", claim
+
+    @cached_property
+    def largest(self) -> tuple[float, float]:
+        """Return the largest step, and its factor of tau, over a grid of factors."""
+        best, at = 0.0, 1.0
+        # The best factor is not known beforehand. The bisection runs only where the best step so
+        # far can be exceeded.
+        for t in np.logspace(-8, 4, 73):
+            low, high = best, max(2 * best, 1e-6)
+            if not self.holds(low, t) or (best and not self.holds(1.01 * best, t)):
+                continue
+            while self.holds(high, t) and high < 1e6:
+                low, high = high, 4 * high
+            for _ in range(HALVINGS):
+                middle = (low + high) / 2
+                low, high = (middle, high) if self.holds(middle, t) else (low, middle)
+            best, at = low, float(t)
+        return best, at
+
+
+SHRUNK = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5, 0.0)
+# The limit if the vertices do not differ, so that nothing bounds theta.
+LARGEST = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class BoxEnlargement:
+    """The largest theta with decay at ``decay_rate`` alpha [1/s], for any weights of the gains."""
+
+    decay_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_rate(self.decay_rate)
+
+    def attempt(self, loop: ClaimedLoop) -> Attempt:
+        """Return the claim ``box-enlargement``; theta is reduced until the claim is proved."""
+        from takagi.lmi.analysis.box_enlargement import wide_box
+
+        answer = wide_box(
+            loop.model, gains=loop.gains, law="independent", decay_rate=self.decay_rate
+        )
+        solver = str(answer.solver.get("status", ""))
+        P, theta = np.eye(loop.A.shape[1]), 0.0
+        if answer.P is not None and answer.enlargement is not None:
+            P, theta = np.asarray(answer.P), min(answer.enlargement, LARGEST)
+        claims = [
+            self._claim(loop.model.name or "the model", rounded_down(share * theta), P, digits)
+            for share in SHRUNK
+            for digits in DIGITS
+        ]
+        return first_proved(loop, claims, solver)
+
+    def _claim(
+        self, model: str, theta: float, P: Floats, digits: int
+    ) -> tuple[str, dict[str, Any]]:
+        """Return a description of the attempt, and the claim."""
+        what, name = "enlargement", f"box enlargement of {model}"
+        if theta < 1:
+            what, name = "ranges shrunk to", f"part of the box of {model}"
+        return f"{what} {theta:.6g}, P to {digits} digits", {
+            "name": name,
+            "kind": "box-enlargement",
+            "decay_rate": self.decay_rate,
+            "enlargement": theta,
+            "P": short(P, digits).tolist(),
+        }

@@ -1,0 +1,280 @@
+"""What the options of a turbine's design ask for, as settings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from takagi.cli.options.given import defaults_of, option_of
+from takagi.cli.options.turbine_options import TURBINE_OPTIONS, typed_name
+from takagi.models.errors import ModelError
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.settings import DesignSettings
+    from takagi.models.intervals.interval import Interval
+    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+    from takagi.models.turbine.data import Turbine
+
+EFFORT_SHARING = "coherent"  # the default law of a turbine
+_OVERLAPS = ("overlap", "speed_overlap", "torque_overlap")
+_OF_GAINS = ("bandwidth", "bandwidth_growth")
+# The options that only one kind of law has.
+_OF_EFFORT_SHARING = (
+    "overlap",
+    *_OF_GAINS,
+    "margins",
+    "inertia",
+    "power_coefficient",
+    "equilibrium_wake",
+    "pitch_effectiveness_share",
+    "wind_filter",
+    "speed_filter",
+    "torsion_filter",
+    "two_step",
+    "one_step",
+    "objective",
+)
+_OF_PUBLISHED = (
+    "speed_overlap",
+    "torque_overlap",
+    "ramp_shape",
+    "ramp_placement",
+    "tracking_time",
+)
+# A slower filter suits no turbine, and the design would search for minutes before failing.
+LONGEST_FILTER = 100.0  # s
+# Lower limits in rad/s.  A slower filter would delay the speed at frequencies where the law acts.
+SLOWEST_CORNER = 0.5
+SLOWEST_STOP = 2.0
+
+
+def design_settings(turbine: Turbine, **options: Any) -> DesignSettings:
+    """Return the settings; an option that is not given keeps the turbine's default.
+
+    Parameters
+    ----------
+    options : values of the options that ``TURBINE_OPTIONS`` declare.
+
+    Raises
+    ------
+    ModelError : an option that makes no sense for the law or the turbine; names the option.
+    """
+    from takagi.certificates.design.turbine.scale import default_settings
+    from takagi.certificates.design.turbine.settings import check_limits
+    from takagi.lmi.turbine.effort import EffortSettings
+
+    given = {**defaults_of(TURBINE_OPTIONS), **options}
+    law = EFFORT_SHARING if given["law"] is None else given["law"]
+    for name in (*_OVERLAPS, *_OF_GAINS):
+        _check_positive(name, given[name])
+    speed = given["speed_setpoint"]
+    setpoint = None if speed is None else _setpoint(speed, turbine)
+    overlaps = {name: given[name] for name in _OVERLAPS if given[name] is not None}
+    asked = replace(default_settings(turbine), law=law, speed_setpoint=setpoint, **overlaps)
+    _check_law(law, given)
+    fields = _law_fields(turbine, law, setpoint, given)
+    fields |= _filter_fields(turbine, given["speed_filter"], given["torsion_filter"])
+    fields |= _synthesis_fields(given["two_step"], given["one_step"], given["objective"])
+    asked = replace(asked, **fields)
+    effort = asked.effort or EffortSettings()
+    effort = replace(effort, **{name: given[name] for name in _OF_GAINS if given[name] is not None})
+    covered = uncertainty_asked(given)
+    if given["inertia"] is not None:
+        span = covered.inertia
+        effort = replace(effort, inertia=(float(span.lower), float(span.upper)))
+    asked = replace(asked, effort=effort, uncertainty=covered)
+    check_limits(turbine, asked)
+    return asked
+
+
+def _check_law(law: str, given: Mapping[str, object]) -> None:
+    """Refuse options that the law does not have; ignoring them would mislead the user."""
+    for name in _OF_PUBLISHED if law == EFFORT_SHARING else _OF_EFFORT_SHARING:
+        if given[name] is not None and given[name] is not False:
+            owner = "the published laws" if law == EFFORT_SHARING else "the effort-sharing law"
+            raise ModelError(
+                f"option {option_of(name)} belongs to {owner}, but --law {typed_name(law)} "
+                "was asked for; leave it out or choose the other law"
+            )
+
+
+def _check_positive(name: str, value: float | None) -> None:
+    if value is not None and not (math.isfinite(value) and value > 0):
+        raise ModelError(f"option {option_of(name)}: {value:g} was given; it must be positive")
+
+
+def _law_fields(
+    turbine: Turbine, law: str, speed_setpoint: float | None, given: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return what was asked of the law, as fields of ``DesignSettings``."""
+    found: dict[str, Any] = {}
+    if (torque := given["torque_setpoint"]) is not None:
+        found["torque_setpoint"] = _torque(torque, turbine, speed_setpoint)
+    if (share := given["pitch_effectiveness_share"]) is not None:
+        needed = "above 0 and at most 10 is needed, such as 1"
+        _require(0 < share <= 10, f"--pitch-effectiveness-share: {share:g} was given; {needed}")
+        found["effectiveness_share"] = share
+    if (shape := given["ramp_shape"]) is not None:
+        known = shape in ("smooth", "linear")
+        _require(known, f"--ramp-shape: {shape!r} was given; smooth or linear is needed")
+        found["ramp_shape"] = shape
+    if (place := given["ramp_placement"]) is not None:
+        needed = "0 (below the set-point) to 1 (above it) is needed"
+        _require(0 <= place <= 1, f"--ramp-placement: {place:g} was given; {needed}")
+        found["ramp_placement"] = place
+    if (time := given["tracking_time"]) is not None:
+        _require(
+            law == "paper-two-integrators",
+            "--tracking-time belongs to the law published-two-integrators, but "
+            f"--law {typed_name(law)} was asked for; leave it out or choose that law",
+        )
+        _require(0 < time < math.inf, f"--tracking-time: {time:g} was given; it must be positive")
+        found["tracking_time"] = time
+    if (time := given["wind_filter"]) is not None:
+        _require(
+            0 < time <= LONGEST_FILTER,
+            f"--wind-filter: {time:g} was given; it must be positive, because the law feeds the "
+            f"filtered wind's rate forward, and at most {LONGEST_FILTER:g} s, because a slower "
+            "filter does not follow the wind",
+        )
+        found["wind_filter"] = time
+    return found
+
+
+def _require(holds: bool, words: str) -> None:
+    if not holds:
+        raise ModelError(f"option {words}")
+
+
+def _setpoint(written: str, turbine: Turbine) -> float:
+    """Return the rotor speed [rad/s] of a text such as 11.5rpm."""
+    from takagi.models.files.units import to_si, typed_figure
+    from takagi.models.turbine.trim import reference_speed
+
+    try:
+        value, unit = typed_figure(written)
+        if not unit:
+            raise ModelError("a number with its unit is needed, such as 11.5rpm or 1.2rad/s")
+        speed = to_si(value, unit, "rad/s")
+        reference_speed(turbine, turbine.cut_in, speed_setpoint=speed)
+    except ModelError as error:
+        raise ModelError(f"option --speed-setpoint {written}: {error}") from error
+    return speed
+
+
+def _torque(written: str, turbine: Turbine, speed_setpoint: float | None) -> float:
+    """Return the torque [N m] of a text such as 34.5kNm, or of a share of rated torque, 80%."""
+    from takagi.models.files.units import to_si, typed_figure
+    from takagi.models.turbine.trim import derated
+
+    try:
+        value, unit = typed_figure(written)
+        if not unit:
+            raise ModelError("a number with its unit is needed, such as 34.5kNm or 80%")
+        if unit == "%":
+            torque = round(value / 100 * turbine.rated_torque, 6)
+        else:
+            torque = to_si(value, unit, "N m")
+        derated(turbine, torque, speed_setpoint=speed_setpoint)
+    except ModelError as error:
+        raise ModelError(f"option --torque-setpoint {written}: {error}") from error
+    return torque
+
+
+def _filter_fields(
+    turbine: Turbine, corner: float | None, frequency: float | None
+) -> dict[str, Any]:
+    """Return what was asked of low-pass and band-stop, as fields of ``DesignSettings``."""
+    found: dict[str, Any] = {}
+    if corner is not None:
+        _require(
+            corner == 0 or SLOWEST_CORNER <= corner < math.inf,
+            f"--speed-filter: {corner:g} was given; at least {SLOWEST_CORNER:g} rad/s is needed, "
+            "or 0 for none: a slower low-pass hides the speed from the law",
+        )
+        found["speed_filter"] = corner
+    return found | _torsion_filter(turbine, frequency, corner)
+
+
+def _torsion_filter(
+    turbine: Turbine, frequency: float | None, corner: float | None
+) -> dict[str, Any]:
+    """Return the band-stop that was asked for, and the low-pass that goes with it."""
+    from takagi.certificates.design.turbine.scale import speed_filters
+
+    if frequency is None:
+        # The band-stop is only built in series with a low-pass.
+        return {"torsion_filter": 0.0} if corner == 0 else {}
+    _require(
+        frequency == 0 or SLOWEST_STOP <= frequency < math.inf,
+        f"--torsion-filter: {frequency:g} was given; at least {SLOWEST_STOP:g} rad/s is needed, or "
+        "0 for none: a band-stop turns the phase below its frequency",
+    )
+    _require(
+        frequency == 0 or corner != 0,
+        f"--torsion-filter: {frequency:g} was given with --speed-filter 0; the band-stop needs a "
+        "low-pass behind it: leave --speed-filter out, or give it a corner",
+    )
+    found: dict[str, Any] = {"torsion_filter": frequency}
+    if corner is None:
+        found["speed_filter"] = speed_filters(turbine, stopped=frequency > 0)[0]
+    return found
+
+
+def _synthesis_fields(two_step: bool, one_step: bool, objective: str | None) -> dict[str, Any]:
+    """Return how gains are to be found, as fields of ``DesignSettings``."""
+    from takagi.lmi.turbine.one_step.objective import objective_named
+
+    if two_step:
+        if one_step:
+            raise ModelError("options --two-step and --one-step: leave one of the two out")
+        if objective is not None:
+            raise ModelError(
+                f"options --two-step and --objective {objective}: an objective steers the search "
+                "in one step; leave one of the two out"
+            )
+        return {"synthesis": "two-step"}
+    if objective is None:
+        return {"synthesis": "one-step"} if one_step else {}
+    try:
+        return {"synthesis": "one-step", "objective": objective_named(objective)}
+    except ModelError as error:
+        raise ModelError(f"option --objective: {error}") from error
+
+
+def uncertainty_asked(given: Mapping[str, Any]) -> LoopUncertainty:
+    """Return the uncertainty that the certificate must cover.
+
+    Raises
+    ------
+    ModelError : an inertia or a power coefficient that is not an interval around 1.
+    """
+    from takagi.certificates.claims.turbine.effort_sharing import DEFAULT_UNCERTAINTY
+    from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+
+    default = DEFAULT_UNCERTAINTY
+    span, power = default.inertia, default.power_coefficient
+    if given["inertia"] is not None:
+        span = _around_one("inertia", given["inertia"])
+    if given["power_coefficient"] is not None:
+        power = _around_one("power-coefficient", given["power_coefficient"])
+    frozen = not given["equilibrium_wake"]
+    return LoopUncertainty(span, frozen_wake=frozen, power_coefficient=power)
+
+
+def _around_one(option: str, written: tuple[str, str]) -> Interval:
+    """Return the interval; its ends are exactly the typed decimals, without a float."""
+    from takagi.models.intervals.interval import Interval
+
+    try:
+        span = Interval.of(*written)
+    except ModelError as error:
+        raise ModelError(f"option --{option}: {error}") from error
+    if not 0 < span.lower <= 1 <= span.upper:
+        raise ModelError(
+            f"option --{option}: {written[0]} {written[1]} was given; 0 < LOW <= 1 <= HIGH is "
+            "needed, relative to the model's own"
+        )
+    return span

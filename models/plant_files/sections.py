@@ -1,0 +1,376 @@
+"""Sections and fields of a plant file: [tables], [design], ``measured`` and [blending]."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
+
+from takagi.models.errors import ModelError, did_you_mean
+from takagi.models.files.csv_table import read_curve, read_surface
+from takagi.models.files.toml_document import Document
+from takagi.models.files.units import Unit, parse_unit
+from takagi.models.plant.design_settings import PlantSettings, settling_rate
+from takagi.models.plant.entries import TableEntry
+from takagi.models.plant.variables import Output
+from takagi.models.splines.table_function import TableFunction, table_function
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from takagi.models.blending.blending import Actuator
+    from takagi.models.plant.entries import (
+        ActuatorEntry,
+        DesignEntry,
+        MeasuredEntry,
+        PlantEntry,
+        VariableEntry,
+    )
+    from takagi.models.plant.plant import Plant
+    from takagi.models.plant.variables import Variable
+
+
+def read_table(document: Document, name: str, given: TableEntry) -> type[TableFunction]:
+    """Return the function of one or two arguments, in SI.
+
+    Raises
+    ------
+    ModelError : the path, a unit, or the table itself is wrong.
+    """
+    path = table_path(document, name, given.file)
+    value = _unit(document, f"tables.{name}.unit", given.unit)
+    place = f"tables.{name}.arguments"
+    units = [_unit(document, place, argument.unit) for argument in given.arguments]
+    names = [f"{a.name} [{unit.si}]" for a, unit in zip(given.arguments, units, strict=True)]
+    if len(units) == 1:
+        curve = read_curve(path, name=name, units=(units[0], value), x_name=names[0])
+        return table_function(name, curve, unit=value.si, argument_units=(units[0].si,))
+    surface = read_surface(
+        path, name=name, units=(units[0], units[1], value), axes=(names[0], names[1])
+    )
+    return table_function(name, surface, unit=value.si, argument_units=(units[0].si, units[1].si))
+
+
+def table_path(document: Document, name: str, file: str) -> Path:
+    """Return the path of the table's file, in the plant file's folder or below it.
+
+    Raises
+    ------
+    ModelError : an absolute path, a path outside the folder (also by a link), a missing file.
+    """
+    place = f"tables.{name}.file"
+    parts = PurePosixPath(file)
+    if parts.is_absolute() or ".." in parts.parts or "\\" in file or ":" in file or not file:
+        raise document.error(
+            place,
+            f"{file!r} was given; name a file in the folder of this one, or below it, with '/'",
+        )
+    folder = document.path.parent.resolve()
+    path = (folder / parts).resolve()
+    if not path.is_relative_to(folder):
+        raise document.error(place, f"{file!r} leads out of the folder of this file; copy it there")
+    if not path.is_file():
+        raise document.error(place, f"{file!r} is not there; put the table beside this file")
+    return document.path.parent / parts
+
+
+def _unit(document: Document, place: str, text: str) -> Unit:
+    try:
+        return parse_unit(text)
+    except ModelError as error:
+        raise document.error(place, str(error)) from error
+
+
+TIME = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?)\s*")
+
+
+def seconds(document: Document, field: str, given: Decimal | str) -> Fraction:
+    """Return a time in s, exactly.
+
+    Raises
+    ------
+    ModelError : with file, line and field: a time that is not above 0, or a unit that is not one of
+        time.
+    """
+    written = str(given)
+    match = TIME.fullmatch(written)
+    if match is None or not float(match[1]) > 0:
+        shown = f"{written!r}" if isinstance(given, str) else written
+        raise document.error(
+            field, f'{shown} was given; a time above 0 is needed, such as "2 s" or "5 min"'
+        )
+    try:
+        unit = parse_unit(match[2] or "s")
+    except ModelError as error:
+        raise document.error(field, str(error)) from error
+    if unit.dimension != parse_unit("s").dimension:
+        raise document.error(field, f"{match[2]!r} is no unit of time; s, min and h are some")
+    return unit.to_si(Fraction(match[1]))
+
+
+_NUMBERS = ("gain_bound", "damping", "fastest", "horizon")
+
+
+def settings_of(document: Document, entry: PlantEntry) -> PlantSettings:
+    """Return the requirements of a plant's file on a design, in SI units.
+
+    Limits and initial states are in the units that the file gives the variables.
+
+    Raises
+    ------
+    ModelError : with file, line and field, as ``load_plant`` does; also a name that is no input or
+        state, and numbers out of range.
+    """
+    asked = entry.design
+    rate = asked.decay_rate if asked.settle is None else _settling_rate(document, asked)
+    values = {name: _float(getattr(asked, name)) for name in _NUMBERS}
+    if asked.sample_time is not None:
+        values["sample_time"] = float(seconds(document, "design.sample_time", asked.sample_time))
+    limits = _in_si(document, "input_limit", asked.input_limit, entry.commanded, "input")
+    initial = _in_si(document, "initial", asked.initial, entry.all_states, "state")
+    noise = _in_si(document, "noise", asked.noise, entry.disturbances, "disturbance")
+    try:
+        found = PlantSettings(
+            choice=asked.choice,
+            rest=asked.rest,
+            decay_rate=_float(rate) if isinstance(rate, Decimal) else rate,
+            effort=asked.effort,
+            relaxation=asked.relaxation,
+            input_limit=limits,
+            initial=initial,
+            noise=noise,
+            **values,
+        )
+        found.require_names(
+            states=tuple(entry.all_states),
+            inputs=tuple(entry.commanded),
+            disturbances=tuple(entry.disturbances),
+        )
+    except ModelError as error:
+        # Every message begins with the field's name.
+        field = str(error).split()[0]
+        raise document.error(f"design.{field}", str(error)) from error
+    return found
+
+
+def _in_si(
+    document: Document,
+    field: str,
+    given: Mapping[str, Decimal],
+    variables: Mapping[str, VariableEntry],
+    what: str,
+) -> dict[str, float]:
+    found = {}
+    for name, value in given.items():
+        if name not in variables:
+            raise document.error(
+                f"design.{field}",
+                f"{name} is no {what}{did_you_mean(name, variables)}; {what}s are "
+                + (", ".join(variables) or "none"),
+            )
+        try:
+            unit = parse_unit(variables[name].unit)
+        except ModelError as error:
+            raise document.error(f"{what}s.{name}.unit", str(error)) from error
+        found[name] = float(unit.to_si(Fraction(value)))
+    return found
+
+
+def _settling_rate(document: Document, asked: DesignEntry) -> float:
+    """Return the decay rate [1/s] that ``settle`` means."""
+    field, written = "design.settle", str(asked.settle)
+    if asked.decay_rate is not None:
+        raise document.error(
+            field, "settle and decay_rate both say how fast the loop is; leave one out"
+        )
+    return settling_rate(float(seconds(document, field, written)))
+
+
+def _float(value: Decimal | None) -> float | None:
+    return None if value is None else float(value)
+
+
+FIELD = "measured"
+
+
+def with_measured(
+    document: Document,
+    entry: PlantEntry,
+    plant: Plant,
+    read: Callable[[str, str], sp.Expr],
+    si_unit: Callable[[str, str], str],
+) -> Plant:
+    """Return the plant with an output for each measured quantity, and the names of these outputs.
+
+    An entry names an output, or a state; a state gets an output of the same name.
+
+    Parameters
+    ----------
+    read : place in the file and text -> expression.
+    si_unit : place in the file and text -> the unit; it raises if the unit is not SI.
+
+    Raises
+    ------
+    ModelError : with file, line and field: an empty list; a name that is neither an output nor a
+        state, or occurs twice; an expression with other variables than states and inputs; a plant
+        with a blend.
+    """
+    assert entry.measured is not None  # checked by the caller
+    if entry.blending is not None:
+        raise document.error(
+            FIELD, "output feedback is not for a plant with [blending]; leave one of them out"
+        )
+    if not entry.measured:
+        raise document.error(
+            FIELD, "nothing is measured; name outputs or states, or leave it out for all states"
+        )
+    if not plant.inputs:
+        raise document.error(FIELD, "the plant has no input, so no law needs what is measured")
+    outputs = list(plant.outputs)
+    names: list[str] = []
+    for one in entry.measured:
+        if one.name in names:
+            raise document.error(FIELD, f"{one.name} stands in it twice; leave one out")
+        names.append(one.name)
+        if one.expression is None:
+            added = _named(document, plant, outputs, one)
+        else:
+            _check_new(document, plant, one)
+            added = Output(one.name, read(FIELD, one.expression), si_unit(FIELD, one.unit))
+        if added is not None:
+            outputs.append(added)
+    known = {v.symbol for v in (*plant.states, *plant.inputs)}
+    known |= {p.symbol for p in plant.parameters}
+    for output in outputs:
+        strange = sorted(str(s) for s in output.expression.free_symbols - known)
+        if output.name in names and strange:
+            raise document.error(
+                FIELD,
+                f"{output.name} depends on {', '.join(strange)}, which comes from outside; "
+                "what is measured is of states and inputs",
+            )
+    return replace(plant, outputs=tuple(outputs), measured=tuple(names))
+
+
+def _named(
+    document: Document, plant: Plant, outputs: Sequence[Output], one: MeasuredEntry
+) -> Output | None:
+    """Return the output of a measured state; None for an output that the plant already has."""
+    states = {v.name: v for v in plant.states}
+    given = {y.name: y for y in outputs}
+    state, output = states.get(one.name), given.get(one.name)
+    if one.unit != "-":
+        raise document.error(FIELD, f"{one.name} has a unit of its own; leave the unit out")
+    if output is None and state is None:
+        known = (*given, *(name for name in states if name not in given))
+        raise document.error(
+            FIELD,
+            f"{one.name} is neither an output nor a state{did_you_mean(one.name, known)}; those "
+            f"are {', '.join(known)}; of another quantity give name, expression and unit",
+        )
+    if output is None and state is not None:
+        return Output(state.name, state.symbol, state.unit)
+    if state is not None and output is not None and output.expression != state.symbol:
+        raise document.error(
+            FIELD, f"{one.name} is a state and another output; rename the output in [outputs]"
+        )
+    return None
+
+
+def _check_new(document: Document, plant: Plant, one: MeasuredEntry) -> None:
+    taken = {v.name for v in plant.variables} | {p.symbol.name for p in plant.parameters}
+    taken |= {y.name for y in plant.outputs}
+    if one.name in taken:
+        raise document.error(
+            FIELD, f"{one.name} has a meaning already; give what is measured a name of its own"
+        )
+
+
+PLACE = "blending"
+FIELDS = {"overlap": "effort.overlap", "effort": "effort.range"}
+
+
+def behind_blend(
+    document: Document,
+    entry: PlantEntry,
+    plant: Plant,
+    variable: Callable[[str, str, VariableEntry], Variable],
+    read: Callable[[str, str], sp.Expr],
+) -> Plant:
+    """Return the plant of a file, with its two actuators as inputs, behind the file's blend.
+
+    Parameters
+    ----------
+    variable : place in the file, name and entry -> variable.
+    read : place in the file and text -> expression.
+
+    Raises
+    ------
+    ModelError : with file, line and field: an input that is not there, units of an effectiveness
+        that do not fit, and whatever ``Blending`` and ``blended_plant`` refuse.
+    """
+    from takagi.models.blending.blending import Blending
+    from takagi.models.blending.substitution import blended_plant
+    from takagi.models.files.units import parse_unit
+
+    given = entry.blending
+    assert given is not None  # checked by the caller
+    effort = variable(f"{PLACE}.effort", "effort", entry.all_states["effort"])
+    rate = variable(f"{PLACE}.effort", "effort_rate", entry.commanded["effort_rate"])
+    low = _actuator(document, "low", given.low, plant, read)
+    high = _actuator(document, "high", given.high, plant, read)
+    overlap = parse_unit(given.effort.unit).to_si(Fraction(given.effort.overlap))
+    try:
+        if plant.units == "checked":
+            for name, actuator in (("low", low), ("high", high)):
+                _check_unit(name, actuator, plant, effort)
+        return blended_plant(Blending(effort, rate, overlap, low, high, plant))
+    except ModelError as error:
+        field, _, rest = str(error).partition(": ")
+        place = FIELDS.get(field, field)
+        known = place in FIELDS.values() or place.split(".")[0] in ("low", "high")
+        if known:
+            raise document.error(f"{PLACE}.{place}", rest) from error
+        raise document.error(PLACE, str(error)) from error
+
+
+def _actuator(
+    document: Document,
+    name: str,
+    given: ActuatorEntry,
+    plant: Plant,
+    read: Callable[[str, str], sp.Expr],
+) -> Actuator:
+    from takagi.models.blending.blending import Actuator
+
+    inputs = {v.name: v for v in plant.inputs}
+    if given.input not in inputs:
+        raise document.error(
+            f"{PLACE}.{name}.input",
+            f"{given.input} is no input{did_you_mean(given.input, inputs)}; inputs are "
+            + (", ".join(inputs) or "none"),
+        )
+    effectiveness = read(f"{PLACE}.{name}.effectiveness", given.effectiveness)
+    variable, error = inputs[given.input], Fraction(given.error)
+    return Actuator(variable, given.direction, effectiveness, error)
+
+
+def _check_unit(name: str, actuator: Actuator, plant: Plant, effort: Variable) -> None:
+    """Refuse an effectiveness that is not effort per unit of its input."""
+    from takagi.models.files.units import parse_unit
+    from takagi.models.plant.dimensions import dimension_of
+
+    units = {v.symbol: parse_unit(v.unit).dimension for v in plant.variables}
+    units |= {p.symbol: parse_unit(p.unit).dimension for p in plant.parameters}
+    place = f"{name}.effectiveness"
+    found = dimension_of(actuator.effectiveness, units, plant.values, place=place)
+    given = parse_unit(actuator.variable.unit).dimension
+    if found is not None and found.times(given) != parse_unit(effort.unit).dimension:
+        raise ModelError(
+            f"{place}: it has the unit {found}; times the input's {actuator.variable.unit} that is "
+            f"not the effort's {effort.unit}: correct the expression, or a unit"
+        )

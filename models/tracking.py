@@ -1,0 +1,366 @@
+r"""Outputs that follow references: the plant with integral states, and the loop's equilibria.
+
+    x' = f(x, u, w),   xi_j' = h_j(x) - r_j
+
+The references r_j are signals from outside, known to the law; the xi_j are states of the law.
+At an equilibrium with constant r, xi' = 0 means h_j(x) = r_j: there is no steady-state error.
+
+The equilibrium for each reference is found by Newton's method in floating point.  Nothing is proved
+here: the numbers say whether the inputs can hold a reference, and how far the equilibrium is from
+the ends of the ranges.  The loop's equilibria are approximated by a linear function of the signals,
+
+    Xhat(s) = X* + D (s - s*),    uhat(s) = u* - K D (s - s*),
+
+where s are the references, the other disturbances with a range, and uncertain parameters.  The true
+equilibria are nonlinear functions of s where the plant is nonlinear; D has the slopes of their
+chords over the ranges.  The residuals of the equations at (Xhat, uhat) are computed on a grid in
+floating point; the checker proves their bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.plant.plant import Plant
+from takagi.models.plant.variables import Reference, Variable
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+
+def following_plant(
+    plant: Plant, references: Sequence[tuple[Reference, Variable, Variable, sp.Expr]]
+) -> Plant:
+    """Return the plant with the integral states among its states, the references as signals.
+
+    Parameters
+    ----------
+    references : reference, its signal r with a range, its integral xi, and h(x) that follows.
+
+    Raises
+    ------
+    ModelError : discrete time, a mass matrix, a blend, more references than inputs, a followed
+        expression with an input or a disturbance.
+    """
+    name = plant.name
+    if plant.sample_time is not None:
+        raise ModelError(f"plant {name!r} is of discrete time; references are for x' = f(x, u, w)")
+    if plant.mass is not None:
+        raise ModelError(
+            f"plant {name!r} has a mass matrix; to follow a reference write it as x' = f(x, u, w)"
+        )
+    if plant.blending is not None:
+        raise ModelError(f"plant {name!r} is behind a blend; it follows no reference")
+    if len(references) > len(plant.inputs):
+        raise ModelError(
+            f"plant {name!r}: {len(references)} references and {len(plant.inputs)} inputs; each "
+            "reference needs an input of its own"
+        )
+    states = {v.symbol for v in plant.states}
+    allowed = states | {p.symbol for p in plant.parameters}
+    for reference, _, _, followed in references:
+        strange = sorted(str(s) for s in followed.free_symbols - allowed)
+        if strange or not followed.free_symbols & states:
+            what = f"depends on {', '.join(strange)}" if strange else "depends on no state"
+            raise ModelError(
+                f"{reference.follows} {what}; what follows a reference is an expression of states "
+                "and known parameters"
+            )
+    moved = [followed - signal.symbol for _, signal, _, followed in references]
+    return replace(
+        plant,
+        equations=(*plant.equations, *moved),
+        states=(*plant.states, *(integral for _, _, integral, _ in references)),
+        disturbances=(
+            *(_as_it_rests(plant, v) for v in plant.disturbances),
+            *(signal for _, signal, _, _ in references),
+        ),
+        references=tuple(reference for reference, _, _, _ in references),
+    )
+
+
+def _as_it_rests(plant: Plant, variable: Variable) -> Variable:
+    """Return an uncertain parameter that moves the rest as one that pushes the state."""
+    import sympy as sp
+
+    if not variable.unknown:
+        return variable
+    at_rest = {
+        v.symbol: sp.Rational(*v.rest.as_integer_ratio())
+        for v in plant.variables
+        if v.symbol != variable.symbol
+    }
+    at_rest |= {s: sp.Rational(*value.as_integer_ratio()) for s, value in plant.values.items()}
+    left = [sp.sympify(row).subs(at_rest) for row in plant.equations]
+    moves = any(sp.simplify(row.diff(variable.symbol)) != 0 for row in left)
+    return replace(variable, schedules=not moves)
+
+
+STEPS, ITERATIONS, HALVINGS = 8, 30, 30
+MOST_CORNERS = 6
+CLOSE = 1e-10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldRests:
+    """Equilibria ("rests") of a plant with references.
+
+    Attributes
+    ----------
+    signals : references, other disturbances with a range, and uncertain parameters, in the order
+        of the plant.
+    points : (k, s) values of the signals.
+    values : (k, n + m), the plant's own states and inputs at these equilibria, SI; row 0 is the
+        plant's rest.
+    """
+
+    signals: tuple[Variable, ...]
+    points: Floats
+    values: Floats
+
+
+def signals_of(plant: Plant) -> tuple[Variable, ...]:
+    """Return the signals with a range; each of their values has its own equilibrium."""
+    return tuple(v for v in plant.disturbances if v.range is not None)
+
+
+def held_rests(plant: Plant) -> HeldRests:
+    """Return the equilibria at the corners of the signals' ranges, after the plant's own rest.
+
+    Raises
+    ------
+    ModelError : a reference without an equilibrium, or with one outside the ranges of states and
+        inputs; the message begins with the reference's name and states the largest value that the
+        inputs can hold.
+    """
+    search = _Search(plant)
+    ends = [(float(v.range.lower), float(v.range.upper)) for v in search.signals if v.range]
+    middle = np.array([float(v.rest) for v in search.signals])
+    if len(ends) <= MOST_CORNERS:
+        corners = [np.array(corner) for corner in product(*ends)]
+    else:
+        corners = []
+        for k, pair in enumerate(ends):
+            for end in pair:
+                point = middle.copy()
+                point[k] = end
+                corners.append(point)
+    values = [search.start]
+    for corner in corners:
+        values.append(search.along(middle, corner))
+    return HeldRests(search.signals, np.array([middle, *corners]), np.array(values))
+
+
+class _Search:
+    def __init__(self, plant: Plant) -> None:
+        import sympy as sp
+
+        names = {reference.name for reference in plant.references}
+        integrals = {reference.integral for reference in plant.references}
+        self.plant = plant
+        self.own = [v for v in plant.states if v.name not in integrals]
+        self.wanted: list[Variable] = [*self.own, *plant.inputs]
+        self.signals = signals_of(plant)
+        self.references = names
+        fixed = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+        fixed |= {
+            v.symbol: sp.Rational(*v.rest.as_integer_ratio())
+            for v in plant.disturbances
+            if v not in self.signals
+        }
+        rows = sp.Matrix([sp.sympify(row).subs(fixed) for row in plant.equations])
+        unknowns = [v.symbol for v in self.wanted]
+        symbols = [*unknowns, *(v.symbol for v in self.signals)]
+        self._rows = sp.lambdify(symbols, list(rows), modules=["scipy", "numpy"])
+        slopes = rows.jacobian(unknowns).tolist()
+        self._slopes = sp.lambdify(symbols, slopes, modules=["scipy", "numpy"])
+        self.start = np.array([float(v.rest) for v in self.wanted])
+        self.scale = np.array([_size(v) for v in self.wanted])
+
+    def along(self, first: Floats, last: Floats) -> Floats:
+        """Return the equilibrium at ``last``, by continuation from that at ``first``."""
+        value, held = self.start, 0.0
+        for k in range(1, STEPS + 1):
+            found = self._held(first + (last - first) * k / STEPS, value)
+            if found is None:
+                self._refuse(first, last, held, k / STEPS, value)
+            assert found is not None  # refused above
+            value, held = found, k / STEPS
+        return value
+
+    def _held(self, point: Floats, value: Floats) -> Floats | None:
+        found = self._newton(point, value)
+        return found if found is not None and not self._outside(found) else None
+
+    def _newton(self, point: Floats, start: Floats) -> Floats | None:
+        value = start.copy()
+        for _ in range(ITERATIONS):
+            with np.errstate(all="ignore"):
+                rows = np.array(self._rows(*value, *point), dtype=np.float64)
+                slopes = np.array(self._slopes(*value, *point), dtype=np.float64) * self.scale
+            if not (np.all(np.isfinite(rows)) and np.all(np.isfinite(slopes))):
+                return None
+            step = np.linalg.lstsq(slopes, rows, rcond=None)[0]
+            value = value - self.scale * step
+            if np.abs(step).max() < CLOSE:
+                # Newton's steps are small near a singular point too, so the residual is tested as
+                # well.
+                size = np.abs(slopes).sum(axis=1) + 1e-300
+                return value if np.all(np.abs(rows) <= 1e-6 * size) else None
+        return None
+
+    def _outside(self, value: Floats) -> list[int]:
+        found = []
+        for k, variable in enumerate(self.wanted):
+            if variable.range is not None:
+                low, high = float(variable.range.lower), float(variable.range.upper)
+                # A value exactly at the end of its range is inside; Newton's method finds it up to
+                # rounding.
+                slack = 1e-9 * (high - low)
+                if not low - slack <= value[k] <= high + slack:
+                    found.append(k)
+        return found
+
+    def _refuse(self, first: Floats, last: Floats, held: float, lost: float, value: Floats) -> None:
+        """Raise ModelError with the largest reference on the way that the inputs can hold."""
+        target = self._newton(last, value)
+        for _ in range(HALVINGS):
+            middle = (held + lost) / 2
+            found = self._held(first + (last - first) * middle, value)
+            if found is None:
+                lost = middle
+            else:
+                held, value = middle, found
+        moved = [k for k in range(len(last)) if last[k] != first[k]]
+        most = first + (last - first) * held
+        names = ", ".join(
+            f"{self.signals[k].name} = {_shown(self.signals[k], last[k])}" for k in moved
+        )
+        best = ", ".join(
+            f"{self.signals[k].name} = {_shown(self.signals[k], most[k])}" for k in moved
+        )
+        lead = min(
+            (self.signals[k].name for k in moved if self.signals[k].name in self.references),
+            default=min(self.references),
+        )
+        if target is None:
+            why = f"the plant has no rest at {names}"
+        else:
+            parts = [
+                f"{self.wanted[k].name} = {_shown(self.wanted[k], target[k])}, outside its range "
+                f"{_ends(self.wanted[k])}"
+                for k in self._outside(target)
+            ]
+            why = f"at {names} the plant rests with {'; '.join(parts)}"
+        raise ModelError(
+            f"{lead}: {why}; on the way there {best} is the last that is held: narrow the range of "
+            "the reference, or widen what it leaves"
+        )
+
+
+def _size(variable: Variable) -> float:
+    return 1.0 if variable.range is None else float(variable.range.width) / 2
+
+
+def _shown(variable: Variable, value: float) -> str:
+    from takagi.models.plant.file_units import file_unit
+
+    size, unit = file_unit(variable)
+    return f"{value / size:.4g}{'' if unit == '-' else f' {unit}'}"
+
+
+def _ends(variable: Variable) -> str:
+    from takagi.models.plant.file_units import file_unit
+
+    assert variable.range is not None  # it left this range
+    size, unit = file_unit(variable)
+    low, high = (float(end) / size for end in (variable.range.lower, variable.range.upper))
+    return f"[{low:.4g}, {high:.4g}]{'' if unit == '-' else f' {unit}'}"
+
+
+POINTS, MOST_POINTS = 41, 4_000
+# A residual between the grid points may be larger than on the grid by this share.
+WIDER = 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EquilibriumLine:
+    """The linear function, its residuals, and the ranges that it needs.
+
+    Attributes
+    ----------
+    D : (n, s), short decimals.
+    sides : ranges of the signals' deviations from rest.
+    state_range, input_range : (least, greatest) deviation of each state and input over the ranges.
+    residuals : (n,) largest |F_k| over the ranges.
+    """
+
+    D: Floats
+    sides: tuple[tuple[float, float], ...]
+    state_range: list[tuple[float, float]]
+    input_range: list[tuple[float, float]]
+    residuals: Floats
+
+
+def equilibrium_line(plant: Plant, gain: Floats) -> EquilibriumLine:
+    """Return the linear function for a plant with references under u = u* - K (X - X*)."""
+    import sympy as sp
+
+    signals = signals_of(plant)
+    sides = tuple(
+        (float(v.range.lower - v.rest), float(v.range.upper - v.rest)) for v in signals if v.range
+    )
+    D = _slopes(plant, gain)
+    state_range = [_range(row, sides) for row in D]
+    input_range = [_range(row, sides) for row in -gain @ D]
+    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    values |= {
+        v.symbol: sp.Rational(*v.rest.as_integer_ratio())
+        for v in plant.disturbances
+        if v.range is None
+    }
+    symbols = [v.symbol for v in (*plant.states, *plant.inputs, *signals)]
+    rows = [sp.sympify(row).subs(values) for row in plant.equations]
+    right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
+    still = np.array([float(v.rest) for v in (*plant.states, *plant.inputs, *signals)])
+    count = max(2, min(POINTS, int(MOST_POINTS ** (1 / len(sides)))))
+    largest = np.zeros(len(rows))
+    for point in product(*(np.linspace(low, high, count) for low, high in sides)):
+        r = np.array(point)
+        place = still + np.concatenate([D @ r, -gain @ D @ r, r])
+        with np.errstate(all="ignore"):
+            largest = np.maximum(largest, np.abs(np.array(right(*place), dtype=np.float64)))
+    return EquilibriumLine(D, sides, state_range, input_range, largest * (1 + WIDER))
+
+
+def _slopes(plant: Plant, gain: Floats) -> Floats:
+    """Return D: chord slopes of the equilibria, and integral states that give their inputs."""
+    rests = held_rests(plant)
+    n_own = len(plant.states) - len(plant.references)
+    points = rests.points - rests.points[0]
+    values = rests.values - rests.values[0]
+    chords = np.linalg.lstsq(points[1:], values[1:], rcond=None)[0].T
+    own, inputs = chords[:n_own], chords[n_own:]
+    # K_x D_x + K_xi D_xi = -U; the least-squares solution if there are more inputs than references.
+    integral = -np.linalg.lstsq(gain[:, n_own:], inputs + gain[:, :n_own] @ own, rcond=None)[0]
+    D = np.vstack([own, integral])
+    size = np.abs(D).max() or 1.0
+    return np.array([[_short(value, size) for value in row] for row in D])
+
+
+def _short(value: float, size: float) -> float:
+    # Entries that are zero but for rounding become zeros, and the others decimals that can be
+    # stated.
+    return 0.0 if abs(value) < 1e-12 * size else float(f"{value:.9g}")
+
+
+def _range(row: Floats, sides: tuple[tuple[float, float], ...]) -> tuple[float, float]:
+    ends = [(float(s) * low, float(s) * high) for s, (low, high) in zip(row, sides, strict=True)]
+    return sum(min(pair) for pair in ends), sum(max(pair) for pair in ends)

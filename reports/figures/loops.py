@@ -1,0 +1,241 @@
+"""Linear loops over wind: poles, Bode plots, and margins of the loop that runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from takagi.models.arrays import Complex, Floats
+from takagi.reports.figures.style import (
+    COLOURS,
+    GREY,
+    ORDERED,
+    columns,
+    decimate,
+    house_style,
+    marks_above,
+    new_figure,
+    shades,
+    wind_axis,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from takagi.reports.margins.margins import Margins
+    from takagi.reports.margins.response import LoopResponse
+
+STEPS = 22
+
+
+def poles_figure(
+    winds: ArrayLike,
+    poles: Sequence[Complex],
+    *,
+    decay_rate: float | None = None,
+    reach: float = 3.0,
+) -> Figure:
+    """Return the poles in the complex plane, coloured by wind, and -max Re over wind.
+
+    Parameters
+    ----------
+    winds : (n,) [m/s].
+    poles : one array per wind [1/s]; their number may differ.
+    decay_rate : proved rate [1/s], drawn as a line in both panels.
+    reach : poles further from the origin are left out of the plane [1/s]; the panel says how many.
+    """
+    v = np.asarray(winds, dtype=np.float64)
+    with house_style():
+        figure, (plane, rates) = new_figure(1, 2, height=4.2)
+        _plane(figure, plane, v, poles, reach)
+        slowest = np.array([-np.max(np.real(p)) for p in poles])
+        rates.plot(v, slowest, color=COLOURS[0], marker="o", markersize=3.5)
+        wind_axis(rates, ticks=6)
+        rates.set_ylabel("decay of the slowest pole [1/s]")
+        rates.set_ylim(min(0.0, 1.1 * float(slowest.min())), 1.15 * max(float(slowest.max()), 0.01))
+        if decay_rate is not None:
+            plane.axvline(-decay_rate, color=COLOURS[1], linestyle="--", linewidth=1.2)
+            label = f"proved {decay_rate:.3g} 1/s"
+            rates.axhline(decay_rate, color=COLOURS[1], linestyle="--", label=label)
+            rates.legend(loc="upper left")
+    return figure
+
+
+def _plane(figure: Figure, axes: Axes, v: Floats, poles: Sequence[Complex], reach: float) -> None:
+    from matplotlib import colormaps
+
+    every = np.concatenate([np.asarray(p, dtype=np.complex128) for p in poles])
+    wind = np.concatenate([np.full(np.size(p), w) for p, w in zip(poles, v, strict=True)])
+    near = np.abs(every) <= reach
+    # A scale of few steps stays vector art; a smooth one would be written as an image.
+    steps = colormaps[ORDERED].resampled(STEPS)
+    dots = axes.scatter(
+        every.real[near], every.imag[near], c=wind[near], cmap=steps, s=16, linewidths=0
+    )
+    axes.axvline(0.0, color=GREY, linewidth=0.9)
+    axes.set_xlabel("real part [1/s]")
+    axes.set_ylabel("imaginary part [rad/s]")
+    hidden = int(np.sum(~near))
+    if hidden:
+        text = f"{hidden} poles beyond\n{reach:g} 1/s not shown"
+        axes.text(0.02, 0.02, text, transform=axes.transAxes, fontsize=9, color=GREY)
+    figure.colorbar(dots, ax=axes, label="wind [m/s]", location="top", shrink=0.9, aspect=30)
+
+
+LEGEND_COLUMNS = 2
+# Below this gain the loop is treated as open: -200 dB is not a gain.
+SILENT = 1e-10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodeLine:
+    """One loop of a Bode plot.
+
+    Attributes
+    ----------
+    label : such as ``"12 m/s"``.
+    response : L(j omega) (n,) complex, negative-feedback convention.
+    crossover : where |L| = 1 and the phase margin is read [rad/s]; None or nan draws no mark.
+    phase_crossover : where L is negative real and the gain margin is read [rad/s]; likewise.
+    """
+
+    label: str
+    response: Complex
+    crossover: float | None = None
+    phase_crossover: float | None = None
+
+
+def bode_line(label: str, loop: LoopResponse, margins: Margins, omega: Floats) -> BodeLine:
+    """Return a loop at the frequencies omega [rad/s], with the places of its margins."""
+    places = (margins.phase_frequency, margins.gain_increase_frequency)
+    if not margins.stable:
+        # An unstable loop has crossings too, but no margins: none are marked.
+        label, places = f"{label}, unstable", (np.nan, np.nan)
+    marked = (float(w) if np.isfinite(w) else None for w in places)
+    return BodeLine(label, loop.evaluate(omega)[:, 0, 0], *marked)
+
+
+def bode_figure(
+    frequency: ArrayLike,
+    lines: Sequence[BodeLine],
+    *,
+    marks: Mapping[str, float] | None = None,
+) -> Figure:
+    """Return magnitude [dB] and phase [deg] over frequency [rad/s].
+
+    Parameters
+    ----------
+    frequency : (n,) [rad/s], increasing.
+    lines : from low to high wind; coloured from dark to light.  A filled dot is the crossover with
+        its phase margin, an open one the phase crossover with its gain margin; both figures stand
+        in the legend.
+    marks : labelled vertical lines [rad/s], such as ``{"tower 0.32 Hz": 2.04, "3P": 3.80}``.
+    """
+    omega = np.asarray(frequency, dtype=np.float64)
+    with house_style():
+        figure, (top, bottom) = new_figure(2, 1, share_x=True, height=5.0)
+        active = [line for line in lines if np.any(np.abs(line.response) >= SILENT)]
+        for line, colour in zip(active, shades(len(active)), strict=True):
+            _draw(top, bottom, omega, line, colour)
+        idle = [line.label for line in lines if line not in active]
+        if idle:
+            top.plot([], [], " ", label=f"loop does not act: {', '.join(idle)}")
+        _finish(figure, top, bottom, omega)
+        marks_above(top, marks or {})
+        for where in (marks or {}).values():
+            bottom.axvline(where, color=GREY, linestyle=":", linewidth=1.0)
+    return figure
+
+
+def _draw(top: Axes, bottom: Axes, omega: Floats, line: BodeLine, colour: str) -> None:
+    decibels = 20 * np.log10(np.maximum(np.abs(line.response), SILENT))
+    unwrapped = np.degrees(np.unwrap(np.angle(line.response)))
+    label = f"{line.label}:"
+    for where, filled in ((line.crossover, True), (line.phase_crossover, False)):
+        if where is None or not omega[0] <= where <= omega[-1]:
+            continue
+        gain = float(np.interp(where, omega, decibels))
+        angle = float(np.interp(where, omega, unwrapped)) % 360.0 - 360.0
+        style: Any = {"color": colour, "marker": "o", "markersize": 5.0, "linestyle": "none"}
+        for axes, value in ((top, gain), (bottom, angle)):
+            axes.plot([where], [value], markerfacecolor=colour if filled else "white", **style)
+        label += f" PM {abs(angle + 180.0):.0f}°" if filled else f" GM {-gain:.1f} dB"
+    top.plot(*decimate(omega, decibels), color=colour, label=label.rstrip(":"))
+    # One turn of phase is shown, so -180 degrees is one line even if a resonance adds whole turns.
+    for turn in range(int(unwrapped.min() // 360), int(unwrapped.max() // 360) + 1):
+        part = unwrapped - 360.0 * (turn + 1)
+        shown = (part >= -400.0) & (part <= 40.0)
+        near = np.convolve(shown, [1, 1, 1], mode="same") > 0
+        bottom.plot(omega, np.where(near, part, np.nan), color=colour)
+
+
+def _finish(figure: Figure, top: Axes, bottom: Axes, omega: Floats) -> None:
+    top.set_xscale("log")
+    top.set_xlim(omega[0], omega[-1])
+    top.set_ylabel("|L| [dB]")
+    bottom.set_ylabel("phase of L [°]")
+    bottom.set_xlabel("frequency [rad/s]")
+    bottom.set_yticks(np.arange(-360, 1, 90))
+    bottom.set_ylim(-360.0, 0.0)
+    top.axhline(0.0, color=GREY, linewidth=0.8)
+    bottom.axhline(-180.0, color=GREY, linewidth=0.8)
+    figure.legend(loc="outside lower center", ncols=LEGEND_COLUMNS)
+
+
+# Where a margin has no bound its line ends; more than these is more than enough.
+PANELS = {
+    "gain": ("gain may grow by [-]", (1.0, 10.0)),
+    "phase": ("phase [°]", (0.0, 120.0)),
+    "delay": ("delay [s]", (0.01, 20.0)),
+    "disk": ("disk $\\alpha$ [-]", (0.0, 2.0)),
+}
+LOGARITHMIC = ("gain", "delay")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarginLine:
+    """One loop over wind; arrays (n,), nan where it does not act.
+
+    Attributes
+    ----------
+    label : such as ``"torque"``.
+    nominal, least : panel -> margins, of the machine as its file says and the least of all; nan
+        where the others were not examined.
+    """
+
+    label: str
+    nominal: dict[str, Floats]
+    least: dict[str, Floats]
+
+
+def running_margins_figure(winds: Floats, lines: Sequence[MarginLine]) -> Figure:
+    """Return four panels over wind: gain, phase, delay, disk; bands reach to the least."""
+    with house_style():
+        figure, panels = new_figure(2, 2, height=5.2, share_x=True)
+        for axes, (name, (label, (low, high))) in zip(panels, PANELS.items(), strict=True):
+            for line, colour in zip(lines, COLOURS, strict=False):
+                both = [line.nominal[name], line.least[name]]
+                shown, least = columns(f"{line.label}, {name}", both, len(winds))
+                known = ~np.isnan(least)
+                axes.plot(winds, np.clip(shown, low, high), color=colour, label=line.label)
+                axes.fill_between(
+                    winds[known],
+                    np.clip(least[known], low, high),
+                    np.clip(shown[known], low, high),
+                    color=colour,
+                    alpha=0.25,
+                    linewidth=0,
+                )
+            axes.set_ylabel(label)
+            if name in LOGARITHMIC:
+                axes.set_yscale("log")
+            axes.set_ylim(low, high)
+            wind_axis(axes, ticks=6)
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
