@@ -154,6 +154,7 @@ def _plant(path: Path) -> Plant:
 @given(
     st.sampled_from(
         ["deg", "rpm", "kN m", "L/min", "%", "mm", "W/(m^2 K)", "1/h", "t", "-", "g/s^2"]
+        + ["N/(h s)", "m/(s min)"]
     ),
     st.decimals(-1000, 1000, places=3),
 )
