@@ -173,21 +173,6 @@ def explain(error: OSError) -> str:
     return f"{os.fsdecode(path)}: {what}" if isinstance(path, str | bytes | os.PathLike) else what
 
 
-def flush_folder(folder: Path) -> None:
-    """Write the entries of a folder to disk.
-
-    A new or renamed file survives a power failure only after its folder is flushed too.  Windows
-    cannot open folders and needs no flush.
-    """
-    if os.name != "posix":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
 def csv_text(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     """Return a line of headings and one a row; None is empty, lines end in a line feed."""
     text = io.StringIO()
