@@ -19,6 +19,7 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 2.7 (Lyapunov's equ
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 
@@ -37,8 +38,8 @@ from takagi.lmi.argument_checks import (
 from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.item_rounds import CHUNK, decide_with_few_items
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
+from takagi.lmi.decision.vertex_rounds import CHUNK, decide_by_rounds
 from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.models.arrays import Floats
 
@@ -192,18 +193,18 @@ def common_lyapunov(
     hopeless = slow_vertex(scaled, alpha, step=step)
     if hopeless is not None:
         return _no_by_one_vertex(scaled, alpha, s, hopeless, step)
-    condition = _posed(scaled, alpha, step)
+    pose = common_lyapunov_condition if step is None else _sampled(scaled, step)
     # A change of states decides more cases, and in less time, than other solvers do; so other
     # solvers are called last.
-    few, outcome = decide_with_few_items(condition, most=1)
+    condition, outcome = decide_by_rounds(scaled, alpha, pose, most=1)
     if outcome.status == "unknown":
         there = _where_the_mean_falls(A, s, alpha, step)
         if there is not None and there.found:
             return replace(there, tries=(*outcome.tries, *there.tries))
         before = (*outcome.tries, *(there.tries if there is not None else ()))
-        few, outcome = decide_with_few_items(condition)
+        condition, outcome = decide_by_rounds(scaled, alpha, pose)
         outcome = replace(outcome, tries=(*before, *outcome.tries))
-    return answer_in_states(few, outcome, A, s, step=step)
+    return answer_in_states(condition, outcome, A, s, step=step)
 
 
 def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None) -> Answer | None:
@@ -218,7 +219,8 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
         return None
     back = np.linalg.inv(T)
     inside = back @ scaled @ T
-    condition, outcome = decide_with_few_items(_posed(inside, alpha, step), most=1)
+    pose = common_lyapunov_condition if step is None else _sampled(inside, step)
+    condition, outcome = decide_by_rounds(inside, alpha, pose, most=1)
     answer = answer_in_states(condition, outcome, inside, np.ones(len(T)), step=step)
     if answer.P is None:
         return answer
@@ -227,12 +229,16 @@ def _where_the_mean_falls(A: Floats, s: Floats, alpha: float, step: float | None
     return replace(answer, P=P / s / s[:, None], coordinates=None)
 
 
-def _posed(A: Floats, alpha: float, step: float | None) -> Condition:
-    """Return the condition, with a margin's weight that is cheap for very many vertices."""
-    # The Frobenius norm bounds the spectral one.
-    largest = float(np.sqrt((motion(A, step) ** 2).sum(axis=(1, 2)).max()))
-    weight = _capped(largest) if step is not None else 2.0 * largest if largest > 0 else 1.0
-    return common_lyapunov_condition(A, decay_rate=alpha, weight=weight, sample_time=step)
+def _sampled(A: Floats, step: float) -> Callable[..., Condition]:
+    """Return the builder in discrete time, with the margin's weight that suits all of A."""
+    size = _capped(float(np.sqrt((motion(A, step) ** 2).sum(axis=(1, 2)).max())))
+
+    def pose(vertices: Floats, *, decay_rate: float, weight: float) -> Condition:
+        return common_lyapunov_condition(
+            vertices, decay_rate=decay_rate, weight=size, sample_time=step
+        )
+
+    return pose
 
 
 def answer_in_states(

@@ -20,8 +20,8 @@ from takagi.lmi.condition.evaluate import margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.balance import state_units
 from takagi.lmi.decision.decide import decide
-from takagi.lmi.decision.item_rounds import first_vertices
 from takagi.lmi.decision.outcome import Outcome, promised
+from takagi.lmi.decision.vertex_rounds import first_vertices
 from takagi.lmi.parameter_search.largest_parameter import extreme_parameter
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats

@@ -38,8 +38,6 @@ ENOUGH = 0.5
 MISSED = 1e-7
 # Numbers in one piece of the items that are evaluated together; bounds the memory.
 PIECE = 1_000_000
-# Vertices whose eigenvalues are found together, for the same reason.
-CHUNK = 20_000
 
 
 @limited
@@ -65,20 +63,6 @@ def decide_by_rounds(
     posed = condition.with_parameters(**parameters) if parameters else condition
     some = _Some.of(posed)
     return some.filled(_decided(some, cap=cap, rows=rows))
-
-
-def decide_with_few_items(condition: Condition, *, most: int = 99) -> tuple[Condition, Outcome]:
-    """Return the condition of the items that the solver was given, and its outcome.
-
-    As ``decide_by_rounds``: the margin is over all items.
-
-    Parameters
-    ----------
-    most : as for ``decide``, in each round.
-    """
-    some = _Some.of(condition)
-    outcome = _decided(some, most=most)
-    return some.condition(), outcome
 
 
 def _decided(
@@ -282,20 +266,3 @@ def _identity(X: Unknown) -> Floats:
 def _random(X: Unknown, random: np.random.Generator) -> Floats:
     value = random.normal(size=(X.count, X.rows, X.cols))
     return value + value.transpose(0, 2, 1) if X.symmetric else value
-
-
-def first_vertices(A: Floats) -> Indices:
-    """Return which vertices to begin with: the slowest and the farthest from the mean."""
-    if len(A) <= ALL_AT_ONCE:
-        return np.arange(len(A))
-    symmetric = A + A.transpose(0, 2, 1)
-    slowest = np.argsort(-_largest(symmetric))[: FIRST // 2]
-    distance = np.abs(A - A.mean(axis=0)).sum(axis=(1, 2))
-    return np.unique(np.concatenate([slowest, np.argsort(-distance)[: FIRST // 2]]))
-
-
-def _largest(symmetric: Floats) -> Floats:
-    pieces = [
-        np.linalg.eigvalsh(symmetric[k : k + CHUNK])[:, -1] for k in range(0, len(symmetric), CHUNK)
-    ]
-    return np.concatenate(pieces)

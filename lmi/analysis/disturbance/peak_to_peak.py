@@ -50,7 +50,7 @@ from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import motion, state_units
-from takagi.lmi.decision.item_rounds import first_vertices
+from takagi.lmi.decision.vertex_rounds import first_vertices
 from takagi.lmi.parameter_search.least_over_rate import least_over_rate, unknowns_near_least
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
