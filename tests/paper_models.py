@@ -10,8 +10,6 @@ from takagi.models import TSModel, full_load_model, nrel5mw, partial_load_model
 @cache
 def regional_models() -> tuple[TSModel, TSModel]:
     """Return partial and full load with coarse (still rigorous) bounds: faster to make."""
-    turbine = nrel5mw()
-    return (
-        partial_load_model(turbine, tolerance="0.1"),
-        full_load_model(turbine, tolerance="0.1"),
-    )
+    models = partial_load_model, full_load_model
+    partial, full = (model(nrel5mw(), tolerance="0.1") for model in models)
+    return partial, full

@@ -1,4 +1,4 @@
-"""docs/claims.md does what it says: its code prints what is shown, and it names every kind."""
+"""The code of docs/claims.md and docs/plant-theorems.md prints what is shown; kinds are named."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ import pytest
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 from tests.test_lmi_guide import blocks, printed
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "claims.md"
+DOCS = Path(__file__).resolve().parents[1] / "docs"
 
 
-@pytest.mark.slow
-def test_every_block_prints_what_the_page_shows() -> None:
+@pytest.mark.parametrize(
+    ("page", "count"),
+    [pytest.param("claims.md", 4, marks=pytest.mark.slow), ("plant-theorems.md", 2)],
+)
+def test_every_block_prints_what_the_page_shows(page: str, count: int) -> None:
     names: dict[str, object] = {}
-    found = blocks(PAGE.read_text(encoding="utf-8"))
+    found = blocks((DOCS / page).read_text(encoding="utf-8"))
     for block in found:
         assert printed(block, names) == (block.shown or ""), f"line {block.line}"
 
-    assert len(found) == 4
+    assert len(found) == count
 
 
 def test_every_kind_of_claim_is_on_the_page() -> None:
-    page = PAGE.read_text(encoding="utf-8")
+    page = (DOCS / "claims.md").read_text(encoding="utf-8")
 
-    missing = {kind for kind in KINDS if f"`{kind}`" not in page}
-
-    assert missing == set()
+    assert {kind for kind in KINDS if f"`{kind}`" not in page} == set()
