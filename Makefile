@@ -32,10 +32,10 @@ design: $(VENV)/.installed
 	$(BIN)/takagi design nrel5mw --out $(OUT)
 
 test: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest --numprocesses=auto --dist=loadgroup
+	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
 
 marked-tests: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest -m "tex or slow or coq" --numprocesses=auto --dist=loadgroup
+	$(BIN)/python -m pytest -m "tex or slow or coq" --numprocesses=auto --dist=loadfile
 
 check: lint types layers
 

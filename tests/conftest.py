@@ -5,7 +5,9 @@ from __future__ import annotations
 import gc
 import os
 from collections import Counter
-from typing import TYPE_CHECKING
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -42,9 +44,9 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-# What is dear to make, and by which fixture or module a test asks for it.  All tests that ask for
-# one run in one process, and those of a file: ``--dist=loadgroup``.
-DEAR = {
+# What takes long to make, and the name by which a file asks for it.  All files that ask for the
+# same run in one process, so that it is made once.
+SHARED = {
     "turbine_design": "the turbine's design",
     "tests.paper_models": "the paper's law",
     "tests.certificates.test_paper_certificate": "the paper's law",
@@ -59,13 +61,28 @@ LONGEST = (
 )
 
 
-def _group(item: pytest.Item) -> str:
-    """Return the name of what a test runs with."""
-    used = {*getattr(item, "fixturenames", ())}
-    used |= {
-        getattr(value, "__module__", "") for value in vars(getattr(item, "module", item)).values()
-    }
-    return next((DEAR[name] for name in DEAR if name in used), item.nodeid.split("::", 1)[0])
+@cache
+def group_of(file: str) -> str:
+    """Return what a file of tests runs with: something that takes long to make, or itself."""
+    path = Path(__file__).parent.parent / file
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    return next((SHARED[name] for name in SHARED if name in text), file)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give one process all tests of a group.
+
+    The mark ``xdist_group`` does not serve: xdist 3.8 writes it into a name that pytest 9.2 no
+    longer reads.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class GroupScheduling(LoadScopeScheduling):  # type: ignore[misc, unused-ignore]
+        def _split_scope(self, nodeid: str) -> str:
+            return group_of(nodeid.split("::", 1)[0])
+
+    return GroupScheduling(config, log)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -74,14 +91,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Where several processes share the tests, group them; large groups begin first."""
-    if "PYTEST_XDIST_WORKER" not in os.environ or not config.pluginmanager.hasplugin("xdist"):
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where several processes share the tests, large groups begin first."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
         return
-    groups = {item: _group(item) for item in items}
+    groups = {item: group_of(item.nodeid.split("::", 1)[0]) for item in items}
     sizes = Counter(groups.values())
-    for item, name in groups.items():
-        item.add_marker(pytest.mark.xdist_group(name))
 
     def rank(item: pytest.Item) -> tuple[int, int, str]:
         name = groups[item]
