@@ -25,7 +25,9 @@ from takagi.models.errors import ModelError
 
 # Fraction of the decay rate found: robustness to rounding costs decay rate.
 RATE_SHARE = 0.5
-BACK_OFF = (0.99, 0.9, 0.5, 0.1, 0.0)
+BACK_OFF = (0.99, 0.9, 0.5, 0.1)
+# Steps of 0 say no more than decay does: without larger ones this one is tried.
+LEAST_STEP = 1e-9
 P_DIGITS = 9
 HALVINGS = 30
 
@@ -140,7 +142,7 @@ class _Search:
         shape = np.zeros(self.loop.gains.shape[1:]) if self.shape is None else self.shape
         tau = [float(f"{value:.4g}") for value in t * self.weights]
         for share in BACK_OFF:
-            step = rounded_down(share * size, 3)
+            step = rounded_down(share * size, 3) or LEAST_STEP
             absolute = [[rounded_down(step * float(v), 3) for v in row] for row in shape]
             relative = step if self.shape is None else 0.0
             claim = {
@@ -173,7 +175,7 @@ class _Search:
         return best, at
 
 
-SHRUNK = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5, 0.0)
+SHRUNK = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5)
 # The limit if the vertices do not differ, so that nothing bounds theta.
 LARGEST = 1e6
 
@@ -188,7 +190,11 @@ class BoxEnlargement:
         require_rate(self.decay_rate)
 
     def attempt(self, loop: ClaimedLoop) -> Attempt:
-        """Return the claim ``box-enlargement``; theta is reduced until the claim is proved."""
+        """Return the claim ``box-enlargement``; theta is reduced until the claim is proved.
+
+        A theta of 0 would be about the middle of all ranges alone, so it is never claimed: without
+        a larger one the claim is of the model's own ranges, and not proved.
+        """
         from takagi.lmi.analysis.box_enlargement import wide_box
 
         answer = wide_box(
@@ -198,11 +204,9 @@ class BoxEnlargement:
         P, theta = np.eye(loop.A.shape[1]), 0.0
         if answer.P is not None and answer.enlargement is not None:
             P, theta = np.asarray(answer.P), min(answer.enlargement, LARGEST)
-        claims = [
-            self._claim(loop.model.name or "the model", rounded_down(share * theta), P, digits)
-            for share in SHRUNK
-            for digits in DIGITS
-        ]
+        name = loop.model.name or "the model"
+        sizes = dict.fromkeys(rounded_down(share * theta) or 1.0 for share in SHRUNK)
+        claims = [self._claim(name, size, P, digits) for size in sizes for digits in DIGITS]
         return first_proved(loop, claims, solver)
 
     def _claim(

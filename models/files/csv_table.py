@@ -24,7 +24,7 @@ from takagi.models.splines.surface import Surface, interpolate
 
 MAX_CELLS = 200_000
 SMALLEST_AXIS = 4  # points; what a cubic needs
-FIT = 1e-6  # of the largest value: how near the spline passes to the table
+FIT = 1e-6  # of the values' range: how near the spline passes to the table
 Row = tuple[int, list[Fraction]]
 FIRST_LINE = "takagi coefficient table 1"
 ROWS = "tip-speed ratio [-]"
@@ -197,11 +197,11 @@ def _check_axis(path: Path, what: str, values: list[tuple[int, Fraction]]) -> No
 
 def _check_fit(path: Path, found: np.ndarray, values: np.ndarray) -> None:
     """Refuse a spline that misses its table: its decimals are too few for the numbers."""
-    size = float(np.max(np.abs(values)))
+    size = float(np.ptp(values) or np.max(np.abs(values)))
     worst = float(np.max(np.abs(found - values)))
     if worst > FIT * size:
         raise ModelError(
-            f"{path}: the spline misses the table by {worst:.3g}, values reach {size:.3g}; the "
+            f"{path}: the spline misses the table by {worst:.3g}, values span {size:.3g}; the "
             "points lie too close or the values are too small in SI: scale them, and multiply in "
             "the expression"
         )

@@ -16,7 +16,7 @@ from math import isfinite, pi
 
 from takagi.models.errors import ModelError, did_you_mean
 
-PLACES = 12  # decimals of a figure converted by a factor with pi
+PLACES, DIGITS = 12, 10  # least decimals, and digits, of a figure converted by a factor with pi
 # Enough for 12 decimals of figures up to 1e30.
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 MAX_POWER = 12
@@ -62,11 +62,15 @@ class Unit:
         return self.factor == 1 and self.pi_power == 0
 
     def to_si(self, value: Fraction) -> Fraction:
-        """Return the value in SI: exact, or to 12 decimals where pi comes in."""
+        """Return the value in SI: exact, or to 12 decimals and ten digits where pi comes in."""
         found = value * self.factor
         if self.pi_power == 0:
             return found
-        return round(found * PI**self.pi_power, PLACES)
+        found *= PI**self.pi_power
+        places = PLACES
+        while 0 < abs(found) * 10**places < 10 ** (DIGITS - 1):
+            places += 1
+        return round(found, places)
 
 
 def _base(**exponents: int) -> Dimension:

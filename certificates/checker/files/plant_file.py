@@ -113,7 +113,7 @@ class Comparison:
             zeros = ", ".join(sorted(self.ranges.removable))
             words.append(f"where {zeros} = 0 a quotient there means its limit")
         if tables:
-            words.append(f"tables pass their files' values to {float(NEAR):.0e} of the largest")
+            words.append(f"tables pass their files' values to {float(NEAR):.0e} of their range")
         return f"{self.path}: {'; '.join(words)}" if words else ""
 
     def compare_tables(self, entries: Mapping[str, Any]) -> None:

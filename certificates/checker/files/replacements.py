@@ -4,9 +4,9 @@ Near a point where a premise is 0/0 the program takes a polynomial, |of| <= with
 do not determine it: it is in the certificate's member ``controller``.  So it is asked that
 
     within    is at most a tenth of the largest |of| on the box
-    formula   differs from the premise by at most 1e-6 of its range at the ends of that interval,
-              where the premise itself has a value, with all other variables at their least, middle
-              and greatest values
+    formula   differs from the premise by at most 1e-6 of its range (of its value where that is
+              constant) at the ends of that interval, where the premise itself has a value,
+              with all other variables at their least, middle and greatest values
 
 An ``of`` that is not a variable, and a formula with functions of programs alone, such as
 ``choose``, are compared by the first condition only.
@@ -73,13 +73,14 @@ def _require(plant: PlantNodes, scope: Scope, premise: Any, entry: Any, where: s
     except CertificateError:
         return
     node = read_expression(premise["expression"], graph, scope, f"{where}.expression")
-    width = exact(premise["upper"]) - exact(premise["lower"])
+    low, high = exact(premise["lower"]), exact(premise["upper"])
+    most = CLOSE * ((high - low) or abs(high)) * ONE
     for box in _edges(plant, graph[of].name, within):
         there, ours = (_value(evaluator, one, box) for one in (node, formula))
         if there is None or ours is None:
             continue
         apart = max(there.low - ours.high, ours.low - there.high)
-        if apart > CLOSE * max(width, Fraction(1)) * ONE:
+        if apart > most:
             raise OtherGains(f"{where}.formula: it is not the premise near {entry['of']} = 0")
 
 

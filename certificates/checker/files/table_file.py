@@ -8,7 +8,8 @@ small relative error.
 Numbers of plant files in SI: an independent reading of the closed list of units.
 
 Names with spaces or ``*`` between them, powers with ``^``, one ``/``.  For units with pi (deg, rpm)
-the value in SI is the nearest decimal with 12 places, as the page on plant files says.
+the value in SI is the nearest decimal with 12 places, and with ten digits at least, as the page on
+plant files says.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.plant.table import Table
 
 LARGEST_FILE, MOST_CELLS, LONGEST_CELL, MOST_EXPONENT = 16_000_000, 200_000, 60, 100
-NEAR = Fraction(1, 10**6)  # of the largest value; of a direction's length
+NEAR = Fraction(1, 10**6)  # of the range of the values; of a direction's length
 END = 3  # knots that are repeated at an end, besides the first and the last
 
 
@@ -56,7 +57,8 @@ def compare_table(path: Path, table: Table, units: list[str]) -> None:
         ):
             raise OtherModel(f"{path}: its points are not those of the certificate's table")
     values = [[in_si(value, units[-1]) for value in row[1:]] for row in down]
-    slack = NEAR * max(abs(value) for row in values for value in row)
+    every = [value for row in values for value in row]
+    slack = NEAR * ((max(every) - min(every)) or abs(every[0]))
     for x, row in zip(axes[0], values, strict=True):
         for y, value in zip(across or [Fraction(0)], row, strict=True):
             point = [x, y][: table.arguments]
@@ -101,7 +103,7 @@ def _number(path: Path, cell: str) -> Fraction:
 
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
-PLACES = 12
+PLACES, DIGITS = 12, 10
 COHERENT = frozenset("kg m s A K mol cd rad N Pa J W C V Ohm S F Wb H T".split())
 # Factor to coherent units, and the power of pi in it.
 OTHER = {
@@ -145,7 +147,13 @@ def in_si(value: Fraction, unit: str) -> Fraction:
             factor *= scale**power
             turns += power_of_pi * power
     found = value * factor
-    return round(found * PI**turns, PLACES) if turns else found
+    if not turns:
+        return found
+    found *= PI**turns
+    size, places = abs(found) * 10**PLACES, PLACES
+    while size and size < 10 ** (DIGITS - 1):
+        size, places = size * 10, places + 1
+    return round(found, places)
 
 
 def _meaning(name: str, unit: str) -> tuple[Fraction, int]:

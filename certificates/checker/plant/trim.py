@@ -8,17 +8,18 @@ from typing import Any
 from takagi.certificates.checker.arithmetic.interval import ONE, enclose
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.plant.reading import PlantNodes
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 
-# A law's trim is written in decimals, an equilibrium may be irrational: they may differ by this.
-SLACK = Fraction(1, 10**12)
+# A law's trim is written in decimals, an equilibrium may be irrational: they may differ by SLACK of
+# the value, and by at most SHARE of the variable's range.
+SLACK, SHARE = Fraction(1, 10**12), Fraction(1, 10**9)
 
 
 def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
     """Return a bound of the distance from the law's trim to the plant's equilibrium; 0 if equal.
 
-    An equilibrium value such as 5/18 or sin(1/2) is not a decimal.  A difference up to 1e-12
-    (relative if the value exceeds one) is allowed, and the claim's sentence states it.
+    An equilibrium value such as 5/18 or sin(1/2) is not a decimal.  A difference up to ``allowed``
+    is no error, and the claim's sentence states it.
 
     Raises
     ------
@@ -40,10 +41,21 @@ def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
                 raise CertificateError(f"the rest of {variable.name} has no value")
             low, high = (Fraction(end, ONE) for end in found)
             off = max(abs(stated - low), abs(stated - high))
-            if off > SLACK * max(Fraction(1), abs(stated)):
+            if off > allowed(variable, stated):
                 raise CertificateError(f"{where}.trim: {_apart(variable.name, low, stated)}")
             largest = max(largest, off)
     return largest
+
+
+def allowed(variable: Variable, stated: Fraction) -> Fraction:
+    """Return how far a stated rest may be from the plant's: the same share in every unit.
+
+    A rest of 0 has to be stated as 0.
+    """
+    of_value = SLACK * abs(stated)
+    if variable.side is None:
+        return of_value
+    return min(of_value, SHARE * (variable.side[1] - variable.side[0]))
 
 
 def _apart(name: str, rest: Fraction, stated: Fraction) -> str:

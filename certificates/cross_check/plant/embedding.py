@@ -42,8 +42,6 @@ from takagi.certificates.cross_check.plant.plant import (
 )
 
 MOST_BOXES, MOST_ROWS = 6_000, 6
-# A law's trim is written in decimals, and may differ from an irrational rest by their rounding.
-TRIM = fmpq(1, 10**12)
 
 
 def embedded(model: Any, gains: Any) -> Obligations:
@@ -108,9 +106,18 @@ def trim_fits(plant: TreePlant, gains: Any) -> Obligations:
         if variables:
             for v, stated in zip(variables, rationals(trim, key, len(variables)), strict=True):
                 found = range_of(v.rest, {}, lambda *_: False)
-                off = TRIM * max(fmpq(1), abs(stated))
+                off = _rounding(abs(stated), v.side)
                 near = found is not None and max(abs(stated - end) for end in found) <= off
                 yield Fact("the law's trim is the plant's", near)
+
+
+def _rounding(value: fmpq, side: Interval) -> fmpq:
+    """Return by how much a law's decimals may miss a rest of this size that is no decimal.
+
+    Its first twelve digits are right, and the error is a billionth of the range at most.
+    """
+    most = value / 10**12
+    return most if side is None else min(most, (side[1] - side[0]) / 10**9)
 
 
 def _parts(plant: TreePlant) -> list[tuple[str, Tree]]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
+from decimal import Decimal
 from fractions import Fraction
+from math import pi
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +16,13 @@ from hypothesis import strategies as st
 
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import read_text
+from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.files.plant_file import compare_plant
-from takagi.certificates.checker.files.table_file import in_si
+from takagi.certificates.checker.files.table_file import compare_table, in_si
 from takagi.certificates.checker.kernel.refusal import Refused
+from takagi.certificates.checker.plant.table import read_table
 from takagi.certificates.document.plant_embedding import plant_data
-from takagi.models import Plant, load_model, sector_model
+from takagi.models import Plant, interpolate_curve, load_model, sector_model
 from takagi.models.files.library import built_in_kinds, data_folder
 from takagi.models.files.units import parse_unit
 
@@ -161,6 +165,34 @@ def _plant(path: Path) -> Plant:
 def test_figures_in_si_are_those_of_the_reader_of_plant_files(unit: str, value: Any) -> None:
     """Two lists of units, written apart, agree to the last digit."""
     assert in_si(Fraction(value), unit) == parse_unit(unit).to_si(Fraction(value))
+
+
+@pytest.mark.parametrize("unit", ["deg", "rpm", "deg/(m s)"])
+@pytest.mark.parametrize("size", ["1e-30", "1e-9", "0.0572", "0.0573", "1", "1e6"])
+def test_a_figure_has_ten_digits_in_every_unit(unit: str, size: str) -> None:
+    """Where pi comes in the decimal is rounded: 1e-9 deg is no 1.7e-11 rad."""
+    value = Fraction(size)
+    found = in_si(value, unit)
+    assert found == parse_unit(unit).to_si(value)
+    exact = float(value) * pi / (30 if unit == "rpm" else 180)
+    assert float(found) == pytest.approx(exact, rel=1e-9, abs=0)
+
+
+@pytest.mark.parametrize(("off", "same"), [("0.9e-9", True), ("-0.9e-9", True), ("1.1e-9", False)])
+def test_a_table_far_from_0_is_compared_by_its_range(off: str, same: bool, tmp_path: Path) -> None:
+    """Values of 300 that differ by 1e-3: a millionth of that, not of 300."""
+    values = ["300", "300.0004", "300.001", "300.0002", "300.0003"]
+    curve = interpolate_curve(range(5), list(map(float, values)))
+    data = {"knots": [curve.knots.tolist()], "coefficients": curve.coefficients.tolist()}
+    table = read_table(read_text(json.dumps({"t": data}), "model"), "t", "model")
+    values[1] = str(Decimal(values[1]) + Decimal(off))
+    path = tmp_path / "t.csv"
+    path.write_text("".join(f"{k}, {one}\n" for k, one in enumerate(values)), encoding="utf-8")
+    if same:
+        compare_table(path, table, ["-", "K"])
+        return
+    with pytest.raises(OtherModel, match="its value at 1 is"):
+        compare_table(path, table, ["-", "K"])
 
 
 @pytest.mark.parametrize("unit", ["Hz", "Nm", "stone", "m^", "kkg", "", "1", "m/", "/s"])

@@ -72,6 +72,16 @@ def test_a_part_of_the_box_is_not_called_more(theta: float, less: bool) -> None:
         assert (f"times {theta}, less than the model's own: V =" in found.text) is less
 
 
+def test_the_middle_alone_is_never_claimed() -> None:
+    """x' = (-1 + z/2) x decays at 1 1/s where z = 0 and in no range; a given claim says so."""
+    A = [[[-1.5]], [[-0.5]]]
+    found = certify(TSModel(A, premises=[Premise("z", -1, 1)]), claims=[BoxEnlargement(1.0)])
+
+    assert found.verdict is Verdict.UNDECIDED and found.document["claims"][0]["enlargement"] > 0
+    given = said_of(model_data(A), None, claim(0))
+    assert given.verdict is Verdict.PROVED and "nothing of the model" in given.text
+
+
 def test_every_corner_is_asked_for_before_any_kind() -> None:
     """So the vertices of a claim are there, of a premise without a range too."""
     A, flat = [[[-2]], [[-4]]], [{"name": "a", "lower": 1, "upper": 1}, RANGES[1]]
