@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from takagi.models.equations.equations import Equations, Factored
@@ -50,7 +50,6 @@ OF_PLANT = (
     "outputs",
     "parameters",
     "matrices",
-    "units",
     "name",
     "source",
 )
@@ -75,6 +74,9 @@ def _of_plant(plant: Plant, given: GivenEquations) -> tuple[Problem, Factored]:
             "like; the plant carries these itself, leave them out"
         )
     problem = problem_of_plant(plant, given.premises, given.rest, given.domain)
+    if given.units:
+        units = {**problem.equations.units, **given.units}
+        problem = replace(problem, equations=replace(problem.equations, units=units))
     return problem, _factored(problem, None, {}, given.choice or "fewest-rules")
 
 
