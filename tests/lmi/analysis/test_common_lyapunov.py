@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi import common_lyapunov
+from takagi.lmi import common_lyapunov, exact_solution
 from takagi.lmi.analysis.common_quadratic import rates_of
 
 Floats = NDArray[np.float64]
@@ -69,6 +70,28 @@ def test_three_vertices_of_the_feasp_page_are_stable() -> None:
     assert np.linalg.eigvalsh(answer.P)[0] > 0
     for vertex in A:
         assert np.linalg.eigvalsh(vertex.T @ answer.P + answer.P @ vertex)[-1] < 0
+
+
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [[[-101.0]], [[-1e-8]]],
+        [[[-101.0, 0.0], [0.0, -1e-8]]],
+        [[[-1.0, 5.0], [0.0, -1e-8]], [[-1e-8, 0.0], [3.0, -400.0]]],
+    ],
+)
+def test_a_slow_mode_beside_fast_ones_leaves_a_function(vertices: ArrayLike) -> None:
+    """The margin is 1e-10 of the fast mode and less: exact arithmetic decides, as for a proof."""
+    A = np.array(vertices)
+    found = common_lyapunov(A)
+    P = found.P
+
+    assert found.status == "candidate" and P is not None and found.condition is not None
+    solution = exact_solution(found.condition, found.values)
+    assert solution is not None and solution.holds
+    assert common_lyapunov(-A[-1:]).status == "infeasible"
+    beyond = common_lyapunov(A, decay_rate=1.01e-8)
+    assert beyond.status != "candidate"
 
 
 def test_an_unstable_vertex_is_no_false_proof() -> None:
