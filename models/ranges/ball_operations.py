@@ -103,12 +103,11 @@ def halved(box: Sides, axis: int) -> tuple[Sides, Sides]:
     return first, second
 
 
-def worst_axis(box: Sides, slopes: list[Ball | None], whole: tuple[float, ...]) -> int | None:
+def worst_axis(box: Sides, slopes: list[Ball | None], sizes: tuple[float, ...]) -> int | None:
     """Return the side along which f changes most; None when every side is a point.
 
     A side along which f is monotone is put to its ends, so the others come first.  Without slopes
-    the side is halved that is the largest share of its width in the ``whole`` box: the units of
-    the variables do not matter.
+    the side is halved that is the largest part of its size, so that units do not matter.
     """
     best, axis = (False, -1.0), None
     known = all(slope is not None for slope in slopes)
@@ -117,7 +116,7 @@ def worst_axis(box: Sides, slopes: list[Ball | None], whole: tuple[float, ...]) 
         if side.is_point or width * FINEST <= _size(side):
             continue
         if not known or slope is None:
-            rated = (True, width / (whole[index] or 1.0))
+            rated = (True, width / (sizes[index] or 1.0))
         else:
             is_free = bool(slope.lower() < 0 < slope.upper())
             rated = (is_free, width * float(abs(slope).upper()))

@@ -6,6 +6,7 @@ searched for the ranges of their arguments first.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -356,8 +357,9 @@ def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
         )
     sides = tuple(box[symbol] for symbol in symbols)
     polynomial = polynomial_box(written, symbols, sides)
-    whole = tuple(float(side.width) for side in sides)
-    form = BallForm(written, symbols, _covered(written, box), whole=whole)
+    # The mean of width and magnitude: a range far from 0 matters less, but is not forgotten.
+    sizes = tuple(math.sqrt(side.width * side.magnitude) for side in sides)
+    form = BallForm(written, symbols, _covered(written, box), sizes=sizes)
     return CellEnclosures(written, symbols, sides, form, polynomial, meanings)
 
 
