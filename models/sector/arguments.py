@@ -78,13 +78,21 @@ def _of_plant(plant: Plant, given: GivenEquations) -> tuple[Problem, Factored]:
     problem = problem_of_plant(plant, given.premises, given.rest, given.domain)
     choice = given.choice or "fewest-rules"
     factored = _factored(problem, None, {}, choice)
-    if problem.relations:
+    if problem.relations and _has_numbers(problem, factored):
         # Numbers that the equations at rest give from others, as i_rest - u_rest = 0, may vanish.
         other = problem.related()
         related = _factored(other, None, {}, choice)
         if _cost(related) < _cost(factored):
             return other, related
     return problem, factored
+
+
+def _has_numbers(problem: Problem, factored: Factored) -> bool:
+    """Return whether numbers stand in entries, or a sum of them is a factor of a premise."""
+    plant = problem.equations
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    factors = [e.as_independent(*variables, as_Add=False)[0] for e in factored.premises.values()]
+    return bool(factored.numbers) or any(factor.is_Add for factor in factors)
 
 
 def _cost(factored: Factored) -> tuple[int, int]:

@@ -220,10 +220,10 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
         complete = [*_with_denominators(problem), *complete]
     variables = {*plant.states, *plant.inputs, *plant.disturbances}
     apart = [with_numbers_apart(form, variables, wanted) for form in complete]
-    complete = [
-        first if len(numbers_of(first)) <= MOST_NUMBERS else second
-        for first, second in zip(apart, complete, strict=True)
-    ]
+    apart = [form for form in apart if len(numbers_of(form)) <= MOST_NUMBERS]
+    fewest = min(len(form.premises) for form in complete)
+    if any(len(form.premises) < fewest for form in apart):
+        complete = apart
     return _in_symbols(_best(complete, problem, choice), problem)
 
 
