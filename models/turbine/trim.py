@@ -225,23 +225,21 @@ def _balance(turbine: Turbine, setpoint: float) -> float | None:
 
 
 def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
-    """Refuse a set-point so low that the rotor is stalled where region 3 begins."""
-    ratio, (_, most) = setpoint * turbine.rotor_radius / v, turbine.torque.x_range
-    if ratio > most:
-        speed = _reference(turbine, v, setpoint)[0]
+    """Refuse a turbine that has its rated torque too early, or stalled, where region 3 begins."""
+    speed, by_pitch = _at_rated(turbine, setpoint, v)
+    if speed == setpoint and by_pitch < 0:
+        return
+    ways = ["raise rated torque or lower rated speed"] if speed < setpoint else []
+    least = _least_pitch(turbine, setpoint)
+    if least is not None:
+        ways.insert(0, f"give {degrees(least):.4g} deg or more as pitch.minimum")
+    if speed < setpoint:
+        what = "the set-point" if setpoint < turbine.rated_rotor_speed else "rated speed"
         raise ModelError(
             f"{turbine.name}: rated torque {turbine.rated_torque:.6g} N m is reached at {v:.4g} "
-            f"m/s, where the rotor turns at {speed:.4g} rad/s, long before the set-point of "
-            f"{setpoint:.4g} rad/s (tip-speed ratio {ratio:.4g} there, and the table ends at "
-            f"{most:.4g}); raise rated torque or lower rated speed"
+            f"m/s, where the rotor turns at {speed:.4g} rad/s, before {what}, {setpoint:.4g} "
+            f"rad/s; {', or '.join(ways)}"
         )
-    by_pitch = float(rotor_torque_gradient(turbine, setpoint, turbine.pitch_min, v)[1])
-    if by_pitch < 0:
-        return
-    least = _least_pitch(turbine, setpoint)
-    cure = "correct rated torque, rated speed or the power coefficients there"
-    if least is not None:
-        cure = f"give {degrees(least):.4g} deg or more as pitch.minimum"
     raise _infeasible(
         turbine,
         setpoint,
@@ -249,8 +247,16 @@ def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
         f"this is rated wind, and pitching up from the smallest pitch, "
         f"{degrees(turbine.pitch_min):.4g} deg, would raise torque (dT/dpitch = "
         f"{by_pitch:.4g} N m/rad): the rotor is on its stall side there",
-        cure + _or_setpoint(turbine, setpoint),
+        (", or ".join(ways) or "correct rated torque, rated speed or the power coefficients there")
+        + _or_setpoint(turbine, setpoint),
     )
+
+
+def _at_rated(turbine: Turbine, setpoint: float, v: float) -> tuple[float, float]:
+    """Return the rotor speed [rad/s] and dT/dpitch [N m/rad] where rated torque is reached."""
+    speed, _ = _reference(turbine, v, setpoint)
+    slope = rotor_torque_gradient(turbine, setpoint, turbine.pitch_min, v, clip=True)[1]
+    return speed, float(slope)
 
 
 def _least_pitch(turbine: Turbine, setpoint: float) -> float | None:
@@ -261,7 +267,8 @@ def _least_pitch(turbine: Turbine, setpoint: float) -> float | None:
         v = _balance(other, setpoint)
         if v is None:
             return None
-        if rotor_torque_gradient(other, setpoint, other.pitch_min, v, clip=True)[1] < 0:
+        speed, by_pitch = _at_rated(other, setpoint, v)
+        if speed == setpoint and by_pitch < 0:
             return other.pitch_min
     return None
 

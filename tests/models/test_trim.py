@@ -163,7 +163,7 @@ def test_rated_torque_that_is_reached_at_half_speed_is_named(torque: float) -> N
 
     message = str(caught.value)
     assert f"rated torque {torque:g} N m is reached at" in message
-    assert "long before the set-point of 1.267 rad/s" in message
+    assert "before rated speed, 1.267 rad/s" in message
     assert "raise rated torque or lower rated speed" in message
 
 
