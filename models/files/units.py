@@ -68,7 +68,7 @@ class Unit:
         return self.factor == 1 and self.pi_power == 0
 
     def to_si(self, value: Fraction) -> Fraction:
-        """Return the value in SI: exact, to 12 decimals and ten digits with pi, to 15 with a root."""
+        """Return the value in SI: exact, or to 12 decimals with pi, to 15 digits with a root."""
         found = value * self.factor
         if self.rounded and self.pi_power == 0:
             return Fraction(f"{Decimal(found.numerator) / found.denominator:.{ROOT_DIGITS - 1}e}")

@@ -10,18 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import common_lyapunov, exact_solution
 from takagi.lmi.analysis.common_quadratic import rates_of
+from tests.lmi.known_models import oscillators, planar_pair
 
 Floats = NDArray[np.float64]
-
-
-def planar_pair(a: float) -> Floats:
-    """Dayawansa and Martin (1999), IEEE Trans. Automatic Control 44(4)."""
-    return np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -a], [1 / a, -1.0]]])
-
-
-def oscillators(stiffening: float) -> Floats:
-    """Two-rule example of the fuzzy-Lyapunov literature; limit by Shorten and Narendra."""
-    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-(1 + stiffening), -2.0]]])
 
 
 def closed_loop_pairs(b: float, a: float = 2.5) -> Floats:
@@ -59,17 +50,6 @@ def test_fixed_gains_hold_exactly_below_three() -> None:
     assert common_lyapunov(closed_loop_pairs(3 - 1e-2)).found
     assert common_lyapunov(closed_loop_pairs(3 + 1e-2)).status == "infeasible"
     assert common_lyapunov(closed_loop_pairs(3 - 1e-2, a=8.0)).found
-
-
-def test_three_vertices_of_the_feasp_page_are_stable() -> None:
-    """MathWorks, Robust Control Toolbox, feasp: this triple is quadratically stable."""
-    A = np.array([[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]])
-    answer = common_lyapunov(A)
-
-    assert answer.P is not None
-    assert np.linalg.eigvalsh(answer.P)[0] > 0
-    for vertex in A:
-        assert np.linalg.eigvalsh(vertex.T @ answer.P + answer.P @ vertex)[-1] < 0
 
 
 @pytest.mark.parametrize(
