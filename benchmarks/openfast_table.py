@@ -18,16 +18,16 @@ FIGURES = Path(__file__).parent.parent / "docs" / "figures"
 LINES = {
     "takagi": ("#0072B2", "o", "-"),
     "ROSCO": ("#D55E00", "s", "--"),
-    "published": ("#000000", "^", ":"),
+    "reference": ("#000000", "^", ":"),
 }
 AXES = {
     "tower_del_MNm": "tower-base fatigue\nDEL [MN m]",
     "pitch_travel_deg": "pitch travel\nin 600 s [deg]",
-    "power_kW": "mean power over that of\nthe published controller [%]",
+    "power_kW": "mean power over that of\nthe reference controller [%]",
 }
-COMPARED = "published"
+COMPARED = "reference"
 # What a cell of the table holds, in this order, and its columns.
-CELL = ("takagi", "ROSCO", "ROSCO with peak shaving", "published")
+CELL = ("takagi", "ROSCO", "ROSCO with peak shaving", "reference")
 COLUMNS = {
     "power_kW": "power [kW]",
     "largest_speed_rpm": "largest speed [rpm]",

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov
 
 
-RelaxationStatus: TypeAlias = Literal["candidate", "infeasible", "unknown", "not tried", "bound"]
+Status: TypeAlias = Literal["candidate", "infeasible", "unbounded", "unknown"]
+RelaxationStatus: TypeAlias = Status | Literal["not tried", "bound"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,9 +53,6 @@ class RelaxationResult:
     def found(self) -> bool:
         """Return whether it has gains."""
         return self.status == "candidate"
-
-
-Status: TypeAlias = Literal["candidate", "infeasible", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +117,8 @@ class Answer:
     ----------
     status : "candidate", the unknowns were put back and every LMI held by eigenvalues, and where
         an optimum was asked for they are near it; "infeasible", multipliers that leave no unknowns
-        of any size were found, exactly or with a margin for rounding; "unknown", neither.
+        of any size were found, exactly or with a margin for rounding; "unbounded", the objective
+        falls without end; "unknown", none of these.
     P : (n, n) for V = x' P x with smallest eigenvalue of order 1 in balanced states, or the one
         that shows the gain; None unless a candidate, and where V depends on the memberships.
     lyapunov_function : P(h) for V = x' P(h) x, where that was asked for and found; else None.

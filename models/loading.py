@@ -9,6 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from takagi.models.errors import ModelError
+
 if TYPE_CHECKING:
     from takagi.models.plant.plant import Plant
     from takagi.models.plant_files.loader import PlantFile
@@ -28,6 +30,11 @@ def read_model(name_or_path: str | Path) -> ModelFile:
     from takagi.models.files.library import kind_of, resolve_model
     from takagi.models.files.toml_document import decimal_of, read_document
 
+    if Path(name_or_path).suffix.lower() == ".mat":
+        raise ModelError(
+            f"{name_or_path} is a MAT-file; takagi.models.load_ts_model reads its vertices, and a "
+            "TOML file (takagi new) is needed here"
+        )
     document = read_document(resolve_model(name_or_path), parse_float=decimal_of)
     if kind_of(document) == "plant":
         from takagi.models.plant_files.loader import PlantFile

@@ -39,20 +39,21 @@ class CheckedFile(Protocol):
     def assumes(self) -> Sequence[str]: ...
 
 
-class _Refusal(Enum):
+class _Failure(Enum):
     REFUSED = "A file cannot be read, or is not about what the certificate is about."
+    FAILED = "The claims may be proved; something else that was asked is missed."
 
 
-class _RefusedClaim(NamedTuple):
+class _Failed(NamedTuple):
     name: str
     verdict: Enum
     text: str
 
 
-class _RefusedFile(NamedTuple):
+class _File(NamedTuple):
     verdict: Enum
-    claims: tuple[_RefusedClaim, ...]
-    messages: tuple[str, ...]
+    claims: tuple[CheckedClaim, ...]
+    messages: tuple[str, ...] = ()
     assumes: tuple[str, ...] = ()
 
 
@@ -61,8 +62,31 @@ def refusal(reason: str, *, needed: str = "the file is a certificate") -> Checke
 
     ``needed`` is the failed requirement, used as the name of the claim.
     """
-    claim = _RefusedClaim(needed, _Refusal.REFUSED, reason)
-    return _RefusedFile(_Refusal.REFUSED, (claim,), ())
+    claim = _Failed(needed, _Failure.REFUSED, reason)
+    return _File(_Failure.REFUSED, (claim,))
+
+
+def with_failures(
+    checked: CheckedFile, missed: Sequence[tuple[str, str]], lines: Sequence[str] = ()
+) -> CheckedFile:
+    """Return a result with all its claims, and behind them what else was asked and is missed.
+
+    A failed requirement stands in the list like a claim, so that every format shows both.  A
+    verdict that was PROVED is FAILED then.
+
+    Parameters
+    ----------
+    missed : (requirement, reason) of each.
+    lines : messages that are added.
+    """
+    failed = (_Failed(name, _Failure.FAILED, reason) for name, reason in missed)
+    proved = checked.verdict.name == "PROVED"
+    return _File(
+        _Failure.FAILED if missed and proved else checked.verdict,
+        (*checked.claims, *failed),
+        (*checked.messages, *lines),
+        tuple(checked.assumes),
+    )
 
 
 def junit(checked: CheckedFile, *, source: str) -> str:

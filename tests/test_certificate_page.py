@@ -152,6 +152,7 @@ SENTENCES: list[tuple[str, str, Callable[[Any], Fraction], bool]] = [
     ("README.md", r"[\d.]+ to ([\d.]+) m/s of wind error", lambda s: max(column(s, "wind_error")), False),
     ("README.md", r"([\d.]+) to [\d.]+ m/s²\. Turbulence", lambda s: min(ranges(s)[0].estimate), False),
     ("README.md", r"to ([\d.]+) m/s²\. Turbulence", lambda s: max(ranges(s)[0].estimate), False),
+    ("README.md", r"most ([\d.]+) % above rated for", overspeed, True),
     ("docs/certificate.md", r"speed within ([\d.]+) rad/s", peak("speed_error"), True),
     ("docs/certificate.md", r"rad/s \(([\d.]+) rpm\)", lambda s: RPM * peak("speed_error")(s), True),
     ("docs/certificate.md", r"has not delivered yet within ([\d.]+) rad/s²", peak("effort_lag"), True),

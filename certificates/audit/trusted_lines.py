@@ -55,10 +55,10 @@ class Trusted:
         return sum(file.executed for file in self.files)
 
 
-def check_counted(
-    certificate: Path | str, *, gains: Path | str | None = None, model: Path | str | None = None
-) -> tuple[Any, Trusted]:
+def check_counted(certificate: Path | str, **given: Any) -> tuple[Any, Trusted]:
     """Return the verdict on a certificate, as ``check`` does, and the files it used.
+
+    ``given`` : the other arguments of ``check``.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def check_counted(
             with _followed(executed):
                 checker = importlib.import_module(CHECKER)
                 refusal = checker.CertificateError
-                checked = checker.check(certificate, gains=gains, model=model)
+                checked = checker.check(certificate, **given)
         except refusal as error:
             # The caller can only catch the exception class that was loaded before.
             raise CertificateError(str(error)) from error

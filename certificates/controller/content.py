@@ -17,7 +17,7 @@ from typing import Any
 
 from takagi.certificates.checker.controller.content import VERSION, file_content
 from takagi.certificates.checker.files.differences import differences_between, shown
-from takagi.certificates.checker.files.gain_file import expected_file
+from takagi.certificates.checker.files.gain_file import expected_file, left_out
 from takagi.certificates.checker.kernel.reader import Number, digest, read_json, read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.document.certificate_file import as_read
@@ -110,17 +110,16 @@ def refreshed(
 
 
 def told(document: Mapping[str, Any], path: Path) -> str:
-    """Return the fields in which a gain file differs from that of a certificate."""
-    if "controller" not in document:
-        return ""
-    data = read_text(json.dumps(document), "certificate")
-    file, expected = read_json(path), expected_file(data)
-    shared = {key: expected.get(key) for key in file}
+    """Return the fields in which a gain file differs from that of a certificate, or leaves out."""
+    data, file = read_text(json.dumps(document), "certificate"), read_json(path)
+    expected = expected_file(data) if "controller" in data else {}
+    compared = file if expected else {}
+    wanted = {key: expected.get(key) for key in compared}
     found = [
         f"{one.place} is {there} there, {ours} for this model"
-        for one in islice(differences_between(file, shared), MOST)
+        for one in islice(differences_between(compared, wanted), MOST)
         for there, ours in [shown(one)]
-    ]
+    ] or left_out(file, expected, data)
     if not found:
         return ""
     return (

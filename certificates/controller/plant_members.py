@@ -18,7 +18,7 @@ def plant_members(
     plant: Plant, model: TSModel, law: Mapping[str, Any], checked: Checked, notes: tuple[str, ...]
 ) -> dict[str, Any]:
     """Return the certificate's member ``controller`` for a plant with gains."""
-    near, words = removable_points(model)
+    near, words = removable_points(model, law.get("premises"))
     return {
         "name": f"{plant.name}, law {'of outputs, ' if 'observer' in law else ''}by rules",
         "plant": plant.name,

@@ -16,7 +16,7 @@ premise is one quadratic on each side.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -40,10 +40,16 @@ MOST_ORDER = 6  # of a zero of the denominator
 OUTSIDE, INSIDE = (1.0, -1.0, 1.3, -1.7, 3.0, -3.0), (1.0, -1.0, 0.6, -0.3)
 
 
-def removable_points(model: TSModel) -> tuple[dict[str, list[dict[str, Any]]], tuple[str, ...]]:
+def removable_points(
+    model: TSModel, own: Sequence[Mapping[str, Any]] | None = None
+) -> tuple[dict[str, list[dict[str, Any]]], tuple[str, ...]]:
     """Return premise -> [{of, within, formula, limit}], and messages for premises without one.
 
     ``of`` is the factor that vanishes, in the grammar of plant files.
+
+    Parameters
+    ----------
+    own : the premises of a law, which may have weights of its own; None for those of the model.
     """
     form = None if model.derivation is None else model.derivation.form
     found: dict[str, list[dict[str, Any]]] = {}
@@ -51,17 +57,43 @@ def removable_points(model: TSModel) -> tuple[dict[str, list[dict[str, Any]]], t
     if form is None:
         return found, ()
     constants = {s: rational_symbol(v) for s, v in form.factored.constants.items()}
-    for premise, expression in zip(model.premises, form.factored.premises.values(), strict=True):
-        written = expression.xreplace(constants)
+    expressions = {
+        premise.name: expression.xreplace(constants)
+        for premise, expression in zip(model.premises, form.factored.premises.values(), strict=True)
+    }
+    if own is not None and all("expression" in premise for premise in own):
+        expressions = _of_the_law(own, expressions, form.problem.sides, words)
+    for name, written in expressions.items():
         points = []
         for factor, symbol in _vanishing(written, form.problem.sides):
             try:
                 points.append(_stand_in(written, factor, symbol, form.problem.sides))
             except ModelError as error:
-                words.append(f"premise {premise.name} is 0/0 where {factor} = 0: {error}")
+                words.append(f"premise {name} is 0/0 where {factor} = 0: {error}")
         if points:
-            found[premise.name] = points
+            found[name] = points
     return found, tuple(words)
+
+
+def _of_the_law(
+    own: Sequence[Mapping[str, Any]],
+    expressions: Mapping[str, sp.Expr],
+    box: Mapping[sp.Symbol, Interval],
+    words: list[str],
+) -> dict[str, sp.Expr]:
+    """Return the premises of a law: the model's where the texts agree, others as they are read."""
+    from takagi.models.expressions.parser import Scope, parse_expression
+
+    known = {text_data(one): one for one in expressions.values()}
+    scope = Scope({symbol.name: symbol for symbol in box})
+    found: dict[str, sp.Expr] = {}
+    for premise in own:
+        name, text = str(premise["name"]), str(premise["expression"])
+        try:
+            found[name] = known[text] if text in known else parse_expression(text, scope)
+        except ModelError:
+            words.append(f"premise {name}: whether it is 0/0 somewhere is not known")
+    return found
 
 
 def _vanishing(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -248,7 +249,11 @@ def obligations(
 ) -> Obligations | None:
     """Return the conditions of one claim; None for a kind that is not implemented here."""
     if kind in LOOPS and loop is not None:
-        return LOOPS[kind](claim, loop)
+        if loop.extremes and kind in AGAINST:
+            return _abstained("what does not exist at the ends of a constant's bounds")
+        # The constant has one value between its ends; a condition that is affine in the matrices,
+        # or concave, holds there where it holds at the ends.
+        return chain.from_iterable(LOOPS[kind](claim, one) for one in (loop, *loop.extremes))
     if kind == "sector-embedding":
         from takagi.certificates.cross_check.plant.embedding import embedded
 

@@ -267,7 +267,18 @@ def _embedding(model: TSModel, form: SymbolicForm) -> dict[str, Any]:
             f"model {model.name!r} has the premises {', '.join(names)}, which are not those that "
             "it was derived with; certify the model as sector_model returns it"
         )
-    constants = {s: rational_symbol(v) for s, v in factored.constants.items()}
+    constants = {
+        s: rational_symbol(v) for s, v in factored.constants.items() if s not in factored.numbers
+    }
+    numbers = [
+        {
+            "name": symbol.name,
+            "expression": text_data(number.expression),
+            "lower": number_data(number.lower),
+            "upper": number_data(number.upper),
+        }
+        for symbol, number in factored.numbers.items()
+    ]
     premises = [
         {
             "name": premise.name,
@@ -284,7 +295,8 @@ def _embedding(model: TSModel, form: SymbolicForm) -> dict[str, Any]:
         if 0 not in matrix.shape
     }
     kind = {} if form.kind == "sector" else {"form": form.kind}
-    return {**kind, "premises": premises, **matrices}
+    listed = {"numbers": numbers} if numbers else {}
+    return {**kind, "premises": premises, **listed, **matrices}
 
 
 def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
@@ -296,12 +308,14 @@ def _check_vertices(model: TSModel, data: Mapping[str, Any]) -> None:
         raise ModelError(
             f"model {model.name!r}: its plant cannot be written into a certificate: {error}"
         ) from error
+    numbers = "numbers" in data["embedding"]
     for letter in ("A", "B", "C", "D", "E"):
         stack, given = getattr(loop, letter), getattr(model, letter)
         exact = np.array([[[row / M.below for row in line] for line in M.rows] for M in stack])
         # The model's arrays are floats, and the vertices in the file are exact: equal up to
-        # rounding.
-        if stack and not np.allclose(exact, given, rtol=1e-12, atol=1e-300):
+        # rounding, and up to the bounds of numbers that are no fractions.
+        size = 1e-12 * float(np.max(np.abs(given), initial=0.0)) if numbers else 1e-300
+        if stack and not np.allclose(exact, given, rtol=1e-12, atol=size):
             raise ModelError(
                 f"model {model.name!r}: the vertices of {letter} are not those of its derivation; "
                 "certify the model as sector_model returns it"

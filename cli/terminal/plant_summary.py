@@ -7,30 +7,23 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from takagi.cli.terminal.plant_set import (
-    INDENT,
-    WIDTH,
-    box_line,
-    kept,
-    regulator_line,
-    set_lines,
-    starts_alone,
-    told,
-)
+from takagi.cli.terminal.rows import INDENT, WIDTH, coloured, headline, row_lines, unbroken
 from takagi.cli.terminal.turbine_summary import claims_as_data
-from takagi.reports.page.text import behind
+from takagi.models.plant.file_units import file_unit
+from takagi.reports.loops.plant_summary import SummaryRow, starts_alone, summary_rows
+from takagi.reports.page.text import behind, name_of, unit_of
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.ts.premise import Premise
 
 _LONGEST = 60  # characters of a premise's expression that is shown
+# Lines of the answer without --all, the headline among them.
+MOST_LINES = 14
 
 
 def as_data(design: PlantDesign) -> dict[str, Any]:
-    """Return the summary as plain data: plant, rules, gains, verdict, claims, notes."""
+    """Return the summary as plain data: plant, rules, gains, verdict, figures, claims, notes."""
     return {
         "model": design.plant.name,
         "proved": design.proved,
@@ -38,85 +31,98 @@ def as_data(design: PlantDesign) -> dict[str, Any]:
         "premises": [premise.name for premise in design.model.premises],
         "gains": None if design.gains is None else design.gains.tolist(),
         "starts_alone": starts_alone(design),
+        "summary": [_row_as_data(row) for row in summary_rows(design)],
         **claims_as_data(design.checked),
         "notes": list(design.notes),
         "seconds": {step: round(spent, 2) for step, spent in design.seconds.items()},
     }
 
 
-def as_text(design: PlantDesign) -> str:
-    """Return the summary in a few lines: verdict, model, gains, claims, notes."""
-    model = design.model
-    lines = [f"{design.verdict_words}  {design.plant.name}", _rules(design)]
-    lines += box_line(design)
-    if design.gains is not None and (design.law or design.output_law) is not None:
-        lines += _gains(design)
-    lines += set_lines(design)
-    lines += regulator_line(design)
-    lines += _claims(design)
-    lines += [line for note in design.notes for line in told("note", note)]
-    if model.sample_time is not None:
-        lines.insert(2, f"  discrete time, T = {model.sample_time:g} s")
-    return "\n".join(lines)
+def as_text(design: PlantDesign, *, every_claim: bool = False) -> str:
+    """Return the answer in few lines; with ``every_claim`` also model, claims and notes."""
+    checked = design.checked
+    proved = [claim for claim in checked.claims if claim.verdict.name == "PROVED"]
+    count = f"{len(proved)} of {len(checked.claims)} claims proved"
+    if len(proved) == len(checked.claims):
+        count = f"{len(proved)} claims" if len(proved) > 1 else "1 claim"
+    lines = [headline(design.verdict_words, design.plant.name, count, proved=design.proved)]
+    for row in summary_rows(design):
+        text = ", ".join(unbroken(part) for part in row.parts).replace("+, ", "+ ")
+        if row.regulator:
+            text += f"; {unbroken(row.regulator) if len(row.regulator) < 60 else row.regulator}"
+        amber = "  <- less than stated" if row.partial else ""
+        lines += coloured(row_lines(row.name, text + amber), "yellow" if row.partial else None)
+    notes = [line for note in design.notes for line in row_lines("note", note)]
+    if every_claim:
+        lines += [*_model(design), *_claims(design), *notes]
+        return "\n".join(lines)
+    lines += _claims(design, but="PROVED")
+    size = sum(line.count("\n") + 1 for line in lines)
+    if size + len(notes) <= MOST_LINES:
+        return "\n".join([*lines, *notes])
+    left_out = f"{len(design.notes)} notes and " if design.notes else ""
+    return "\n".join([*lines, *row_lines("more", f"{left_out}all claims: --all, or the report")])
 
 
 def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
     """Return commands that a user may type next; ``files`` of the design lie in ``out``."""
     companion = f" --gains {out / 'gains.json'}" if "gains.json" in files else ""
-    own = f" --model {model}" if Path(model).suffix == ".toml" else ""
-    found = [f"takagi check {out / 'certificate.json'}{companion}{own}"]
+    plant_file = f" --model {model}" if Path(model).suffix == ".toml" else ""
+    commands = [f"takagi check {out / 'certificate.json'}{companion}{plant_file}"]
     if companion:
-        found.append(f"takagi simulate {model}{companion} --out {out / 'simulation'}")
-    return found
+        commands.append(f"takagi simulate {model}{companion} --out {out / 'simulation'}")
+    return commands
 
 
-def _claims(design: PlantDesign) -> list[str]:
+def _row_as_data(row: SummaryRow) -> dict[str, Any]:
+    return {
+        "name": row.name,
+        "text": ", ".join(row.parts).replace("+, ", "+ "),
+        "regulator": row.regulator or None,
+        "proved": row.proved,
+        "less_than_stated": row.partial,
+        "numbers": [
+            {"quantity": n.quantity, "value": n.value, "unit": n.unit, "share": n.share}
+            for n in row.numbers
+        ],
+    }
+
+
+def _claims(design: PlantDesign, *, but: str = "") -> list[str]:
+    """Return the claims in full, those of one verdict left out."""
     lines = []
     for claim in design.checked.claims:
-        lines.append(f"  {claim.verdict.name:<9}".ljust(len(INDENT)) + claim.name)
-        lines.append(fill(claim.text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT))
+        if claim.verdict.name != but:
+            lines.append(f"  {claim.verdict.name:<{len(INDENT) - 3}} {claim.name}")
+            lines.append(fill(claim.text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT))
     return lines
 
 
-def _rules(design: PlantDesign) -> str:
-    model = design.model
-    count = len(model.rules)
+def _model(design: PlantDesign) -> list[str]:
+    """Return the rules with their premises, the ranges, and the sample time."""
+    model, plant = design.model, design.plant
     premises = [p for p in model.premises if len(p.corners) > 1]
-    if not premises:
-        return f"  model      {count} linear system" + ("s" if count > 1 else "")
     named = ", ".join(
-        kept(f"{_premise(p)} in [{float(p.lower):.6g}, {float(p.upper):.6g}]" + behind(p.unit))
+        unbroken(f"{_premise(p)} in [{float(p.lower):.6g}, {float(p.upper):.6g}]{behind(p.unit)}")
         for p in premises
     )
-    return told("model", f"{count} rules by {named}")[0]
+    rules = len(model.rules)
+    text = f"{rules} rules by {named}" if premises else "1 linear system"
+    if model.sample_time is not None:
+        text += f"; discrete time, T = {model.sample_time:g} s"
+    labels = (*model.states, *model.inputs, *model.disturbances)
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    units = {label: file_unit(v) for label, v in zip(labels, variables, strict=False)}
+    sides = []
+    for label, (low, high) in model.box.items():
+        size, unit = units.get(label, (1.0, unit_of(label)))
+        ends = f"[{float(low) / size:.6g}, {float(high) / size:.6g}]"
+        sides.append(unbroken(f"{name_of(label)} in {ends}{behind(unit)}"))
+    lines = row_lines("model", text)
+    return lines + (row_lines("ranges", ", ".join(sides)) if sides else [])
 
 
 def _premise(premise: Premise) -> str:
     """Return e.g. ``z1 = sin(theta)/theta``; the name alone where the expression is long."""
     text = "" if premise.proof is None else str(premise.proof.expression)
     return f"{premise.name} = {text}" if 0 < len(text) <= _LONGEST else premise.name
-
-
-def _gains(design: PlantDesign) -> list[str]:
-    """Return the least and the largest value of each gain over the rules."""
-    assert design.gains is not None
-    lines = []
-    low, high = design.gains.min(axis=0), design.gains.max(axis=0)
-    for k, variable in enumerate(design.plant.inputs):
-        parts = [
-            f"{low[k, j]:.4g}"
-            if low[k, j] == high[k, j]
-            else f"{low[k, j]:.4g} to {high[k, j]:.4g}"
-            for j in range(low.shape[1])
-        ]
-        names = ", ".join(v.name for v in design.plant.states)
-        lines.append(f"  gains      {variable.label} from ({names}): {'; '.join(parts)}")
-    if design.output_law is not None:
-        outputs = [design.plant.outputs[k].name for k in design.output_law.rows]
-        lines += told(
-            "observer",
-            f"of {', '.join(outputs)}, weights "
-            + ("at the estimate" if design.output_law.at_estimate else "as the plant's")
-            + f"; largest gain {np.abs(design.output_law.L).max():.4g}, all in gains.json",
-        )
-    return lines

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import pi
+from math import degrees, inf, log10, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.terminal.files import claim_lines
+from takagi.cli.terminal.rows import headline, row_lines
 from takagi.models.laws.protocol import law_words
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
     from takagi.certificates.design.turbine.result import ClaimSummary, TurbineDesign
     from takagi.reports.loops.overlap_claims import OverlapClaim
+    from takagi.reports.margins.margins import Margins
 
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
@@ -32,8 +34,8 @@ def as_data(design: TurbineDesign) -> dict[str, Any]:
     }
 
 
-def as_text(design: TurbineDesign) -> str:
-    """Return the summary in a few lines.
+def as_text(design: TurbineDesign, *, every_claim: bool = False) -> str:
+    """Return the summary in at most 20 lines; with ``every_claim`` every claim in full.
 
     A claim about the effort-sharing law that is not proved is quoted in full. Of the claims about a
     published law, the one for the law's own overlaps is shown, and each other one in one line.
@@ -43,26 +45,76 @@ def as_text(design: TurbineDesign) -> str:
     from takagi.reports.page.rounded_bounds import at_least
 
     verdict = design.checked.verdict.name
-    head = f"{verdict}  {design.turbine.name}, {law_words(design.settings.law)}"
+    name = f"{design.turbine.name}, {law_words(design.settings.law)}"
+    count = f"{len(design.checked.claims)} claims"
+    head = headline(verdict, name, count, proved=verdict == "PROVED")
     if overlaps := overlap_claims(design):
         return "\n".join([head, *_by_overlaps(overlaps), *assumed_line(design.checked)])
     found = claim_summary(design)
     if verdict != "PROVED" or found is None:
         return "\n".join([head, claims_as_text(design.checked), *_notes(design)])
-    rows = {
-        "winds": f"{found.edges[0]:g} to {found.edges[-1]:g} m/s in {len(found.winds)} cells",
-        "wind class": f"schedule wind within {_span(found.wind_error)} m/s of the wind, moving at "
-        f"most {_span(found.wind_rate)} m/s^2, depending on the wind",
-        "plants": _plants(found),
-        "rotor speed": _speed(design, found),
-        "settling": f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
-        "constant",
-        "observer": _observer(design),
-        "found in": synthesis_words(design),
-        "assumes": "; ".join(design.checked.assumes),
-    }
-    rows = {name: text for name, text in rows.items() if text}
-    return "\n".join([head, *_aligned(rows), *_notes(design)])
+    rows = [
+        ("winds", f"{found.edges[0]:g} to {found.edges[-1]:g} m/s in {len(found.winds)} cells"),
+        ("wind class", f"schedule wind within {_span(found.wind_error)} m/s of the wind, moving at "
+         f"most {_span(found.wind_rate)} m/s^2, depending on the wind"),
+        ("plants", _plants(found)),
+        ("rotor speed", _speed(design, found)),
+        ("settling", f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
+         "constant"),
+        ("observer", _observer(design)),
+        ("margins", _margins(design)),
+        *([("found in", synthesis_words(design))] if every_claim else []),
+        *_assumptions(design, every_claim=every_claim),
+        ("not covered", "turbulence outside the wind class; sampling; tower, shaft and blades"),
+    ]  # fmt: skip
+    lines = [line for word, text in rows if text for line in row_lines(word, text)]
+    if every_claim:
+        lines += claim_lines(design.checked)
+    return "\n".join([head, *lines, *_notes(design)])
+
+
+def _assumptions(design: TurbineDesign, *, every_claim: bool) -> list[tuple[str, str]]:
+    """Return what the set and the loop with the observer assume; each claim's for all claims.
+
+    The claims of rates rest on the set, and add little to its assumptions.
+    """
+    claims = list(zip(design.document["claims"], design.checked.claims, strict=True))
+    if every_claim:
+        return [("assumes", f"{claim.name}: {'; '.join(claim.assumes)}") for _, claim in claims]
+    words = {"coherent-loop": "set", "running-loop": "observer"}
+    return [
+        ("assumes", f"{words[stated['kind']]}: {'; '.join(claim.assumes)}")
+        for stated, claim in claims
+        if stated["kind"] in words
+    ]
+
+
+def _margins(design: TurbineDesign) -> str:
+    """Return the least gain and phase margin of the loop that runs, of all plants and winds."""
+    from takagi.reports.margins.running_search import design_margins
+
+    rows = [row for row in design_margins(design).rows if row.loops]
+    if any(row.decay_rate <= 0 for row in rows):
+        return "the linear loop that runs is not stable at every wind, see the report"
+    least = []
+    for words, size in (("gain", _gain_margin), ("phase", _phase_margin)):
+        value, row, loop = min(
+            ((size(margins), row, loop) for row in rows for loop, margins in row.loops),
+            key=lambda each: each[0],
+        )
+        unit = "dB" if words == "gain" else "deg"
+        least.append(f"{words} {value:.3g} {unit} ({loop}, {row.wind:g} m/s)")
+    return f"least of all plants: {', '.join(least)}; linear, not proved"
+
+
+def _gain_margin(margins: Margins) -> float:
+    """Return the factor, up or down, to which a gain may change [dB]."""
+    lower = inf if margins.gain_decrease == 0 else 1 / margins.gain_decrease
+    return 20 * log10(min(margins.gain_increase, lower))
+
+
+def _phase_margin(margins: Margins) -> float:
+    return degrees(margins.phase)
 
 
 def _notes(design: TurbineDesign) -> list[str]:
@@ -80,8 +132,7 @@ def _observer(design: TurbineDesign) -> str:
         return ""
     rate, winds = found
     return (
-        f"with it in the loop, at constant wind ({winds}): decay of at least {at_least(rate)} 1/s "
-        "from a set of each wind cell"
+        f"in the loop, constant wind of {winds}: decay of at least {at_least(rate)} 1/s, from a set"
     )
 
 
@@ -206,6 +257,6 @@ def _speed(design: TurbineDesign, found: ClaimSummary) -> str:
     top = (1 + found.overspeed) * design.turbine.rated_rotor_speed * 30 / pi
     share = at_most(100 * found.overspeed).removeprefix("-")
     return (
-        f"at most {at_most(top, 4)} rpm, {share} % {side} rated, from any start in the "
-        "certified set"
+        f"at most {at_most(top, 4)} rpm, {share} % {side} rated, in this class from any start in "
+        "the set"
     )

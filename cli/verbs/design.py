@@ -29,6 +29,9 @@ def design(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
     *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    every_claim: Annotated[
+        bool, typer.Option("--all", help="Print every claim with its assumptions, and all notes.")
+    ] = False,
     **options: Any,
 ) -> int:
     """Design a controller for MODEL, prove what is claimed of it, and report.
@@ -55,7 +58,7 @@ def design(
         written = [str(out / name) for name in files]
         print(json.dumps({**summary.as_data(finished), "files": written}, indent=2))
     else:
-        print(summary.as_text(finished))
+        print(summary.as_text(finished, every_claim=every_claim))
         print_files(out, files)
         print("\n  ".join(["\nNext", *summary.next_commands(model, out, files)]))
     return PROVED if finished.proved else UNPROVED

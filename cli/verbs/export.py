@@ -58,7 +58,7 @@ def export(
     law: Annotated[
         str | None,
         typer.Option(
-            metavar="LAW", help="baseline: the turbine's published controller, which is not proved."
+            metavar="LAW", help="baseline: the turbine's reference controller, which is not proved."
         ),
     ] = None,
     certificate: Annotated[

@@ -128,8 +128,8 @@ def _laws(
         files = ("summary.md", "simulation.csv", "simulation.json")
         require_folder_place(out, files=files, folders=("figures", "series"))
     from takagi.reports.simulation.laws import (
-        DEFAULT_LAWS,
         chosen_laws,
+        default_laws,
         filed_laws,
         require_law_names,
     )
@@ -143,8 +143,8 @@ def _laws(
 
     # All that can be refused is refused before the long work.
     law, law_from = asked["law"], asked["law_from"]
-    names = () if law_from and not law else require_law_names(law or DEFAULT_LAWS)
     turbine, filed = source.model, None
+    names = () if law_from and not law else require_law_names(law or default_laws(turbine))
     if law_from:
         turbine, filed = filed_laws(turbine, law_from, names)
     parts = PlantParts(

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from takagi.lmi.condition.term import LMI, Array, Condition, Term
+from takagi.lmi.condition.statements import Asked, condition_of
+from takagi.lmi.condition.term import LMI, Array, Term
 from takagi.lmi.condition.unknown import Unknown
 
 
@@ -46,13 +47,14 @@ class Expressed:
         }
 
 
-def expressed(condition: Condition, *, margin: float | None = None) -> Expressed:
+def expressed(condition: Asked, *, margin: float | None = None) -> Expressed:
     """Return the condition in cvxpy.  Nothing is solved.
 
     Parameters
     ----------
     margin : None asks for the largest t <= 1; a number fixes t and minimises the objective.
     """
+    condition = condition_of(condition, "expressed")
     cp: Any = import_module("cvxpy")
 
     variables = {unknown.name: _variables(unknown) for unknown in condition.unknowns}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import TypeAlias
@@ -22,6 +22,8 @@ from takagi.lmi.expressions.piece import Letter, Piece, number_text
 from takagi.models.errors import ModelError
 
 Statement: TypeAlias = Inequality | Equation
+# What the functions that solve or show a condition take.
+Asked: TypeAlias = Condition | Statement | Sequence[Statement]
 # Entries above and below the diagonal that differ by no more than rounding, relative.
 ROUNDED = 1e-11
 
@@ -79,6 +81,25 @@ def pose(
         equalities=tuple(equalities),
         objective={} if goal is None else _objective(goal),
         source=source,
+    )
+
+
+def condition_of(asked: Asked, caller: str) -> Condition:
+    """Return a condition, or that of one statement or of several in a list.
+
+    Raises
+    ------
+    ModelError : anything else.
+    """
+    if isinstance(asked, Condition):
+        return asked
+    if isinstance(asked, (Inequality, Equation)):
+        return pose(asked)
+    if isinstance(asked, Sequence) and not isinstance(asked, str):
+        return pose(*asked)
+    raise ModelError(
+        f"{caller} of {asked!r}; a condition is needed, pose(P >> 0, He(P @ A) << 0) or one of the "
+        "functions named ..._condition, or a list of statements"
     )
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from takagi.lmi.condition.statements import Asked, condition_of
 from takagi.lmi.condition.term import LMI, Condition, Constant, Equality, Position, Term
 from takagi.lmi.condition.unknown import Unknown
 
@@ -20,23 +21,24 @@ class _Piece(NamedTuple):
     text: str
 
 
-def latex(condition: Condition) -> str:
+def latex(condition: Asked) -> str:
     """Return the condition as an ``align*`` environment (amsmath): objective, then one LMI a line.
 
     He(X) stands for X + X^T, an asterisk for the block that symmetry implies.
     """
-    body = " \\\\\n".join(rf"{label} \quad & {formula}" for label, formula in _lines(condition))
+    lines = _lines(condition_of(condition, "latex"))
+    body = " \\\\\n".join(rf"{label} \quad & {formula}" for label, formula in lines)
     return f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
 
 
-def markdown(condition: Condition) -> str:
+def markdown(condition: Asked) -> str:
     r"""Return the condition for a Markdown page: each line's name, then its formula as a block.
 
     The blocks are fences of the language ``math``, which GitHub and GitLab render. Formulas between
     dollar signs would not do: Markdown reads them first, and turns every ``\\`` into one backslash.
     """
     blocks = []
-    for label, formula in _lines(condition):
+    for label, formula in _lines(condition_of(condition, "markdown")):
         words = label.removeprefix(r"\text{").removesuffix("}").removesuffix(":")
         blocks.append(f"{words}:\n\n```math\n{formula}\n```")
     return "\n\n".join(blocks) + "\n"

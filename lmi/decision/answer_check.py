@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from takagi.lmi.answer import Status
-from takagi.lmi.condition.evaluate import holds, margin
+from takagi.lmi.condition.evaluate import fractions, holds, margin
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.condition.unknown import triangle
 from takagi.lmi.cone.assemble import Assembled
 from takagi.lmi.cone.duality import in_dual_cone, margin_bound
 from takagi.lmi.cone.program import ConeProgram, Raw
-from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.decision.outcome import Outcome, objective_at
 from takagi.lmi.refutation.contradiction import contradiction
 from takagi.models.arrays import Floats
 
@@ -28,6 +28,8 @@ SMALLEST_BOUND = 1e-7
 # Where no LMI is strict, the bound on the margin must be below minus this for a no: an LMI may
 # be violated by its tolerance and still count as satisfied.
 MISSED = 1e-5
+# How far the objective is followed where it falls without end, in units of its size.
+FAR = (1e3, 1e6)
 # Entries of multipliers up to which a no is sought in exact arithmetic: about a second.
 EXACT = 1200
 
@@ -66,6 +68,48 @@ def exactly_judged(condition: Condition, found: Outcome) -> Outcome:
         return found
     exact = {name: value.astype(np.float64) for name, value in shown.multipliers.items()}
     return replace(found, status="infeasible", multipliers={**found.multipliers, **exact})
+
+
+def exactly_held(condition: Condition, found: Outcome) -> Outcome:
+    """Return a candidate where the unknowns satisfy every LMI in exact arithmetic.
+
+    For a margin that is positive and too small for floating point: entries of an LMI, or the LMIs
+    of several vertices, may differ by 1e10 in size.
+    """
+    from takagi.lmi.equalities.exact_solution import ExactSolution
+
+    entries = sum(lmi.count * triangle(lmi.size) for lmi in condition.lmis)
+    if not (found.status == "unknown" and found.values and found.margin > 0 and entries <= EXACT):
+        return found
+    exact = {name: fractions(value) for name, value in found.values.items()}
+    held = ExactSolution(condition=condition, values=exact).holds
+    return replace(found, status="candidate") if held else found
+
+
+def falling(data: Assembled, raw: Raw, start: Outcome) -> Outcome | None:
+    """Return "unbounded" where the objective falls without end from ``start``; None if not seen.
+
+    The solver's y is then a direction.  Each LMI is evaluated far along it, so its status decides
+    nothing.
+    """
+    direction = values_of(data, raw)
+    down = objective_at(data.condition, direction)
+    if start.status != "candidate" or not down < 0:
+        return None
+    size = max(1.0, abs(objective_at(data.condition, start.values)))
+    for far in FAR:
+        step = far * size / -down
+        moved = {name: value + step * direction[name] for name, value in start.values.items()}
+        if not holds(data.condition, margin(data.condition, moved)):
+            return None
+    return replace(
+        start,
+        status="unbounded",
+        values={},
+        feasible=start.values,
+        objective=-np.inf,
+        reason="the objective has no least value: it falls without end; bound its unknowns",
+    )
 
 
 def _excluded(data: Assembled, program: ConeProgram, raw: Raw) -> bool:

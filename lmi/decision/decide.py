@@ -22,12 +22,15 @@ import numpy as np
 
 from takagi.lmi.answer import Try
 from takagi.lmi.condition.evaluate import holds, margin
+from takagi.lmi.condition.statements import Asked, condition_of
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.cone.assemble import Assembled, assemble, pack
 from takagi.lmi.cone.duality import least_objective_bound
 from takagi.lmi.cone.program import ConeProgram, Raw, SolverRow, cone_program
 from takagi.lmi.decision.answer_check import (
+    exactly_held,
     exactly_judged,
+    falling,
     judged,
     says_no,
     values_of,
@@ -45,6 +48,7 @@ from takagi.lmi.decision.outcome import (
 from takagi.lmi.solver.solve import Session, again, attempts, quick, rescaled
 from takagi.lmi.solver.time_limit import limited
 from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
 
 # Solvers that are asked where none of their multipliers shows a no, though the bound says one.
 DOUBTFUL = 3
@@ -58,7 +62,7 @@ RESCALED = 2
 
 @limited
 def decide(
-    condition: Condition,
+    condition: Asked,
     *,
     cap: float = 1.0,
     rows: Mapping[str, float] | None = None,
@@ -81,6 +85,7 @@ def decide(
 
     Parameters
     ----------
+    condition : or statements, ``decide([P >> 0, He(P @ A) << 0])``.
     rows : scalar unknown -> its upper bound.
     parameters : values in the place of the condition's own.
     session : keeps the solver for the next condition of the same shape.
@@ -89,6 +94,7 @@ def decide(
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
         "unknown", and its diagnosis reports it.  None for no limit.
     """
+    condition = condition_of(condition, "decide")
     if condition.equalities:
         # Imported here: few conditions have equalities, and solving them exactly needs much code.
         from takagi.lmi.decision.free_numbers import in_free_numbers, refuse_kept
@@ -117,6 +123,8 @@ def decide(
         if best.status != "unknown" or doubtful >= DOUBTFUL:
             break
     assert best is not None  # attempts yields at least one
+    if most > 1:
+        best = exactly_held(data.condition, best)
     return replace(best, tries=tuple(tries))
 
 
@@ -197,7 +205,7 @@ def _moved_inside(
 
 @limited
 def optimise(
-    condition: Condition,
+    condition: Asked,
     *,
     slack: float = 1e-6,
     cap: float = 1.0,
@@ -228,16 +236,31 @@ def optimise(
     A candidate's objective is above the bound of the multipliers by ``slack`` of that bound at
     most, or by a thousandth where less was asked for.  Where no solver comes as near, the status
     is "unknown", ``reason`` says both numbers, and ``feasible`` has the unknowns that satisfy the
-    condition, if any were found.  "infeasible" when none satisfy it with a margin.
+    condition, if any were found.  "infeasible" when none satisfy it with a margin, "unbounded"
+    when the objective falls without end.
+
+    Raises
+    ------
+    ModelError : a condition without an objective.
     """
+    condition = condition_of(condition, "optimise")
+    if not condition.objective:
+        raise ModelError(
+            f"optimise: {condition.name} has no objective; write pose(..., minimise=trace(P)), or "
+            "call decide for a condition without one"
+        )
     if condition.equalities:
         from takagi.lmi.decision.free_numbers import in_free_numbers, refuse_kept
 
         refuse_kept(condition, assembled, None)
         return in_free_numbers(
             condition.with_parameters(**(parameters or {})),
-            lambda free: optimise(
-                free, slack=slack, cap=cap, inside=inside, session=session, most=most
+            lambda free: (
+                optimise(free, slack=slack, cap=cap, inside=inside, session=session, most=most)
+                if any(np.any(cost) for cost in free.objective.values())
+                else replace(
+                    decide(free, cap=cap, session=session), objective=0.0, least=0.0, settled=True
+                )
             ),
         )
     data = _program_data(condition, parameters, assembled)
@@ -270,6 +293,9 @@ def optimise(
             tries.extend(plain.tries)
             if plain.status == "infeasible":
                 break
+        unbounded = falling(data, raw, plain) if plain and "Dual" in raw.status else None
+        if unbounded is not None:
+            return replace(unbounded, tries=tuple(tries))
     if best is None or best.status != "candidate":
         assert plain is not None  # decided as soon as an attempt left no candidate
         found = plain.values if plain.status == "candidate" else {}

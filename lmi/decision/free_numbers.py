@@ -76,7 +76,7 @@ def lifted_outcome(found: Parametrised, outcome: Outcome) -> Outcome:
         status=status,
         values=values,
         margin=held,
-        objective=objective if condition.objective else outcome.objective,
+        objective=objective if values and condition.objective else outcome.objective,
         least=outcome.least + offset,
         feasible=found.lifted(outcome.feasible) if outcome.feasible else {},
     )

@@ -19,6 +19,7 @@ from takagi.lmi.condition.evaluate import (
     shares,
     smallest_eigenvalues,
 )
+from takagi.lmi.condition.statements import Asked, condition_of
 from takagi.lmi.condition.term import LMI, Condition, selected_items
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.assemble import assemble
@@ -85,7 +86,7 @@ def _decided(
 
 @limited
 def optimise_by_rounds(
-    condition: Condition,
+    condition: Asked,
     *,
     slack: float = 1e-6,
     cap: float = 1.0,
@@ -102,12 +103,16 @@ def optimise_by_rounds(
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
         "unknown", and its diagnosis reports it.  None for no limit.
     """
-    posed = condition.with_parameters(**parameters) if parameters else condition
+    whole = condition_of(condition, "optimise_by_rounds")
+    posed = whole.with_parameters(**parameters) if parameters else whole
     some = _Some.of(posed)
     tries = _touching(some)
     for _ in range(ROUNDS):
         outcome = optimise(some.condition(), slack=slack, cap=cap)
         tries += outcome.tries
+        if outcome.status == "unbounded" and some.add_next():
+            # The items that were left out may bound it.
+            continue
         if outcome.status != "candidate":
             break
         margins = some.margins(outcome.values)

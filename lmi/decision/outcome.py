@@ -27,17 +27,19 @@ class Outcome:
     ----------
     status : "candidate" when every LMI holds, the strict ones with a margin, and the objective, if
         one is minimised, is near the least; "infeasible" when multipliers leave no unknowns of
-        whatever size (``answer_check``); "unknown" otherwise.
+        whatever size (``answer_check``); "unbounded" when there are unknowns, ``feasible``, and a
+        direction from them in which the objective falls without end; "unknown" otherwise.
     values : unknown name -> (count, rows, cols).
     margin : as ``evaluate.margin`` recomputes it from ``values``.
     bound : no values have a larger t, to solver accuracy; inf when unknown.
-    objective : recomputed from ``values``; nan without an objective or a candidate.
+    objective : recomputed from ``values``; nan without an objective or a candidate, -inf where it
+        is unbounded.
     least : no unknowns have a smaller objective, to solver accuracy; -inf when unknown.
     settled : whether an objective was minimised and is near ``least``: of a candidate of
         ``optimise`` always.
-    feasible : the unknowns of an outcome that is "unknown" although they satisfy the condition,
-        because their objective is not near the least; else empty.
-    reason : why it is "unknown", with both numbers, where that is known; else empty.
+    feasible : the unknowns of an outcome that is "unknown" or "unbounded" although they satisfy
+        the condition, because their objective is not near the least; else empty.
+    reason : why it is no candidate, with the numbers, where that is known; else empty.
     """
 
     status: Status

@@ -30,6 +30,7 @@ from takagi.lmi.condition.evaluate import (
     fractions,
     lmi_value,
 )
+from takagi.lmi.condition.statements import Asked, condition_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.refutation.adjoint import adjoint
@@ -374,7 +375,7 @@ class ExactSolution:
         )
 
 
-def exact_solution(condition: Condition, values: Mapping[str, Any]) -> ExactSolution | None:
+def exact_solution(condition: Asked, values: Mapping[str, Any]) -> ExactSolution | None:
     """Return rational unknowns next to the given ones that satisfy every equality exactly.
 
     Parameters
@@ -391,6 +392,7 @@ def exact_solution(condition: Condition, values: Mapping[str, Any]) -> ExactSolu
     ------
     ModelError : an unknown without a value, or of another shape.
     """
+    condition = condition_of(condition, "exact_solution")
     for unknown in condition.unknowns:
         shape = (unknown.count, unknown.rows, unknown.cols)
         if unknown.name not in values or np.shape(values[unknown.name]) != shape:

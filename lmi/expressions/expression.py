@@ -35,6 +35,12 @@ from takagi.lmi.expressions.piece import (
 )
 from takagi.models.errors import ModelError
 
+AFFINE = (
+    "an LMI is affine in its unknowns: fix one of the two factors, change variables (for gains: "
+    "Y = K X), or give a scalar such as a decay rate as a number and search over it "
+    "(``extreme_parameter``, ``sweep``)"
+)
+
 
 class Operators(ABC):
     """The operators of the module's table, for unknowns and for expressions."""
@@ -72,6 +78,9 @@ class Operators(ABC):
             raise ModelError(f"a matrix is divided by {number!r}; a number other than 0 is needed")
         mine = self.as_expression()
         return mine.scaled(1 / number if isinstance(number, Fraction) else 1.0 / float(number))
+
+    def __pow__(self, power: object) -> NoReturn:
+        raise ModelError(f"a power ({power!r}) of a matrix expression was written; {AFFINE}")
 
     def __neg__(self) -> Expression:
         return self.as_expression().scaled(-1)
@@ -241,15 +250,11 @@ def matrix_product(first: Expression, second: Expression) -> Expression:
     ------
     ModelError : shapes, or two unknowns in one product.
     """
+    _refuse_two_unknowns(first, second)
     if first.shape[1] != second.shape[0]:
         raise ModelError(
             f"a product of {first.shape[0]} x {first.shape[1]} and {second.shape[0]} x "
             f"{second.shape[1]} matrices; the inner sizes must be equal"
-        )
-    if not first.known and not second.known:
-        raise ModelError(
-            "a product of two unknowns is not affine in them; fix one of them, or change variables "
-            "(for gains: Y = K X)"
         )
     if first.columns != second.rows:
         first, second = first.flat(), second.flat()
@@ -262,6 +267,15 @@ def matrix_product(first: Expression, second: Expression) -> Expression:
     return Expression(first.rows, second.columns, tuple(pieces))
 
 
+def _refuse_two_unknowns(first: Expression, second: Expression) -> None:
+    names = [
+        "/".join(sorted({str(piece.unknown.name) for piece in one.pieces if piece.unknown}))
+        for one in (first, second)
+    ]
+    if all(names):
+        raise ModelError(f"a product of two unknowns ({names[0]} times {names[1]}): {AFFINE}")
+
+
 def yalmip_product(first: Expression, other: object) -> Expression:
     """Return first * other: a scaling where one is a number or 1 x 1, else the matrix product."""
     if isinstance(other, Real) and not isinstance(other, bool):
@@ -270,12 +284,11 @@ def yalmip_product(first: Expression, other: object) -> Expression:
             raise ModelError(f"a matrix is multiplied by {number!r}; a finite number is needed")
         return first.scaled(number)
     second = expression_of(other)
+    _refuse_two_unknowns(first, second)
     if first.shape != (1, 1) and second.shape == (1, 1):
         first, second = second, first
     if first.shape != (1, 1) or second.shape[0] == 1:
         return matrix_product(first, second)
-    if not first.known and not second.known:
-        return matrix_product(first, second.flat())  # raises, with the reason
     pieces = [_scaling(one, two) for one in first.pieces for two in second.pieces]
     return Expression(second.rows, second.columns, tuple(pieces))
 
@@ -349,6 +362,8 @@ def pieces_at(expression: Expression, at: tuple[int, int]) -> Iterator[Piece]:
 def matrix(value: object, latex: str) -> Expression:
     r"""Return a known matrix that formulas show by a symbol, e.g. ``matrix(A, "A_i")``.
 
+    An unknown is an ``Unknown``.
+
     Parameters
     ----------
     value : (p, q), or (N, p, q) for one matrix a vertex; Fractions and decimal strings stay exact.
@@ -358,6 +373,12 @@ def matrix(value: object, latex: str) -> Expression:
     ------
     ModelError : not a matrix of finite numbers, or an empty symbol.
     """
+    if isinstance(value, str) or not isinstance(latex, str):
+        raise ModelError(
+            f"matrix({value!r}, {latex!r}): known numbers and then their symbol are needed, as in "
+            'matrix(A, "A_i"); for an unknown matrix write '
+            'Unknown("P", 2, 2, symmetric=True)'
+        )
     if not latex.strip():
         raise ModelError("matrix: the symbol is empty; give one, or use the array itself")
     array = data_stack(value, f"matrix {latex}")

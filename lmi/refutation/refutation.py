@@ -24,6 +24,7 @@ import scipy.sparse as sp
 
 from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import number
+from takagi.lmi.condition.statements import Asked, condition_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Term
 from takagi.lmi.condition.unknown import Unknown, triangle
 from takagi.lmi.cone.assemble import Assembled, Cone, assemble, unpack
@@ -61,7 +62,7 @@ def rigorous_no(answer: Answer | Design) -> Alternative | None:
 
 
 def exact_no(
-    condition: Condition,
+    condition: Asked,
     multipliers: Mapping[str, Floats] | None = None,
     *,
     parameters: Mapping[str, Fraction] | None = None,
@@ -85,6 +86,7 @@ def exact_no(
     ModelError : a multiplier of an LMI that is not there, or of another shape; an entry of the
         condition that is not a finite number.
     """
+    condition = condition_of(condition, "exact_no")
     numbers: dict[str, Any] = {**condition.parameters, **(parameters or {})}
     exact = replace(condition, parameters=numbers)
     read = adjoint(exact)

@@ -45,15 +45,30 @@ class Equations:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class BoundedNumber:
+    """A number that is no fraction, such as pi or a rest that was solved for, with its bounds."""
+
+    expression: sp.Expr
+    lower: Fraction
+    upper: Fraction
+
+    @property
+    def middle(self) -> Fraction:
+        return (self.lower + self.upper) / 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Factored:
     """A, B, C, D, E with entries in premise symbols, and what each premise stands for.
 
-    ``constants`` gives the values of other symbols that may appear in the entries.
+    ``constants`` gives the values of other symbols that may appear in the entries; of ``numbers``,
+    which are no fractions, the middle of their bounds.
     """
 
     matrices: Mapping[str, sp.Matrix]
     premises: Mapping[sp.Symbol, sp.Expr]
     constants: Mapping[sp.Symbol, Fraction] = field(default_factory=dict)
+    numbers: Mapping[sp.Symbol, BoundedNumber] = field(default_factory=dict)
 
     def pairs(self, plant: Equations) -> list[tuple[str, sp.Expr, sp.Expr]]:
         """Return (place, plant's expression, the same rebuilt from the entries), row by row."""
@@ -63,12 +78,13 @@ class Factored:
         m = self.matrices
         rebuilt = m["A"] * x + _times(m["B"], u) + _times(m["E"], w)
         seen = m["C"] * x + _times(m["D"], u)
+        meant = {**self.premises, **{s: number.expression for s, number in self.numbers.items()}}
         rows = [*zip(plant.f, rebuilt, strict=True), *zip(plant.outputs, seen, strict=True)]
         return [
             (
                 f"row {row}" if row <= len(plant.f) else f"output {row - len(plant.f)}",
                 wanted,
-                written.xreplace(dict(self.premises)),
+                written.xreplace(meant),
             )
             for row, (wanted, written) in enumerate(rows, start=1)
         ]

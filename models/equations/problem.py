@@ -43,6 +43,7 @@ class Problem:
     rest : the plant's variables at the equilibrium, which its deviations are taken from.
     balls : variable or parameter -> the number that it is, where that is not a decimal; the
         equations contain its symbol.
+    relations : such a number -> what a linear equation at rest says it is, as R i_rest.
     """
 
     equations: Equations
@@ -55,6 +56,14 @@ class Problem:
     name: str = ""
     source: str = ""
     balls: Mapping[sp.Symbol, Ball] = field(default_factory=dict)
+    relations: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+
+    def related(self) -> Problem:
+        """Return the same problem in as few numbers as the linear equations at rest leave."""
+        equations = replace(
+            self.equations, f=tuple(row.subs(self.relations) for row in self.equations.f)
+        )
+        return replace(self, equations=equations)
 
     @property
     def where(self) -> Domain:
@@ -116,8 +125,13 @@ def problem_of_plant(
     mass = None
     if plant.mass is not None:
         mass = sp.Matrix(*plant.mass.shape, cleaned(list(plant.mass), values))
+    relations: dict[sp.Symbol, sp.Expr] = {}
     if balls:
-        f = _less_their_rest(plant, f, mass, rest, balls)
+        left = residuals(plant, f, mass, rest)
+        # They are 0, though no algebra shows it.
+        require_zero(plant, left, balls)
+        f = tuple(row - value for row, value in zip(f, left, strict=True))
+        relations = _relations(left, [b.symbol for b in balls.values() if b.equals is None])
     if mass is not None:
         from takagi.models.equations.mass_matrix import explicit
 
@@ -173,25 +187,26 @@ def problem_of_plant(
         name=plant.name,
         source=plant.source,
         balls=balls,
+        relations=relations,
     )
 
 
-def _less_their_rest(
-    plant: Plant,
-    f: Sequence[sp.Expr],
-    mass: sp.Matrix | None,
-    rest: Mapping[sp.Symbol, sp.Expr],
-    balls: Mapping[sp.Symbol, Ball],
-) -> tuple[sp.Expr, ...]:
-    """Return the rows less their values at rest, which are 0 though no algebra shows it.
+def _relations(left: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
+    """Return the last of the symbols in each row that is linear in them, from row = 0."""
+    import sympy as sp
 
-    Raises
-    ------
-    ModelError : a value that is not 0 anywhere in the balls.
-    """
-    left = residuals(plant, f, mass, rest)
-    require_zero(plant, left, balls)
-    return tuple(row - value for row, value in zip(f, left, strict=True))
+    found: dict[sp.Symbol, sp.Expr] = {}
+    for value in left:
+        row = sp.expand(value.subs(found))
+        used = [s for s in symbols if s in row.free_symbols]
+        polynomial = row.as_poly(*used) if used and row.is_polynomial(*used) else None
+        if polynomial is None:
+            continue
+        if polynomial.total_degree() == 1 and all(c.is_Rational for c in polynomial.coeffs()):
+            symbol = used[-1]
+            solved = sp.expand(symbol - row / row.coeff(symbol))
+            found = {s: e.subs(symbol, solved) for s, e in found.items()} | {symbol: solved}
+    return found
 
 
 def _parameter_sides(plant: Plant, balls: Mapping[sp.Symbol, Ball]) -> dict[sp.Symbol, Interval]:

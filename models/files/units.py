@@ -10,13 +10,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import lru_cache
-from math import isfinite, pi
+from math import isfinite, lcm, pi
 
 from takagi.models.errors import ModelError, did_you_mean
 
-PLACES, DIGITS = 12, 10  # least decimals, and digits, of a figure converted by a factor with pi
+PLACES, PI_DIGITS = 12, 10  # least decimals, and digits, of a figure converted with pi
+ROOT_DIGITS = 15  # of a figure converted by a factor with a root, such as bar^0.5
 # Enough for 12 decimals of figures up to 1e30.
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 MAX_POWER = 12
@@ -48,13 +50,17 @@ PURE = Dimension((Fraction(0),) * len(BASE))
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit as written: value in SI = value * factor * pi^pi_power, in ``si``."""
+    """A unit as written: value in SI = value * factor * pi^pi_power, in ``si``.
+
+    ``rounded`` : the factor is a root that is no fraction, to 50 digits.
+    """
 
     text: str
     si: str
     dimension: Dimension
     factor: Fraction
     pi_power: int
+    rounded: bool = False
 
     @property
     def is_si(self) -> bool:
@@ -62,13 +68,15 @@ class Unit:
         return self.factor == 1 and self.pi_power == 0
 
     def to_si(self, value: Fraction) -> Fraction:
-        """Return the value in SI: exact, or to 12 decimals and ten digits where pi comes in."""
+        """Return the value in SI: exact, or to 12 decimals with pi, to 15 digits with a root."""
         found = value * self.factor
+        if self.rounded and self.pi_power == 0:
+            return Fraction(f"{Decimal(found.numerator) / found.denominator:.{ROOT_DIGITS - 1}e}")
         if self.pi_power == 0:
             return found
         found *= PI**self.pi_power
         places = PLACES
-        while 0 < abs(found) * 10**places < 10 ** (DIGITS - 1):
+        while 0 < abs(found) * 10**places < 10 ** (PI_DIGITS - 1):
             places += 1
         return round(found, places)
 
@@ -132,7 +140,8 @@ _ADVICE = {
     "": "a pure number has the unit '-'",
 }
 _TYPED = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(.*?)\s*")
-_FACTOR = re.compile(r"([A-Za-z%]+)(?:(?:\^|\*\*)(-?\d{1,3}))?", re.ASCII)
+_FRACTION = re.compile(r"\((-?\d{1,2})/(\d{1,2})\)", re.ASCII)
+_FACTOR = re.compile(r"([A-Za-z%]+)(?:(?:\^|\*\*)(-?\d{1,3}(?:[.:]\d{1,3})?))?", re.ASCII)
 
 
 @lru_cache(maxsize=512)
@@ -140,6 +149,7 @@ def parse_unit(text: str) -> Unit:
     """Return the unit that a text such as ``"kN m"``, ``"rad/s^2"`` or ``"W/(m^2 K)"`` means.
 
     Names are separated by spaces or ``*``; behind ``/`` stands one name, or several in brackets.
+    Powers may be decimals or fractions: ``"cm^2.5/s"``, ``"s/m^(1/3)"``.
 
     Raises
     ------
@@ -148,8 +158,10 @@ def parse_unit(text: str) -> Unit:
     cleaned = text.strip()
     if cleaned == "-":
         return Unit(text, "-", PURE, Fraction(1), 0)
-    above, slash, below = (part.strip() for part in cleaned.partition("/"))
-    if cleaned in ("", "1") or len(cleaned) > 60:
+    # A colon for the fraction of a power, so that "/" divides units alone.
+    parts = _FRACTION.sub(r"\1:\2", cleaned).partition("/")
+    above, slash, below = (part.strip() for part in parts)
+    if cleaned in ("", "1") or len(cleaned) > 60 or ":" in cleaned:
         raise _refused(text, cleaned)
     tops = [] if above == "1" and slash else _factors(text, above)
     if below.startswith("(") and below.endswith(")"):
@@ -160,32 +172,51 @@ def parse_unit(text: str) -> Unit:
     return _combined(text, [*tops, *((name, -power) for name, power in bottoms)])
 
 
-def _factors(text: str, part: str) -> list[tuple[str, int]]:
+def _factors(text: str, part: str) -> list[tuple[str, Fraction]]:
     found = []
     for word in re.sub(r"(?<!\*)\*(?!\*)", " ", part).split() or [""]:
         match = _FACTOR.fullmatch(word)
         if match is None:
             raise _refused(text, word)
-        power = int(match.group(2) or 1)
+        top, _, bottom = (match.group(2) or "1").partition(":")
+        if bottom and not int(bottom):
+            raise _refused(text, word)
+        power = Fraction(top) / int(bottom or 1)
         if not 0 < abs(power) <= MAX_POWER:
-            raise ModelError(f"unit {text!r}: the power {power} is not between 1 and {MAX_POWER}")
+            raise ModelError(f"unit {text!r}: the power {power} is 0 or above {MAX_POWER}")
         found.append((match.group(1), power))
     return found
 
 
-def _combined(text: str, factors: Iterable[tuple[str, int]]) -> Unit:
-    dimension, factor, pi_power = PURE, Fraction(1), 0
-    names: dict[str, int] = {}
-    for name, power in factors:
+def _combined(text: str, factors: Iterable[tuple[str, Fraction]]) -> Unit:
+    dimension, scaled, pi_power = PURE, Fraction(1), Fraction(0)
+    names: dict[str, Fraction] = {}
+    listed = list(factors)
+    # One root of all factors together: m^0.5/cm^0.5 is 10.
+    root = lcm(*(power.denominator for _, power in listed))
+    for name, power in listed:
         scale, turns, parts = _meaning(text, name)
-        factor *= scale**power
+        scaled *= scale ** int(power * root)
         pi_power += turns * power
         for part, times in parts.items():
-            names[part] = names.get(part, 0) + times * power
-            dimension = dimension.times(_COHERENT[part].power(Fraction(times * power)))
+            names[part] = names.get(part, Fraction(0)) + times * power
+            dimension = dimension.times(_COHERENT[part].power(times * power))
+    if pi_power.denominator > 1:
+        raise ModelError(f"unit {text!r}: a root of deg or rpm has no unit; write it with rad")
+    factor, exact = _root(scaled, root)
     plain = factor == 1 and pi_power == 0
-    written = text.strip() if plain else _written((n, Fraction(p)) for n, p in names.items())
-    return Unit(text, written, dimension, factor, pi_power)
+    written = text.strip() if plain else _written(names.items())
+    return Unit(text, written, dimension, factor, int(pi_power), not exact)
+
+
+def _root(value: Fraction, degree: int) -> tuple[Fraction, bool]:
+    """Return the root of a positive number, and whether it is exact."""
+    if degree == 1:
+        return value, True
+    with localcontext(prec=50):
+        near = (Decimal(value.numerator) / value.denominator) ** (Decimal(1) / degree)
+    found = Fraction(near).limit_denominator(10**20)
+    return (found, True) if found**degree == value else (Fraction(near), False)
 
 
 def _meaning(text: str, name: str) -> tuple[Fraction, int, dict[str, int]]:
@@ -222,7 +253,10 @@ def _written(parts: Iterable[tuple[str, Fraction]]) -> str:
 
 
 def _factor(name: str, power: Fraction) -> str:
-    return name if power == 1 else f"{name}^{power}"
+    if power.denominator == 1:
+        return name if power == 1 else f"{name}^{power}"
+    ends = 1000 % power.denominator == 0
+    return f"{name}^{float(power):g}" if ends else f"{name}^({power})"
 
 
 UNITS: dict[str, tuple[str, float]] = {

@@ -54,6 +54,8 @@ class BallForm:
     ----------
     covered : every argument of every table is proved to stay inside it.
     far : the Taylor form towards a removable pole is tried on every box, not only near the pole.
+    sizes : of the sides of the box that is searched; the side that is the largest part of its
+        size is halved where slopes are not known.
     """
 
     def __init__(
@@ -62,11 +64,13 @@ class BallForm:
         symbols: tuple[sp.Symbol, ...],
         covered: bool = False,
         far: bool = False,
+        sizes: tuple[float, ...] = (),
     ) -> None:
         self.expression = expression
         self.symbols = symbols
         self.covered = covered
         self.far = far
+        self.sizes = sizes or (1.0,) * len(symbols)
         self._further: BallForm | None = None
         tables = tables_class()
         # A table held at its edge has a kink there.
@@ -85,13 +89,13 @@ class BallForm:
         """Return the plain enclosure over the box; see ``search``."""
         value = self.plain(box)
         attained = attained_at(value) if all(side.is_point for side in box) else None
-        axis = worst_axis(box, [None] * len(box))
+        axis = worst_axis(box, [None] * len(box), self.sizes)
         return Bounded(ends_of(value), attained, axis, "q" if self.far else "p")
 
     def refined(self, box: Sides) -> Bounded:
         """Return the common part of all forms over the box, and values attained there."""
         value, slopes = self.with_slopes(box)
-        rough, axis = ends_of(value), worst_axis(box, slopes)
+        rough, axis = ends_of(value), worst_axis(box, slopes, self.sizes)
         if rough is None or axis is None:
             return self.look(box)
         found, points = self._tightened(box, rough, slopes)
@@ -118,7 +122,9 @@ class BallForm:
         number also far from y = 0: nearness to 0 alone does not tell where N/y cancels badly.
         """
         if self._further is None:
-            self._further = BallForm(self.expression, self.symbols, self.covered, far=True)
+            self._further = BallForm(
+                self.expression, self.symbols, self.covered, far=True, sizes=self.sizes
+            )
         return self._further
 
     def _tightened(

@@ -103,20 +103,20 @@ def halved(box: Sides, axis: int) -> tuple[Sides, Sides]:
     return first, second
 
 
-def worst_axis(box: Sides, slopes: list[Ball | None]) -> int | None:
+def worst_axis(box: Sides, slopes: list[Ball | None], sizes: tuple[float, ...]) -> int | None:
     """Return the side along which f changes most; None when every side is a point.
 
     A side along which f is monotone is put to its ends, so the others come first.  Without slopes
-    the widest side is halved.
+    the side is halved that is the largest part of its size, so that units do not matter.
     """
     best, axis = (False, -1.0), None
     known = all(slope is not None for slope in slopes)
     for index, (side, slope) in enumerate(zip(box, slopes, strict=True)):
-        width = _width(side)
+        width = width_of(side)
         if side.is_point or width * FINEST <= _size(side):
             continue
         if not known or slope is None:
-            rated = (True, width)
+            rated = (True, width / (sizes[index] or 1.0))
         else:
             is_free = bool(slope.lower() < 0 < slope.upper())
             rated = (is_free, width * float(abs(slope).upper()))
@@ -125,7 +125,7 @@ def worst_axis(box: Sides, slopes: list[Ball | None]) -> int | None:
     return axis
 
 
-def _width(side: BoxSide) -> float:
+def width_of(side: BoxSide) -> float:
     return 2 * float(side.ball.rad())
 
 

@@ -6,6 +6,7 @@ searched for the ranges of their arguments first.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Bounded, Ends, search
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.symbolic_steps import combined
+from takagi.models.ranges.symbolic_steps import combined, linear_terms
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -191,7 +192,8 @@ MOST_SIDES = 36  # letters of a tree that number the sides
 class Bounds(NamedTuple):
     """Bounds of the values, with the trees of boxes that prove ``outer``; see ``Range``.
 
-    ``names`` are those of the sides of each cell, in the order in which the trees number them.
+    ``names`` are those of the sides of each cell, in the order in which the trees number them;
+    with ``by_sign`` of each cell of ``parts_by_sign``.
     """
 
     outer: Interval
@@ -199,6 +201,7 @@ class Bounds(NamedTuple):
     boxes: int
     names: tuple[tuple[str, ...], ...]
     trees: tuple[str, ...]
+    by_sign: bool = False
 
 
 def bounds_on(expression: sp.Expr, cell: Cell) -> Bounds:
@@ -213,13 +216,38 @@ def searched(
     tolerance: Fraction = TOLERANCE,
     most_boxes: int = MOST_BOXES,
 ) -> Bounds:
-    """Return bounds of the expression over a union of cells; see ``expression_range``."""
+    """Return bounds of the expression over a union of cells; see ``expression_range``.
+
+    Where |x| hides what cancels, the cells are searched again on both sides of x = 0.
+    """
+    plain = [(cell.written(expression), cell) for cell in cells]
+    parts = parts_by_sign(expression, cells)
+    if [written for written, _ in parts] == [written for written, _ in plain]:
+        return _searched(plain, tolerance, most_boxes)
+    try:
+        found: Bounds | None = _searched(plain, tolerance, most_boxes // 16)
+    except ModelError:
+        # A pole of the whole may be none on either side; what else is wrong is wrong there too.
+        found = None
+    if found is not None and _excess(found) <= 2 * tolerance * found.inner.width:
+        return found
+    halves = _searched(parts, tolerance, most_boxes)._replace(by_sign=True)
+    return halves if found is None or _excess(halves) < _excess(found) else found
+
+
+def _excess(found: Bounds) -> Fraction:
+    return found.outer.width - found.inner.width
+
+
+def _searched(
+    parts: Sequence[tuple[sp.Expr, Cell]], tolerance: Fraction, most_boxes: int
+) -> Bounds:
     import flint
 
     from takagi.models.ranges.ball_form import PRECISION
 
     with flint.ctx.workprec(PRECISION):
-        roots = [cell_root(expression, cell) for cell in cells]
+        roots = [cell_root(expression, cell) for expression, cell in parts]
         exact = all(root.polynomial is not None for root in roots)
 
         def bounds_of(roots: Sequence[CellEnclosures], most_boxes: int) -> Bounds:
@@ -252,6 +280,64 @@ def searched(
     return found
 
 
+MOST_PARTS = 32  # cells that signs make of one
+
+
+def parts_by_sign(expression: sp.Expr, cells: Sequence[Cell]) -> list[tuple[sp.Expr, Cell]]:
+    """Return the cells cut where an |a x + b| or sign(a x + b) is 0, with the expression there.
+
+    The absolute value is a x + b on one side of its zero and -(a x + b) on the other, so that
+    (x + |x|)/x is 2 there, or 0.  A sign is 0 at its zero, which is then a cell of its own.
+    """
+    found, left = [], [(cell.written(expression), cell.box, 1) for cell in cells]
+    while left:
+        written, box, made = left.pop(0)
+        kink = _kink(written, box) if made <= MOST_PARTS else None
+        if kink is None:
+            found.append((written, Cell(box)))
+            continue
+        argument, symbol, zero = kink
+        sides = [(-1, box[symbol].lower, zero), (1, zero, box[symbol].upper)]
+        sides += [(0, zero, zero)] if written.has(_sign(argument)) else []
+        for sign, low, high in sides:
+            if low < high or sign == 0 or box[symbol].width == 0:
+                part = {**box, symbol: Interval(low, high)}
+                left.append((_with_sign(written, argument, sign), part, made * 2))
+    return found
+
+
+def _kink(
+    written: sp.Expr, box: Mapping[sp.Symbol, Interval]
+) -> tuple[sp.Expr, sp.Symbol, Fraction] | None:
+    """Return the argument of an absolute value or sign, its only symbol, and its zero."""
+    import sympy as sp
+
+    for part in sorted(written.atoms(sp.Abs, sp.sign), key=str):
+        argument = part.args[0]
+        symbols = list(argument.free_symbols)
+        linear = linear_terms(argument, symbols) if len(symbols) == 1 else None
+        if linear is None or symbols[0] not in box:
+            continue
+        zero = -linear[1] / linear[0][0][1]
+        if box[symbols[0]].contains(zero):
+            return argument, symbols[0], zero
+    return None
+
+
+def _sign(argument: sp.Expr) -> sp.Expr:
+    import sympy as sp
+
+    return sp.sign(argument)
+
+
+def _with_sign(written: sp.Expr, argument: sp.Expr, sign: int) -> sp.Expr:
+    """Return the expression where the argument has this sign; multiplied out if that is shorter."""
+    import sympy as sp
+
+    found = written.xreplace({sp.Abs(argument): sign * argument, sp.sign(argument): sp.S(sign)})
+    return min(found, sp.expand(found), key=lambda one: one.count_ops())
+
+
 def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
     """Return the expression on the cell.
 
@@ -271,7 +357,9 @@ def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
         )
     sides = tuple(box[symbol] for symbol in symbols)
     polynomial = polynomial_box(written, symbols, sides)
-    form = BallForm(written, symbols, _covered(written, box))
+    # The mean of width and magnitude: a range far from 0 matters less, but is not forgotten.
+    sizes = tuple(math.sqrt(side.width * side.magnitude) for side in sides)
+    form = BallForm(written, symbols, _covered(written, box), sizes=sizes)
     return CellEnclosures(written, symbols, sides, form, polynomial, meanings)
 
 

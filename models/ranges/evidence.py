@@ -22,7 +22,14 @@ from typing import TYPE_CHECKING, TypeVar
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import SIDES, Ends
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.cell_search import Cell, cell_root, enclosed_by_letter, fraction, halve
+from takagi.models.ranges.cell_search import (
+    Cell,
+    cell_root,
+    enclosed_by_letter,
+    fraction,
+    halve,
+    parts_by_sign,
+)
 from takagi.models.ranges.domain import Domain, DomainLike, as_domain
 
 if TYPE_CHECKING:
@@ -37,17 +44,19 @@ def replayed_bounds(
     symbols: Sequence[tuple[str, ...]],
     trees: Sequence[str],
     precision: int,
+    by_sign: bool = False,
 ) -> tuple[Fraction, Fraction]:
     """Return the hull of the enclosures on the leaves of all trees; see ``Evidence.replay``."""
     import flint
 
-    if not len(cells) == len(trees) == len(symbols):
-        raise ModelError(f"evidence for {len(trees)} cells was given; the domain has {len(cells)}")
+    parts = parts_by_sign(expression, cells) if by_sign else [(expression, c) for c in cells]
+    if not len(parts) == len(trees) == len(symbols):
+        raise ModelError(f"evidence for {len(trees)} cells was given; the domain has {len(parts)}")
     ends: list[tuple[Fraction, Fraction]] = []
     with flint.ctx.workprec(precision):
-        parts = zip(cells, trees, symbols, strict=True)
-        for number, (cell, tree, names) in enumerate(parts, start=1):
-            root = cell_root(expression, cell)
+        listed = zip(parts, trees, symbols, strict=True)
+        for number, (part, tree, names) in enumerate(listed, start=1):
+            root = cell_root(*part)
             if root.names != names:
                 raise ModelError(
                     f"the trees of cell {number} halve {', '.join(names) or 'nothing'}; the "
@@ -110,6 +119,7 @@ class Evidence:
     expression, domain : what the claim is about.
     symbols : names of the sides in the order in which the trees number them, for each cell.
     trees : one for each cell of the domain.
+    by_sign : the cells are those of ``parts_by_sign``.
     precision : bits of the ball arithmetic; Bernstein leaves are exact.
     """
 
@@ -119,6 +129,7 @@ class Evidence:
     symbols: tuple[tuple[str, ...], ...]
     trees: tuple[str, ...]
     precision: int
+    by_sign: bool = False
 
     def replay(self) -> Interval:
         """Return the hull of the enclosures on the leaves; it lies inside ``bounds``.
@@ -134,7 +145,12 @@ class Evidence:
             )
         found = Interval(
             *replayed_bounds(
-                self.expression, self.domain.cells, self.symbols, self.trees, self.precision
+                self.expression,
+                self.domain.cells,
+                self.symbols,
+                self.trees,
+                self.precision,
+                self.by_sign,
             )
         )
         if not self.bounds.contains(found):

@@ -16,7 +16,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from takagi.models.errors import ModelError
 from takagi.models.intervals.box_search import Bounded, Ends, search
 from takagi.models.intervals.interval import Interval
-from takagi.models.ranges.cell_search import MOST_BOXES, TOLERANCE, checked_symbols, searched
+from takagi.models.ranges.cell_search import (
+    MOST_BOXES,
+    TOLERANCE,
+    Cell,
+    checked_symbols,
+    parts_by_sign,
+    searched,
+)
 from takagi.models.ranges.domain import DomainLike, as_domain
 from takagi.models.ranges.evidence import Evidence
 from takagi.models.ranges.symbolic_steps import combined
@@ -148,7 +155,9 @@ def expression_range(
 
     over = as_domain(domain)
     found = searched(expression, over.cells, tolerance=tolerance, most_boxes=most_boxes)
-    evidence = Evidence(found.outer, expression, over, found.names, found.trees, PRECISION)
+    evidence = Evidence(
+        found.outer, expression, over, found.names, found.trees, PRECISION, found.by_sign
+    )
     return Range(found.outer, found.inner, found.boxes, evidence)
 
 
@@ -157,23 +166,33 @@ def expression_value(
 ) -> float:
     """Return the expression at a point, also at a removable singularity.
 
+    Where x/|x| jumps it is the value beside the point, on the side where x > 0.
+
     Raises
     ------
     ModelError : a free symbol without value, or no finite value there.
     """
+    given = {s: Interval(Fraction(v), Fraction(v)) for s, v in point.items()}
+    found = _at(expression, given)
+    if not found.is_finite():
+        # One cell for each sign that what stands in |x| may have there: below and above.
+        for written, cell in parts_by_sign(expression, [Cell(given)]):
+            found = _at(written, cell.box)
+    if not found.is_finite():
+        raise ModelError(f"{expression} has no finite value at {dict(point)}")
+    return float(found.mid())
+
+
+def _at(expression: sp.Expr, given: Mapping[sp.Symbol, Interval]) -> Any:
     import flint
 
     from takagi.models.ranges.ball_form import PRECISION
     from takagi.models.ranges.ball_operations import side_of
 
-    given = {s: Interval(Fraction(v), Fraction(v)) for s, v in point.items()}
     written, exactly, _ = combined(expression, given)
     symbols = checked_symbols(written, exactly)
     with flint.ctx.workprec(PRECISION):
-        found = _cached_form(written, symbols).plain(tuple(side_of(exactly[s]) for s in symbols))
-    if not found.is_finite():
-        raise ModelError(f"{expression} has no finite value at {dict(point)}")
-    return float(found.mid())
+        return _cached_form(written, symbols).plain(tuple(side_of(exactly[s]) for s in symbols))
 
 
 @lru_cache(maxsize=256)

@@ -135,7 +135,7 @@ def _sums_of(
         symbols = sorted(base.free_symbols, key=lambda s: (s.name, str(s)))
         if alone.intersection(symbols):
             continue
-        linear = _linear(base, symbols) if set(symbols) <= expression.free_symbols else None
+        linear = linear_terms(base, symbols) if set(symbols) <= expression.free_symbols else None
         if linear is None:
             continue
         t = sp.Dummy(f"combination{len(found) + 1}", real=True)
@@ -151,7 +151,7 @@ def _sums_of(
     return expression, tuple(found)
 
 
-def _linear(base: sp.Expr, symbols: list[sp.Symbol]) -> tuple[Linear, Fraction] | None:
+def linear_terms(base: sp.Expr, symbols: list[sp.Symbol]) -> tuple[Linear, Fraction] | None:
     """Return (terms, constant) of a sum that is affine with rational coefficients."""
     import sympy as sp
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from takagi.models.equations.equations import Equations, Factored
@@ -12,6 +12,7 @@ from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval, Number, rational
 from takagi.models.plant.plant import Plant
 from takagi.models.sector.assembly import LETTERS
+from takagi.models.sector.choice import chosen_form
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -50,7 +51,6 @@ OF_PLANT = (
     "outputs",
     "parameters",
     "matrices",
-    "units",
     "name",
     "source",
 )
@@ -75,7 +75,30 @@ def _of_plant(plant: Plant, given: GivenEquations) -> tuple[Problem, Factored]:
             "like; the plant carries these itself, leave them out"
         )
     problem = problem_of_plant(plant, given.premises, given.rest, given.domain)
-    return problem, _factored(problem, None, {}, given.choice or "fewest-rules")
+    if given.units:
+        units = {**problem.equations.units, **given.units}
+        problem = replace(problem, equations=replace(problem.equations, units=units))
+    choice = given.choice or "fewest-rules"
+    factored = _factored(problem, None, {}, choice)
+    if problem.relations and _has_numbers(problem, factored):
+        # Numbers that the equations at rest give from others, as i_rest - u_rest = 0, may vanish.
+        other = problem.related()
+        related = _factored(other, None, {}, choice)
+        if _cost(related) < _cost(factored):
+            return other, related
+    return problem, factored
+
+
+def _has_numbers(problem: Problem, factored: Factored) -> bool:
+    """Return whether numbers stand in entries, or a sum of them is a factor of a premise."""
+    plant = problem.equations
+    variables = (*plant.states, *plant.inputs, *plant.disturbances)
+    factors = [e.as_independent(*variables, as_Add=False)[0] for e in factored.premises.values()]
+    return bool(factored.numbers) or any(factor.is_Add for factor in factors)
+
+
+def _cost(factored: Factored) -> tuple[int, int]:
+    return len(factored.premises), len(factored.numbers)
 
 
 def _of_expressions(f: Sequence[sp.Expr], given: GivenEquations) -> tuple[Problem, Factored]:
@@ -117,8 +140,6 @@ def _factored(
 
     plant, premises = problem.equations, dict(problem.wanted)
     if matrices is None and choice is not None:
-        from takagi.models.sector.choice import chosen_form
-
         return chosen_form(problem, choice)
     if matrices is None:
         return _with_premises(factor(plant), premises)

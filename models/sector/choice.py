@@ -11,15 +11,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.models.equations.equations import Equations, Factored
+from takagi.models.equations.equations import BoundedNumber, Equations, Factored
 from takagi.models.equations.problem import Problem
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.design_settings import CHOICES, Choice
 from takagi.models.ranges.sampled import moved_into
 from takagi.models.sector.common_denominator import denominator_forms, sum_quotients
-from takagi.models.sector.factored_form import FactoredForm, Place, forms_of
-from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms
+from takagi.models.sector.factored_form import (
+    FactoredForm,
+    Place,
+    forms_of,
+    with_numbers_apart,
+)
+from takagi.models.sector.terms import Option, RowTerm, Sum, row_terms, terms_of
+from takagi.models.ts.premise import round_outward
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -132,7 +138,8 @@ class HullWidth:
             scale = self.half[self.columns[letter][column]] / self.scale[letter][row]
             value: Floats = np.zeros((2,) * len(ranges))
             for members, coefficient in polynomial.items():
-                term = np.full((1,) * len(ranges), float(coefficient) * scale)
+                middle = sum(self._range(coefficient) or (0.0, 0.0)) / 2
+                term = np.full((1,) * len(ranges), middle * scale)
                 for premise in members:
                     axis = form.premises.index(premise)
                     shape = [1] * len(ranges)
@@ -211,6 +218,12 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
         _refuse_wanted(problem, forms)
     if not wanted and min(len(form.premises) for form in complete) > MOST_PLAIN:
         complete = [*_with_denominators(problem), *complete]
+    variables = {*plant.states, *plant.inputs, *plant.disturbances}
+    apart = [with_numbers_apart(form, variables, wanted) for form in complete]
+    apart = [form for form in apart if len(numbers_of(form)) <= MOST_NUMBERS]
+    fewest = min(len(form.premises) for form in complete)
+    if any(len(form.premises) < fewest for form in apart):
+        complete = apart
     return _in_symbols(_best(complete, problem, choice), problem)
 
 
@@ -347,8 +360,35 @@ def _in_symbols(form: FactoredForm, problem: Problem) -> Factored:
     names = {e: given.get(e) or next(fresh) for e in form.premises}
     rows, columns = _rows(plant), _columns(plant)
     matrices = {letter: sp.zeros(len(rows[letter]), len(columns[letter])) for letter in columns}
+    symbols = sp.numbered_symbols("number", start=1, real=True)
+    numbers = dict(zip(numbers_of(form), symbols, strict=False))
     for (letter, row, column), polynomial in form.entries.items():
         matrices[letter][row, column] = sp.Add(
-            *(c * sp.Mul(*(names[p] for p in members)) for members, c in polynomial.items())
+            *(
+                share * numbers.get(core, core) * sp.Mul(*(names[p] for p in members))
+                for members, c in polynomial.items()
+                for core, share in terms_of(c).items()
+            )
         )
-    return Factored(matrices, {s: e for e, s in names.items()})
+    bounded = {symbol: _bounded(core, problem) for core, symbol in numbers.items()}
+    constants = {symbol: number.middle for symbol, number in bounded.items()}
+    return Factored(matrices, {s: e for e, s in names.items()}, constants, bounded)
+
+
+DIGITS = 15  # of the bounds of a number
+MOST_NUMBERS = 6  # the most that a certificate has
+
+
+def numbers_of(form: FactoredForm) -> list[sp.Expr]:
+    """Return the numbers in its coefficients that are no fractions, each once."""
+    coefficients = [c for polynomial in form.entries.values() for c in polynomial.values()]
+    found = dict.fromkeys(core for c in coefficients for core in terms_of(c))
+    return [core for core in found if not core.is_Rational]
+
+
+def _bounded(number: sp.Expr, problem: Problem) -> BoundedNumber:
+    from takagi.models.ranges.expression_range import expression_range
+
+    sides = {s: side for s, side in problem.sides.items() if s in number.free_symbols}
+    bounds = round_outward(expression_range(number, sides).outer, digits=DIGITS)
+    return BoundedNumber(number, bounds.lower, bounds.upper)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations
 from typing import TYPE_CHECKING, TypeAlias
@@ -260,3 +260,55 @@ def _factors(atom: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
         else:
             rest[rest.index(partner)] = partner * pole
     return number, tuple(rest)
+
+
+def with_numbers_apart(
+    form: FactoredForm, variables: Collection[sp.Symbol], wanted: Collection[sp.Expr]
+) -> FactoredForm:
+    """Return the form without premises that are numbers, or a number times another premise.
+
+    Such a number, as pi or a rest that was solved for, becomes a factor of coefficients.  A premise
+    is left as it is where the user wants it, or where the other one would be squared.
+    """
+    places: dict[sp.Expr, tuple[sp.Expr, tuple[sp.Expr, ...]]] = {}
+    shapes: dict[object, tuple[sp.Expr, sp.Expr]] = {}
+    for premise in form.premises:
+        if premise.free_symbols.isdisjoint(variables) and premise not in wanted:
+            places[premise] = (premise, ())
+            continue
+        size, shape = _size_and_shape(premise, variables)
+        first, other = shapes.setdefault(shape, (premise, size))
+        if first != premise and premise not in wanted and not _multiplied(form, first, premise):
+            places[premise] = (size / other, (first,))
+    if not places:
+        return form
+    entries: dict[Place, Polynomial] = {}
+    for place, polynomial in form.entries.items():
+        entries[place] = {}
+        for members, c in polynomial.items():
+            parts = [places.get(member, (_one(), (member,))) for member in members]
+            for number, _ in parts:
+                c = c * number
+            key = tuple(chain.from_iterable(left for _, left in parts))
+            entries[place][key] = entries[place].get(key, 0) + c
+    return FactoredForm(tuple(p for p in form.premises if p not in places), entries)
+
+
+def _size_and_shape(premise: sp.Expr, variables: Collection[sp.Symbol]) -> tuple[sp.Expr, object]:
+    """Return a number and the premise over it; proportional premises have one shape."""
+    import sympy as sp
+
+    terms = [
+        term.as_independent(*variables, as_Add=False)
+        for term in sp.Add.make_args(sp.expand_mul(premise))
+    ]
+    size = min(terms, key=lambda term: sp.default_sort_key(term[1]))[0]
+    return size, frozenset((core, number / size) for number, core in terms)
+
+
+def _multiplied(form: FactoredForm, first: sp.Expr, second: sp.Expr) -> bool:
+    return any(
+        first in members and second in members
+        for polynomial in form.entries.values()
+        for members in polynomial
+    )

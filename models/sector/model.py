@@ -60,7 +60,7 @@ def sector_model(
 
     Parameters
     ----------
-    f : a ``Plant``, which replaces the arguments up to ``parameters``, and ``units``, ``name`` and
+    f : a ``Plant``, which replaces the arguments up to ``parameters``, and ``name`` and
         ``source``; its equilibrium is moved to the origin, so that the model is in deviations
         (``delta_x`` for a variable x whose equilibrium is not 0), and x(t + T) replaces xdot where
         it has a sample time.  Or n expressions; floats in them are read as the decimals they print
@@ -85,7 +85,7 @@ def sector_model(
     sampled_bounds : premises that are bounded by 10 000 samples, widened by a hundredth of their
         width, and NOT PROVED; for functions that cannot be enclosed.  ``model.sampled`` names
         them, and ``certify`` refuses the model.
-    units : by symbol, also for premises.
+    units : by symbol, also for premises; of a ``Plant`` those of given premises.
     tolerance : excess of a bound, as a share of the premise's range; None takes 1e-3 for a plant
         and 1e-6 for expressions.
     most_rules : more are refused, with the premises ranked by what they cost, before any vertex

@@ -53,7 +53,7 @@ class BaselineLaw:
 
     Raises
     ------
-    ModelError : an unknown mode for region 3.
+    ModelError : an unknown mode for region 3, or a turbine without ``baseline``.
     """
 
     turbine: Turbine
@@ -65,19 +65,20 @@ class BaselineLaw:
     )
 
     def __post_init__(self) -> None:
+        _ = self.turbine.reference_controller  # Raises where there is none.
         if self.region_3 not in MODES:
             raise ModelError(f"region 3 {self.region_3!r} is not known; choose one of {MODES}")
 
     def initial_state(self, wind: float) -> Floats:
         """Return (w_f, x) at the trim of this wind [m/s], cut-in to cut-out being held."""
-        turbine, figures = self.turbine, self.turbine.baseline
+        turbine, figures = self.turbine, self.turbine.reference_controller
         point = trim(turbine, min(max(wind, turbine.cut_in), turbine.cut_out))
         integral = point.pitch / (self._gain(point.pitch) * figures.integral_gain)
         return np.array([turbine.gear_ratio * point.rotor_speed, integral])
 
     def command(self, state: Floats, measurement: Measurement) -> Command:
         """Return torque [N m] and pitch reference [rad]; pitch stays inside its range."""
-        turbine, figures = self.turbine, self.turbine.baseline
+        turbine, figures = self.turbine, self.turbine.reference_controller
         speed, integral = float(state[0]), float(state[1])
         gain = self._gain(measurement.pitch)
         low, high = self._integral_range(gain)
@@ -100,7 +101,7 @@ class BaselineLaw:
 
     def torque(self, speed: float, pitch: float) -> float:
         """Return the torque of the five regions [N m] at a generator speed [rad/s]."""
-        figures, turbine = self.turbine.baseline, self.turbine
+        figures, turbine = self.turbine.reference_controller, self.turbine
         constant = figures.optimal_torque_constant
         w_15, w_2 = figures.region_15_speed, figures.region_2_speed
         w_25, w_3 = figures.region_25_speed, figures.region_3_speed
@@ -123,8 +124,8 @@ class BaselineLaw:
         return min(power / max(speed, 1e-6), turbine.maximum_torque)
 
     def _gain(self, pitch: float) -> float:
-        return 1 / (1 + max(pitch, 0.0) / self.turbine.baseline.schedule_pitch)
+        return 1 / (1 + max(pitch, 0.0) / self.turbine.reference_controller.schedule_pitch)
 
     def _integral_range(self, gain: float) -> tuple[float, float]:
-        scale = gain * self.turbine.baseline.integral_gain
+        scale = gain * self.turbine.reference_controller.integral_gain
         return self.turbine.pitch_min / scale, self.turbine.pitch_max / scale

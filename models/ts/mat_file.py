@@ -10,7 +10,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
-from takagi.models.ts.model import TSModel
+from takagi.models.ts.model import LETTERS, TSModel
 
 
 def load_ts_model(path: str | Path) -> TSModel:
@@ -18,8 +18,10 @@ def load_ts_model(path: str | Path) -> TSModel:
 
     The file has ``A`` (n, n, r), and as it needs ``B`` (n, m, r), ``C`` (p, n, r), ``D`` (p, m, r),
     ``E`` (n, q, r), and ``sample_time`` [s] for discrete time; rules are the last axis, and a
-    matrix without it is the same in every rule.  They are variables of the file, or members of a
-    struct ``takagi``, as ``takagi export --to mat`` writes it.
+    matrix without it is the same in every rule.  A cell array with one matrix a rule, ``A1``,
+    ``A2``, ..., and a struct array with one member a rule stand for the last axis.  They are
+    variables of the file, or members of its only struct with an A, such as ``takagi``, which
+    ``takagi export --to mat`` writes; ``Ts`` of a struct is its sample time, 0 for none.
 
     Raises
     ------
@@ -40,14 +42,9 @@ def load_ts_model(path: str | Path) -> TSModel:
         raise ModelError(f"{path}: cannot be read ({error.strerror or error})") from error
     except (ValueError, TypeError) as error:
         raise ModelError(f"{path}: no MAT-file ({error})") from error
-    found = _members(content.get("takagi", content))
-    if "A" not in found:
-        raise ModelError(f"{path}: has no A (n, n, r), the vertices of x' = A x + B u")
+    found = _members(content, str(path))
     matrices = _matrices(found, str(path))
-    time = _real(found.get("sample_time", np.zeros(0)), "sample_time", str(path)).ravel()
-    if time.size > 1:
-        raise ModelError(f"{path}: sample_time has {time.size} numbers; one is needed, or none")
-    step = float(time[0]) if time.size else None
+    step = _sample_time(found, str(path))
     try:
         return TSModel(
             matrices["A"],
@@ -63,13 +60,75 @@ def load_ts_model(path: str | Path) -> TSModel:
         ) from error
 
 
-def _members(found: Any) -> Mapping[str, Any]:
-    """Return the variables of a file, or the members of its struct; nothing of anything else."""
-    if isinstance(found, Mapping):
-        return found
-    if found.dtype.names is None or found.size != 1:
-        return {}
-    return {name: found[name].item() for name in found.dtype.names}
+def _members(content: Mapping[str, Any], path: str) -> Mapping[str, Any]:
+    """Return the variables of a file, or the members of its struct; rules are the last axis."""
+    structs = {k: v for k, v in content.items() if getattr(v, "dtype", np.dtype(int)).names}
+    own = [k for k, v in structs.items() if "A" in _rules_joined(_fields(v), path)]
+    found = _rules_joined(content, path)
+    if "takagi" in own or ("A" not in found and len(own) == 1):
+        return _rules_joined(_fields(structs["takagi" if "takagi" in own else own[0]]), path)
+    if "A" in found and "takagi" not in content:
+        # Beside matrices Ts may be that of anything.
+        return {k: v for k, v in found.items() if k != "Ts"}
+    names = ", ".join(k for k in content if not k.startswith("__")) or "nothing that can be read"
+    raise ModelError(
+        f"{path}: has no A (n, n, r), the vertices of x' = A x + B u; it has {names}; write "
+        "A = cat(3, sys1.A, sys2.A); B = cat(3, sys1.B, sys2.B); save('model.mat', 'A', 'B', '-v7')"
+    )
+
+
+def _fields(struct: Any) -> Mapping[str, Any]:
+    """Return the members of a struct, and of a struct array cells with one entry a rule."""
+    names = struct.dtype.names
+    if struct.size == 1:
+        return {name: struct[name].item() for name in names}
+    return {name: struct[name].ravel() for name in names}
+
+
+def _rules_joined(found: Mapping[str, Any], path: str) -> dict[str, Any]:
+    """Return the members with cells, and numbered matrices A1, A2, ..., along the last axis."""
+    joined = dict(found)
+    for name in LETTERS:
+        numbers = sorted(int(k[1:]) for k in found if k[0] == name and k[1:].isdigit())
+        if numbers:
+            if numbers != list(range(1, len(numbers) + 1)) or name in found:
+                given = ", ".join([name] * (name in found) + [f"{name}{k}" for k in numbers])
+                raise ModelError(
+                    f"{path}: has {given}; {name}1, {name}2, ... without gaps are needed, or "
+                    f"{name} alone"
+                )
+            joined[name] = _stacked([found[f"{name}{k}"] for k in numbers], name, path)
+        elif _is_cells(found.get(name)):
+            joined[name] = _stacked(list(found[name].ravel()), name, path)
+    return joined
+
+
+def _is_cells(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype.kind == "O"
+
+
+def _stacked(parts: list[Any], name: str, path: str) -> Floats:
+    matrices = [_real(part, f"{name}, rule {k}", path) for k, part in enumerate(parts, start=1)]
+    shapes = [matrix.shape for matrix in matrices]
+    if len(set(shapes)) != 1 or len(shapes[0]) != 2:
+        raise ModelError(
+            f"{path}: {name} has shapes {', '.join(map(str, shapes))}; one matrix a rule, all of "
+            "one shape, is needed"
+        )
+    return np.stack(matrices, axis=2)
+
+
+def _sample_time(found: Mapping[str, Any], path: str) -> float | None:
+    name = "sample_time" if "sample_time" in found else "Ts"
+    given = found.get(name, np.zeros(0))
+    parts = given.ravel() if _is_cells(given) else [given]
+    times = np.unique(np.concatenate([_real(part, name, path).ravel() for part in parts]))
+    if times.size > 1 or (times.size and name == "Ts" and times[0] < 0):
+        raise ModelError(
+            f"{path}: {name} has {times.size} numbers ({', '.join(map(str, times))}); one in s is "
+            "needed, or none"
+        )
+    return float(times[0]) if times.size and (times[0] or name == "sample_time") else None
 
 
 def _real(value: Any, name: str, path: str) -> Floats:
@@ -82,7 +141,7 @@ def _real(value: Any, name: str, path: str) -> Floats:
 
 def _matrices(found: Mapping[str, Any], path: str) -> dict[str, Floats]:
     """Return the matrices as (r, rows, columns), or (rows, columns) for the same in every rule."""
-    made = {k: _real(found[k], k, path) for k in ("A", "B", "C", "D", "E") if k in found}
+    made = {k: _real(found[k], k, path) for k in LETTERS if k in found}
     A = made["A"]
     if A.ndim not in (2, 3) or A.shape[1] != A.shape[0] or A.shape[0] == 0:
         raise ModelError(f"{path}: A has shape {A.shape}; (n, n, r) is needed")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,7 @@ from takagi.models.ts.vertex_arrays import (
     VertexProduct,
     check_corners,
     check_unique,
+    matrices_of_systems,
     stored_matrices,
 )
 
@@ -105,8 +106,9 @@ class TSModel:
 
     Parameters
     ----------
-    A : (r, n, n); or a ``VertexProduct``, and then B, C, D, E are such or None: the vertices of
-        each matrix are made when it is first asked for.
+    A : (r, n, n); or r state spaces of python-control or scipy, in the same states, which bring
+        B, C, D and the sample time; or a ``VertexProduct``, and then B, C, D, E are such or None:
+        the vertices of each matrix are made when it is first asked for.
     B : (r, n, m), or (n, m) for the same in every vertex; None for no input.
     C, D, E : (r, p, n), (r, p, m), (r, n, q), or without r; None for no output, no direct
         feed-through, no disturbance.
@@ -154,7 +156,7 @@ class TSModel:
 
     def __init__(
         self,
-        A: ArrayLike | VertexProduct,
+        A: ArrayLike | VertexProduct | Sequence[Any],
         B: ArrayLike | VertexProduct | None = None,
         *,
         C: ArrayLike | VertexProduct | None = None,
@@ -180,9 +182,10 @@ class TSModel:
         }
         members = tuple(premises)
         check_unique("premises", [premise.name for premise in members])
-        arrays, names, products, count = stored_matrices(
-            {"A": A, "B": B, "C": C, "D": D, "E": E}, labels
+        matrices, sample_time = matrices_of_systems(
+            {"A": A, "B": B, "C": C, "D": D, "E": E}, sample_time
         )
+        arrays, names, products, count = stored_matrices(matrices, labels)
         check_corners(products, members, rules)
         values: dict[str, object] = {**arrays, **names, "premises": members, "products": products}
         values["rules"] = _rules(members, rules, count)

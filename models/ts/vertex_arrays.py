@@ -235,6 +235,51 @@ def _stack(
     return array
 
 
+def matrices_of_systems(
+    given: Mapping[str, Any], sample_time: float | None
+) -> tuple[Mapping[str, Any], float | None]:
+    """Return the matrices, and the sample time, of systems that were given as A; else as given.
+
+    Raises
+    ------
+    ModelError : transfer functions, matrices beside systems, sample times that differ or are not
+        known.
+    """
+    A = given["A"]
+    systems = list(A) if isinstance(A, (list, tuple)) else [A]
+    dynamic = [hasattr(one, "A") and hasattr(one, "D") for one in systems]
+    if not any(dynamic):
+        if any(hasattr(one, "num") for one in systems):
+            raise ModelError(
+                "A holds transfer functions, which have no states of their own; give state spaces "
+                "in the same states, or their matrices A (r, n, n), B, C, D"
+            )
+        return given, sample_time
+    beside = [letter for letter in "BCD" if given[letter] is not None]
+    if beside or not all(dynamic):
+        raise ModelError(
+            f"A holds state spaces{' beside something else' if not all(dynamic) else ''}"
+            f"{' and ' + ', '.join(beside) + ' given' if beside else ''}; give systems alone, "
+            "which have their own B, C, D, or matrices alone"
+        )
+    times = {getattr(one, "dt", None) or None for one in systems}
+    times |= set() if sample_time is None else {float(sample_time)}
+    if len(times) != 1 or True in {time is True for time in times}:
+        raise ModelError(
+            f"sample times {', '.join(map(str, times))} are given; one for all systems is needed, "
+            "a number of seconds (True means an unknown one)"
+        )
+    stacks = {letter: [np.asarray(getattr(one, letter)) for one in systems] for letter in "ABCD"}
+    for letter, stack in stacks.items():
+        shapes = [matrix.shape for matrix in stack]
+        if len(set(shapes)) > 1:
+            raise ModelError(
+                f"the systems' {letter} have shapes {', '.join(map(str, shapes))}; the same "
+                "states, inputs and outputs are needed in every one"
+            )
+    return {**given, **stacks}, times.pop()
+
+
 def stored_matrices(
     given: Mapping[str, ArrayLike | VertexProduct | None],
     labels: Mapping[str, Sequence[str] | None],

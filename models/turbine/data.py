@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 
+from takagi.models.errors import ModelError
 from takagi.models.splines.surface import Surface
 
 
@@ -44,7 +45,7 @@ class BaselineController:
 
 @dataclass(frozen=True, slots=True)
 class FrozenWake:
-    """dP/dpitch with the induction held, at the published trim.
+    """dP/dpitch with the induction held, at the trim.
 
     A quasi-steady coefficient table gives the equilibrium-wake sensitivity, which is much smaller
     near rated wind; the truth on a fast pitch step lies between the two.
@@ -52,7 +53,7 @@ class FrozenWake:
     Attributes
     ----------
     wind : [m/s], increasing.
-    pitch : published trim pitch [rad].
+    pitch : trim pitch, as published or of the tables [rad].
     power_sensitivity : dP/dpitch at constant speed [W/rad].
     source : where the columns were read.
     """
@@ -72,11 +73,11 @@ class DiscWake:
     induction : k_a [-], induced wind where the blades work, over the momentum theory's disc mean.
     time_share : t_w over Oye's first time constant [-].
 
-    The defaults, for a file without ``[wake]``, are the theory's mean, which understates the first
-    answers by some per cent, and the share that the NREL 5-MW turbine has.
+    The defaults, for a file without ``[wake]``, are those of the NREL 5-MW turbine, rounded: 1 is
+    the theory's mean, and understates the first answers by some per cent.
     """
 
-    induction: float = 1.0
+    induction: float = 1.3
     time_share: float = 0.5
 
 
@@ -125,8 +126,8 @@ class Turbine:
     shaft_stiffness [N m/rad], shaft_damping [N m s/rad], low-speed side.
     cut_in, cut_out [m/s].
     speed_filter : corner of the generator-speed filter [rad/s].
-    baseline : the reference's own controller.
-    frozen_wake : published dP/dpitch over wind.
+    baseline : the reference's own controller; None where the file has none.
+    frozen_wake : dP/dpitch over wind, published or computed.
     power, thrust : c_P and c_T over tip-speed ratio [-] and pitch [rad].
     torque : c_Q, the spline of c_P / lambda at the table's points; rotor torque is computed from
         it, so that it is a polynomial on every cell.  It agrees with ``power`` at those points.
@@ -168,7 +169,7 @@ class Turbine:
     cut_in: float
     cut_out: float
     speed_filter: float
-    baseline: BaselineController
+    baseline: BaselineController | None
     frozen_wake: FrozenWake
     power: Surface
     thrust: Surface
@@ -184,6 +185,17 @@ class Turbine:
     def inertia(self) -> float:
         """J = J_r + n_g^2 J_g on the low-speed side [kg m^2]."""
         return self.rotor_inertia + self.gear_ratio**2 * self.generator_inertia
+
+    @property
+    def reference_controller(self) -> BaselineController:
+        """``baseline``; ModelError where the turbine has none."""
+        if self.baseline is None:
+            raise ModelError(
+                f"{self.name}: its file has no section [baseline], the figures of the reference's "
+                "own controller; add them as models/data/nrel5mw.toml has them, or leave the law "
+                "baseline out"
+            )
+        return self.baseline
 
     @property
     def torque_constant(self) -> float:

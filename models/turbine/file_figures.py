@@ -3,8 +3,9 @@ r"""One figure of a turbine file: found, its unit converted, its range checked; 
 Every function takes the document and the path of a field, ``"section.key"``, and raises
 ``ModelError`` with file, line and field.
 
-The section [frozen_wake] says what pitch does before the wake has answered, in one of two forms.
-Published sensitivities, each with the trim pitch that it belongs to:
+The section [frozen_wake] says what pitch does before the wake has answered, in one of two forms; a
+file without it has the column of ``frozen_wake_by_tables``.  Published sensitivities, each with the
+trim pitch that it belongs to:
 
     wind, pitch, power_sensitivity    S(v) = dP/dbeta with the induction held [W/rad]
 
@@ -15,8 +16,9 @@ or, where nothing is published, a factor kappa that is stated over wind:
 with beta* the trim pitch and dT_r/dbeta the slope of the coefficient table, which is that of the
 wake in equilibrium.  kappa is at least 1: held induction makes pitch act more.  Where the slope
 vanishes, as it may at rated wind, no factor helps: the column begins above, and its first entry
-holds below, with the square of wind.  ``source`` says where the columns were read, or why the
-factor was chosen.
+holds below, with the square of wind.  Pitch acts from rated wind on, so that a column may begin
+at most ``LATEST_BEGIN`` above it.  ``source`` says where the columns were read, or why the factor
+was chosen.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from takagi.models.errors import ModelError
+from takagi.models.files.csv_table import CoefficientTable
 from takagi.models.files.toml_document import Document
 from takagi.models.files.units import accepted_units, to_si
 from takagi.models.turbine.data import Figure, FrozenWake, Turbine
@@ -42,6 +45,39 @@ class FileFigure(NamedTuple):
     unit: str
     low: float
     high: float
+
+    @property
+    def example(self) -> str:
+        """What to write behind ``key =``."""
+        unit = accepted_units(self.unit)[0]
+        return f'{{ value = <number>, unit = "{unit}", source = "<where from>" }}'
+
+
+def require_entries(document: Document, needed: Iterable[tuple[str, str, str]]) -> None:
+    """Refuse a document that lacks entries, all at once.
+
+    Parameters
+    ----------
+    needed : path, what to write behind ``key =``, and what the entry means.
+
+    Raises
+    ------
+    ModelError : names every entry that is missing, in the form in which it is to be added.
+    """
+    lines: dict[str, list[str]] = {}
+    for path, example, meaning in needed:
+        section, _, key = path.rpartition(".")
+        content = document.data.get(section, {}) if section else document.data
+        if not isinstance(content, dict) or key not in content:
+            note = f"  # {meaning}" if meaning else ""
+            lines.setdefault(section, []).append(f"{key} = {example}{note}")
+    if not lines:
+        return
+    first = next(iter(lines))
+    path = f"{first}.{lines[first][0].partition(' ')[0]}".lstrip(".")
+    more = sum(map(len, lines.values())) - 1
+    text = "\n".join("\n".join([f"[{name}]"] * bool(name) + lines[name]) for name in lines)
+    raise document.error(path, f"is missing{f', and {more} more' if more else ''}; add\n{text}")
 
 
 def _entry(document: Document, path: str, example: str) -> Any:
@@ -106,10 +142,13 @@ def _in_range(document: Document, spec: FileFigure, value: float, unit: str) -> 
     return converted
 
 
+def _columns(spec: FileFigure) -> str:
+    return f'{{ unit = "{accepted_units(spec.unit)[0]}", values = [<numbers>] }}'
+
+
 def column_at(document: Document, spec: FileFigure) -> tuple[float, ...]:
     """Return a list ``{ unit = "...", values = [...] }`` in SI, at least two numbers."""
-    example = f'{{ unit = "{accepted_units(spec.unit)[0]}", values = [<numbers>] }}'
-    entry = _table(document, spec.path, ("unit", "values"), example)
+    entry = _table(document, spec.path, ("unit", "values"), _columns(spec))
     if not isinstance(entry["values"], list) or len(entry["values"]) < 2:
         raise document.error(spec.path, "values must be a list of at least 2 numbers")
     numbers = [_number(document, spec.path, value) for value in entry["values"]]
@@ -120,36 +159,53 @@ _WIND = FileFigure("frozen_wake.wind", "wind", "m/s", 0.1, 60)
 _PITCH = FileFigure("frozen_wake.pitch", "pitch", "rad", -1, 2)
 _SENSITIVITY = FileFigure("frozen_wake.power_sensitivity", "power_sensitivity", "W/rad", -1e12, 0)
 _FACTOR = FileFigure("frozen_wake.factor", "factor", "-", 1, 100)
+LATEST_BEGIN = 1.05
+"""The largest first wind of a column, over rated wind."""
 WAKE = (_WIND, _PITCH, _SENSITIVITY, _FACTOR)
 """The columns that the section may have."""
 
 
-def read_frozen_wake(document: Document, turbine: Turbine) -> FrozenWake:
-    """Return the frozen-wake columns of a file, computed from the factor if one is stated.
+def read_frozen_wake(document: Document, turbine: Turbine, thrust: CoefficientTable) -> FrozenWake:
+    """Return the frozen wake: published, from the factor that is stated, or from the tables.
 
     Parameters
     ----------
     turbine : the file's turbine; its own frozen wake is not read.
+    thrust : its table of c_T.
 
     Raises
     ------
     ModelError : both forms at once, a column that is missing, winds that do not increase, columns
-        of different length; with a factor: a wind outside rated wind to cut-out, or one at which
-        the table's torque does not fall with pitch.
+        of different length, a first wind too far above rated wind; with a factor: a wind outside
+        rated wind to cut-out, or one at which the table's torque does not fall with pitch; without
+        the section: see ``frozen_wake_by_tables``.
     """
-    given = document.data.get("frozen_wake", {})
-    stated = isinstance(given, dict) and "factor" in given
+    from takagi.models.turbine.frozen_wake import frozen_wake_by_tables
+    from takagi.models.turbine.trim import rated_wind
+
+    if "frozen_wake" not in document.data:
+        return frozen_wake_by_tables(turbine, thrust)
+    given = document.data["frozen_wake"]
+    stated = "factor" in given
     if stated and not {"pitch", "power_sensitivity"}.isdisjoint(given):
         raise document.error(
             "frozen_wake.factor",
             "is given beside published columns; keep pitch and power_sensitivity, or factor alone",
         )
-    columns = {
-        spec.attribute: column_at(document, spec)
-        for spec in ((_WIND, _FACTOR) if stated else (_WIND, _PITCH, _SENSITIVITY))
-    }
+    used = (_WIND, _FACTOR) if stated else (_WIND, _PITCH, _SENSITIVITY)
+    needed = [(one.path, _columns(one), "") for one in used]
+    require_entries(document, [*needed, ("frozen_wake.source", '"<where from>"', "")])
+    columns = {one.attribute: column_at(document, one) for one in used}
     _check(document, columns)
     source = text_at(document, "frozen_wake.source")
+    first, rated = columns["wind"][0], rated_wind(turbine)
+    if first > LATEST_BEGIN * rated:
+        raise document.error(
+            "frozen_wake.wind",
+            f"begins at {first:.6g} m/s; rated wind is {rated:.4g} m/s by the tables, and pitch "
+            f"acts from there: let the column begin at {LATEST_BEGIN * rated:.4g} m/s or below, or "
+            "leave the section [frozen_wake] out, and the column is computed from the tables",
+        )
     if not stated:
         return FrozenWake(**columns, source=source)
     points = [

@@ -28,6 +28,7 @@ from takagi.models.turbine.file_figures import (
     figure_at,
     read_figure,
     read_frozen_wake,
+    require_entries,
     text_at,
 )
 
@@ -59,6 +60,35 @@ _FIELDS = (
     FileFigure("operation.cut_in", "cut_in", "m/s", 0.1, 20),
     FileFigure("operation.cut_out", "cut_out", "m/s", 1, 60),
 )
+# What a figure is, for a file that lacks it.
+_MEANING = {
+    "rotor.radius": "rotor apex to blade tip",
+    "rotor.hub_height": "hub over ground",
+    "rotor.inertia": "blades and hub, about the shaft",
+    "rotor.rated_speed": "of the rotor",
+    "rotor.air_density": "that of the coefficient tables",
+    "drivetrain.gear_ratio": "generator speed over rotor speed, 1 without a gearbox",
+    "drivetrain.shaft_stiffness": "torsion, low-speed side",
+    "drivetrain.shaft_damping": "torsion, low-speed side",
+    "generator.inertia": "about the high-speed shaft",
+    "generator.efficiency": "electrical over mechanical power, all losses",
+    "generator.minimum_speed": "least speed in operation, high-speed shaft",
+    "generator.rated_torque": "rated power / (efficiency * rated speed), high-speed shaft",
+    "generator.maximum_torque": "above rated_torque, often 110 % of it",
+    "generator.torque_rate_limit": "of the converter, high-speed shaft",
+    "generator.speed_filter": "corner of the low-pass on the measured speed",
+    "pitch.minimum": "fine pitch; no smaller angle is commanded",
+    "pitch.maximum": "of the drive, often 90 deg",
+    "pitch.rate_limit": "of the drive",
+    "pitch.time_constant": "of the drive as a first-order lag",
+    "pitch.drive_frequency": "of the drive as a second-order lag, in simulations",
+    "pitch.drive_damping": "of the drive as a second-order lag, in simulations",
+    "tower.mass": "first fore-aft mode, equivalent mass at the top",
+    "tower.damping": "of this mode: 2 zeta sqrt(stiffness * mass)",
+    "tower.stiffness": "of this mode: mass * (2 pi frequency)^2",
+    "operation.cut_in": "least wind in operation",
+    "operation.cut_out": "largest wind in operation",
+}
 _BASELINE = (
     FileFigure("baseline.proportional_gain", "proportional_gain", "s", 0, 1e3),
     FileFigure("baseline.integral_gain", "integral_gain", "-", 0, 1e3),
@@ -128,18 +158,21 @@ def load_turbine(path_or_name: str | Path) -> Turbine:
 def _turbine(document: Document) -> Turbine:
     _check_kind(document)
     _check_known(document)
+    _require_all(document)
     figures: dict[str, Figure] = {}
     values = {f.attribute: figure_at(document, f, figures) for f in _FIELDS}
     values["minimum_rotor_speed"] = values.pop("minimum_generator_speed") / values["gear_ratio"]
     _check_order(document, values)
-    baseline = BaselineController(
-        **{f.attribute: figure_at(document, f, figures) for f in _BASELINE}
-    )
-    _check_baseline(document, baseline)
+    baseline = None
+    if "baseline" in document.data:
+        numbers = {f.attribute: figure_at(document, f, figures) for f in _BASELINE}
+        baseline = BaselineController(**numbers)
+        _check_baseline(document, baseline)
     for key in document.data.get(_FREE_SECTION, {}):
         path = f"{_FREE_SECTION}.{key}"
         figures[path] = read_figure(document, path)
-    parts: dict[str, Any] = {**values, **_surfaces(document, values["pitch_min"])}
+    tables = _coefficients(document, values["pitch_min"])
+    parts: dict[str, Any] = {**values, **_surfaces(tables)}
     turbine = Turbine(
         name=text_at(document, "name"),
         baseline=baseline,
@@ -148,8 +181,29 @@ def _turbine(document: Document) -> Turbine:
         figures=MappingProxyType(figures),
         **parts,
     )
-    # A factor on the table's own slope is known only when there is a turbine to trim.
-    return replace(turbine, frozen_wake=read_frozen_wake(document, turbine))
+    # It may follow from the tables' slopes at the trim, so that it needs a turbine.
+    try:
+        wake = read_frozen_wake(document, turbine, tables["thrust"])
+    except ModelError as error:
+        if str(error).startswith(str(document.path)):
+            raise
+        raise ModelError(f"{document.path}: {error}") from error
+    return replace(turbine, frozen_wake=wake)
+
+
+def _require_all(document: Document) -> None:
+    """Refuse a file that lacks entries; optional groups are needed whole or not at all."""
+    groups = [_FIELDS]
+    for group in (*_GROUPS, _BASELINE):
+        places = [f.path.partition(".") for f in group]
+        if any(key in document.data.get(section, {}) for section, _, key in places):
+            groups.append(group)
+    needed = [(f.path, f.example, _MEANING.get(f.path, "")) for group in groups for f in group]
+    needed += [
+        (f"coefficients.{key}", f'"<file>_c{key[0]}.csv"', f"table of c_{key[0].upper()}")
+        for key in _TABLES
+    ]
+    require_entries(document, [("name", '"..."', "of the turbine"), *needed])
 
 
 def model_files(path_or_name: str | Path) -> list[Path]:
@@ -268,8 +322,8 @@ def _check_baseline(document: Document, baseline: BaselineController) -> None:
             raise document.error(f"baseline.{second}", f"must exceed {first}; sort the regions")
 
 
-def _surfaces(document: Document, pitch_min: float) -> dict[str, Surface]:
-    """Return the surfaces c_P, c_T and c_Q from the tables beside the file."""
+def _coefficients(document: Document, pitch_min: float) -> dict[str, CoefficientTable]:
+    """Return the tables of c_P and c_T beside the file."""
     tables: dict[str, CoefficientTable] = {}
     for key in _TABLES:
         path = f"coefficients.{key}"
@@ -283,6 +337,11 @@ def _surfaces(document: Document, pitch_min: float) -> dict[str, Surface]:
                 path,
                 f"{name} does not cover the smallest pitch, {pitch_min:.9g} rad; extend the table",
             )
+    return tables
+
+
+def _surfaces(tables: dict[str, CoefficientTable]) -> dict[str, Surface]:
+    """Return the surfaces c_P, c_T and c_Q of the tables."""
     power = tables["power"]
     return {
         "power": _surface("c_P", power, power.values),

@@ -156,6 +156,8 @@ def _scale(turbine: Turbine) -> Interval:
 
 
 NODE_DECIMALS = 9
+# A piece of wind [m/s] that is short enough to say what leaves the table.
+SHORT = Fraction(1, 100)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -337,14 +339,24 @@ class _Tube:
     curve: _Curve
     known_rates: dict[Box, tuple[Interval, ...]] = field(default_factory=dict)
 
-    def enclose_named(self, box: Box) -> Interval:
-        """Return ``enclose``; a message about the table says at which winds and what to change."""
+    def enclose_named(self, box: Box) -> Interval | None:
+        """Return ``enclose``; a message about the table says at which winds and what to change.
+
+        Over a piece of wind, speed and wind need not meet at their ends, so that a tube inside the
+        table may seem to leave it: None there, and shorter pieces decide.
+        """
         try:
             return self.enclose(box)
         except ModelError as error:
+            if box[0].width > SHORT:
+                return None
+            lowered = float(max(self.curve.rotor_speed)) < (1 - 1e-6) * (
+                self.turbine.rated_rotor_speed
+            )
             raise ModelError(
                 f"around the trim at wind {float(box[0].lower):.4g} to {float(box[0].upper):.4g} "
-                f"m/s: {error}; narrow the bands or the wind range, or raise the speed set-point"
+                f"m/s: {error}{', or raise the speed set-point' if lowered else ''}; from Python, "
+                "narrower bands or another wind range may do"
             ) from error
 
     def enclose(self, box: Box) -> Interval:
@@ -366,11 +378,12 @@ class _Tube:
         return found.intersect(Interval(corners[0].lower, corners[1].upper))
 
     def changes(self, box: Box) -> list[float]:
-        """Return a bound of the slope's change along each side."""
-        return [
-            float(rate.magnitude * side.width)
-            for rate, side in zip(self.rates(box), box, strict=True)
-        ]
+        """Return a bound of the slope's change along each side; of wind alone beside the table."""
+        try:
+            rates = self.rates(box)
+        except ModelError:
+            return [1.0, 0.0, 0.0, 0.0]
+        return [float(rate.magnitude * side.width) for rate, side in zip(rates, box, strict=True)]
 
     def plain(self, box: Box) -> Interval:
         return slope_enclosure(self.turbine, self.slope, *self._place(box)[0])

@@ -34,7 +34,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import ceil, floor, isfinite, pi
+from math import ceil, degrees, floor, isfinite, pi, radians
 from types import MappingProxyType
 
 import numpy as np
@@ -48,6 +48,9 @@ TABLE_SHARE = 0.9
 # Steps of wind and pitch, small enough to find the sign change that Brent's method refines.
 WIND_STEPS = 221
 PITCH_STEPS = 301
+# Smallest pitches that are tried where the rotor is stalled at rated wind [rad].
+PITCH_STEP, LARGEST_LEAST = radians(0.25), radians(8)
+EXTEND = "extend the coefficient tables, or leave this wind out by cut_in and cut_out"
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,17 +155,18 @@ def trim(turbine: Turbine, wind: float, *, speed_setpoint: float | None = None) 
     try:
         torque = float(rotor_torque(turbine, speed, turbine.pitch_min, v)) / turbine.gear_ratio
     except ModelError as error:
-        raise _infeasible(turbine, speed, v, str(error)) from error
+        raise _infeasible(turbine, speed, v, str(error), EXTEND) from error
     if not 0 < torque <= turbine.maximum_torque:
-        raise _infeasible(turbine, speed, v, f"the balancing torque would be {torque:.6g} N m")
+        why = f"the balancing torque would be {torque:.6g} N m"
+        raise _infeasible(turbine, speed, v, why, "leave this wind out by cut_in and cut_out")
     return TrimPoint(v, speed, turbine.pitch_min, torque, region)
 
 
 def _wind(turbine: Turbine, wind: float) -> float:
     if not turbine.cut_in <= wind <= turbine.cut_out:
         raise ModelError(
-            f"{turbine.name}: wind {wind:.6g} m/s was given; trim exists from cut-in "
-            f"{turbine.cut_in:.6g} to cut-out {turbine.cut_out:.6g} m/s"
+            f"{turbine.name}: a steady state at wind {wind:.6g} m/s is needed; it exists from "
+            f"cut-in {turbine.cut_in:.6g} to cut-out {turbine.cut_out:.6g} m/s"
         )
     return float(wind)
 
@@ -195,6 +199,14 @@ def _reference(turbine: Turbine, v: float, setpoint: float) -> tuple[float, str]
 @lru_cache(maxsize=64)
 def _rated_wind(turbine: Turbine, setpoint: float) -> float | None:
     """Return the lowest wind with rated torque at smallest pitch, or None if none exists."""
+    v = _balance(turbine, setpoint)
+    if v is not None:
+        _check_sheds(turbine, setpoint, v)
+    return v
+
+
+def _balance(turbine: Turbine, setpoint: float) -> float | None:
+    """Return ``_rated_wind``, be it on the stall side or not."""
     needed = turbine.gear_ratio * turbine.rated_torque
 
     def excess(v: float) -> float:
@@ -208,57 +220,78 @@ def _rated_wind(turbine: Turbine, setpoint: float) -> float | None:
     winds = np.linspace(turbine.cut_in, last, WIND_STEPS)
     for below, above in zip(winds, winds[1:], strict=False):
         if excess(above) >= 0:
-            v = float(brentq(excess, below, above, xtol=1e-12))
-            _check_sheds(turbine, setpoint, v)
-            return v
+            return float(brentq(excess, below, above, xtol=1e-12))
     return None
 
 
 def _check_sheds(turbine: Turbine, setpoint: float, v: float) -> None:
-    """Refuse a set-point so low that the rotor is stalled where region 3 begins."""
-    ratio, (_, most) = setpoint * turbine.rotor_radius / v, turbine.torque.x_range
-    if ratio > most:
-        speed = _reference(turbine, v, setpoint)[0]
+    """Refuse a turbine that has its rated torque too early, or stalled, where region 3 begins."""
+    speed, by_pitch = _at_rated(turbine, setpoint, v)
+    if speed == setpoint and by_pitch < 0:
+        return
+    ways = ["raise rated torque or lower rated speed"] if speed < setpoint else []
+    least = _least_pitch(turbine, setpoint)
+    if least is not None:
+        ways.insert(0, f"give {degrees(least):.4g} deg or more as pitch.minimum")
+    if speed < setpoint:
+        what = "the set-point" if setpoint < turbine.rated_rotor_speed else "rated speed"
         raise ModelError(
             f"{turbine.name}: rated torque {turbine.rated_torque:.6g} N m is reached at {v:.4g} "
-            f"m/s, where the rotor turns at {speed:.4g} rad/s, long before the set-point of "
-            f"{setpoint:.4g} rad/s (tip-speed ratio {ratio:.4g} there, and the table ends at "
-            f"{most:.4g}); raise rated torque or lower rated speed"
+            f"m/s, where the rotor turns at {speed:.4g} rad/s, before {what}, {setpoint:.4g} "
+            f"rad/s; {', or '.join(ways)}"
         )
-    by_pitch = float(rotor_torque_gradient(turbine, setpoint, turbine.pitch_min, v)[1])
-    if by_pitch >= 0:
-        raise _infeasible(
-            turbine,
-            setpoint,
-            v,
-            f"pitching up from {turbine.pitch_min:.4g} rad would raise torque "
-            f"(dT/dpitch = {by_pitch:.4g} N m/rad): the rotor is on its stall side there, "
-            "and a larger smallest pitch angle may help",
-        )
+    raise _infeasible(
+        turbine,
+        setpoint,
+        v,
+        f"this is rated wind, and pitching up from the smallest pitch, "
+        f"{degrees(turbine.pitch_min):.4g} deg, would raise torque (dT/dpitch = "
+        f"{by_pitch:.4g} N m/rad): the rotor is on its stall side there",
+        (", or ".join(ways) or "correct rated torque, rated speed or the power coefficients there")
+        + _or_setpoint(turbine, setpoint),
+    )
+
+
+def _at_rated(turbine: Turbine, setpoint: float, v: float) -> tuple[float, float]:
+    """Return the rotor speed [rad/s] and dT/dpitch [N m/rad] where rated torque is reached."""
+    speed, _ = _reference(turbine, v, setpoint)
+    slope = rotor_torque_gradient(turbine, setpoint, turbine.pitch_min, v, clip=True)[1]
+    return speed, float(slope)
+
+
+def _least_pitch(turbine: Turbine, setpoint: float) -> float | None:
+    """Return a smallest pitch [rad] with which pitch sheds torque at rated wind, by trying."""
+    most = min(LARGEST_LEAST, turbine.torque.y_range[1], turbine.pitch_max)
+    for step in range(floor(turbine.pitch_min / PITCH_STEP) + 1, round(most / PITCH_STEP)):
+        other = replace(turbine, pitch_min=step * PITCH_STEP)
+        v = _balance(other, setpoint)
+        if v is None:
+            return None
+        speed, by_pitch = _at_rated(other, setpoint, v)
+        if speed == setpoint and by_pitch < 0:
+            return other.pitch_min
+    return None
 
 
 def _pitch(turbine: Turbine, speed: float, v: float) -> float:
     """Return the largest pitch that balances rated torque: the feather side of the hill."""
     needed = turbine.gear_ratio * turbine.rated_torque
+    cure = EXTEND + _or_setpoint(turbine, speed)
     last = min(turbine.pitch_max, turbine.torque.y_range[1])
     pitches = np.linspace(turbine.pitch_min, last, PITCH_STEPS)
     try:
         excess = rotor_torque(turbine, speed, pitches, v) - needed
     except ModelError as error:
-        raise _infeasible(turbine, speed, v, str(error)) from error
+        raise _infeasible(turbine, speed, v, str(error), cure) from error
     if excess[-1] > 0:
-        raise _infeasible(
-            turbine,
-            speed,
-            v,
-            f"the largest pitch of the table, {last:.4g} rad, still leaves too much torque",
-        )
+        why = f"the largest pitch of the table, {last:.4g} rad, still leaves too much torque"
+        raise _infeasible(turbine, speed, v, why, cure)
     above = np.flatnonzero(excess > 0)
     if len(above) == 0:
         # At rated wind itself rounding may place the balance slightly below smallest pitch.
         if excess[0] > -1e-9 * needed:
             return float(pitches[0])
-        raise _infeasible(turbine, speed, v, "no pitch gives rated torque")
+        raise _infeasible(turbine, speed, v, "no pitch gives rated torque", cure)
 
     def balance(pitch: float) -> float:
         return float(rotor_torque(turbine, speed, pitch, v)) - needed
@@ -268,11 +301,16 @@ def _pitch(turbine: Turbine, speed: float, v: float) -> float:
     return float(brentq(balance, pitches[first], pitches[first + 1], xtol=1e-14))
 
 
-def _infeasible(turbine: Turbine, speed: float, v: float, why: str) -> ModelError:
+def _or_setpoint(turbine: Turbine, setpoint: float) -> str:
+    """Return a further cure, where a lower set-point than the rated speed was given."""
+    rated = turbine.rated_rotor_speed
+    return f", or raise the speed set-point (at most {rated:.6g} rad/s)" if setpoint < rated else ""
+
+
+def _infeasible(turbine: Turbine, speed: float, v: float, why: str, cure: str) -> ModelError:
     return ModelError(
         f"{turbine.name}: no steady state at wind {v:.6g} m/s and rotor speed {speed:.6g} rad/s: "
-        f"{why}; raise the speed set-point (at most {turbine.rated_rotor_speed:.6g} rad/s) or "
-        "leave this wind out"
+        f"{why}; {cure}"
     )
 
 

@@ -98,7 +98,7 @@ def wind_observer_model(
             f"{turbine.name}: dT_r/dv / J is only known to lie in {bounds} over winds "
             f"{band.wind_range} with these bands; it must be positive for the wind to be observed "
             f"from the rotor speed; at the trims it is least at {weakest:.4g} m/s: "
-            "correct the power coefficients there, raise the speed set-point, or narrow the bands"
+            "correct the power coefficients there, or leave these winds out by cut_in and cut_out"
         )
     premise = Premise(
         "d",

@@ -87,7 +87,7 @@ def baseline_program(turbine: Turbine, *, without: Collection[str] = ()) -> Cont
 
 
 def _document(turbine: Turbine) -> dict[str, Any]:
-    figures = turbine.baseline
+    figures = turbine.reference_controller
     own = {
         "rated_speed": turbine.rated_rotor_speed,
         "region_3_pitch": turbine.pitch_min + REGION_3_PITCH,

@@ -89,6 +89,15 @@ def behind(unit: str) -> str:
     return "" if unit in ("", "-") else f" {unit}"
 
 
+def per_unit(above: str, below: str) -> str:
+    """Return the unit of a quotient of two units, "-" for none: ``per_unit("N", "rad/s")``."""
+    if below == "-":
+        return above
+    bottom = f"({below})" if set(below) & set("/ ") else below
+    top = f"({above})" if "/" in above else above
+    return f"{'1' if above == '-' else top}/{bottom}"
+
+
 def with_decimals(value: float, digits: int) -> str:
     """Return a number with so many decimals; a dash for nan, a true minus sign."""
     if math.isnan(value):

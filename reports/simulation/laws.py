@@ -47,6 +47,12 @@ LAW_NAMES: Mapping[str, str] = MappingProxyType(
 )
 DEFAULT_LAWS = ("coherent", "paper", "baseline")
 
+
+def default_laws(turbine: Turbine) -> tuple[str, ...]:
+    """Return ``DEFAULT_LAWS``, without the reference's own where the turbine has none."""
+    return DEFAULT_LAWS if turbine.baseline is not None else DEFAULT_LAWS[:-1]
+
+
 Tell = Callable[[str], None]
 
 

@@ -25,16 +25,16 @@ FILE = model_files("iea15mw")[0]
 
 
 @lru_cache
-def written() -> str:
+def written(file: Path = FILE) -> str:
     """Return plant and the rows of a law that the comparison reads, as a certificate has them."""
-    turbine = load_turbine("iea15mw")
+    turbine = load_turbine(file)
     schedule = effort_schedule(turbine, overlap=0.0066)
     gains = {
         "rated_torque": turbine.rated_torque,
         "wind": schedule.wind.tolist(),
         "effectiveness_limit": schedule.effectiveness_limit.tolist(),
     }
-    model = turbine_data(turbine, model_files("iea15mw"))
+    model = turbine_data(turbine, model_files(file))
     return json.dumps({"model": model, "gains": gains})
 
 
@@ -93,6 +93,26 @@ def test_another_statement_is_another_wake(old: str, new: str, words: str, tmp_p
 
     with pytest.raises(CertificateError, match=words):
         compare_turbine(read["model"], read["gains"], edited(tmp_path, old, new))
+
+
+@pytest.mark.parametrize("without", ["", "[wake]"])
+def test_a_wake_that_nobody_states_is_computed_again(without: str, tmp_path: Path) -> None:
+    """By momentum theory, with the file's induction and the default; a forged limit is refused."""
+    path = edited(tmp_path, "cut_out = { value = 25.0", "cut_out = { value = 13.2")
+    text = path.read_text(encoding="utf-8")
+    for section in ("[frozen_wake]", without):
+        if section:
+            head, _, rest = text.partition(f"{section}\n")
+            text = head + rest[rest.index("\n[") + 1 :]
+    path.write_text(text, encoding="utf-8")
+    read = json.loads(written(path))
+    honest = read_text(json.dumps(read), "document")
+    read["gains"]["effectiveness_limit"][-3] -= 3e-6
+    forged = read_text(json.dumps(read), "document")
+
+    assert compare_turbine(honest["model"], honest["gains"], path) == ""
+    with pytest.raises(CertificateError, match="frozen wake's pitch effectiveness at"):
+        compare_turbine(forged["model"], forged["gains"], path)
 
 
 def test_slopes_meet_the_loaders() -> None:

@@ -97,7 +97,7 @@ def test_malformed_toml_names_file_line_and_what_was_expected(
         ('unit = "rpm"', 'unit = "rp"', "rotor.rated_speed", "this field accepts"),
         ('unit = "rpm"', 'unit = "kg"', "rotor.rated_speed", "does not fit"),
         ("\nradius", "\nradios", "rotor.radios", "did you mean 'radius'"),
-        ("\nradius", "\n# radius", "rotor.radius", "is missing; add radius ="),
+        ("\nradius", "\n# radius", "rotor.radius", "is missing; add\n[rotor]\nradius ="),
         ('power = "nrel5mw_cp.csv"', 'power = "no.csv"', "coefficients.power", "no such file"),
         (
             'kind = "turbine"',

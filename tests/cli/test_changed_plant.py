@@ -18,6 +18,7 @@ from takagi.cli.main import main
 from takagi.models.plant_files.loader import PlantFile, load_plant
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file
+from tests.undrawn import undrawn
 
 Capture = pytest.CaptureFixture[str]
 PENDULUM = """
@@ -160,6 +161,44 @@ def test_another_plant_is_refused_with_what_is_not_its_own(
     assert "Traceback" not in said
     assert status == (2 if "theta" in new else 0)
     assert "theta" not in new or "is not the model's" in said
+
+
+BALLAST = (
+    PENDULUM.replace('units = "unchecked"', 'units = "unchecked"\nmeasured = ["angle"]')
+    .replace("+ torque", "+ torque - ballast")
+    .replace("[parameters]", '[parameters]\nballast = { value = 1, unit = "N m" }')
+    .replace('torque = { unit = "N m" }', 'torque = { unit = "N m", rest = "solve" }')
+)
+
+
+@pytest.mark.slow
+def test_a_law_of_outputs_is_proved_in_the_premises_of_its_file(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    """Also where a rest has moved; beyond the bounds of the file the reason is said."""
+    plant, out = tmp_path / "plant.toml", tmp_path / "build"
+    gains, again = out / "gains.json", tmp_path / "g.json"
+
+    def certified(text: str, file: Path = gains) -> int:
+        plant.write_text(text, encoding="utf-8")
+        given = ["certify", str(plant), "--gains", str(file), "--out", str(tmp_path / "c.json")]
+        return main([*given, "--gains-out", str(again)])
+
+    plant.write_text(BALLAST, encoding="utf-8")
+    with undrawn():
+        assert main(["design", str(plant), "--out", str(out)]) == 0
+    moved = BALLAST.replace("ballast = { value = 1,", "ballast = { value = 1.2,")
+    assert certified(moved) == 0
+    assert main(["check", str(tmp_path / "c.json"), "--gains", str(again)]) == 0
+    assert certified(moved.replace("[-1, 1]", "[-0.9, 0.9]")) == 0
+    assert "the premises of their file were kept" in capsys.readouterr().out
+    assert certified(moved.replace("[-1, 1]", "[-1.1, 1.1]")) == 2
+    assert "leave out values that it attains" in capsys.readouterr().err
+    assert certified(BALLAST.replace("+ torque", "- torque")) == 1
+    content = json.loads(gains.read_text("utf-8"))
+    content["law"]["trim"]["input"] = [2.0]
+    (tmp_path / "forged.json").write_text(json.dumps(content), encoding="utf-8")
+    assert certified(BALLAST, tmp_path / "forged.json") == 2
 
 
 def test_rules_that_leave_out_a_corner_are_refused(gains: Path, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ import pytest
 
 # The command imports these parts of the checker by name: they have to be there before the whole is
 # replaced, when this file is run alone as well.
+import takagi.reports.code.c.comparison  # noqa: F401
 from takagi.certificates.checker.files.model_content import OtherModel
 from takagi.certificates.checker.kernel import refusal
 from takagi.certificates.checker.kernel.refusal import OtherGains
@@ -148,6 +149,40 @@ def test_reports_are_written_where_asked(checker: Any, tmp_path: Path) -> None:
     assert main(["check", "c.json", *options]) == 0
 
     assert all("decay" in file.read_text(encoding="utf-8") for file in files)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "whole"), [(Verdict.PROVED, "FAILED"), (Verdict.UNDECIDED, "UNDECIDED")]
+)
+def test_what_is_missed_beside_the_claims_hides_none(
+    checker: Any, monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path,
+    verdict: Verdict, whole: str,
+) -> None:  # fmt: skip
+    """A margin that is missed stands behind the claims: printed, in JSON, and in every report."""
+    checker.answer = answer(verdict)
+    margins: Any = ModuleType("takagi.reports.simulation.filed_margins")
+    margins.filed_margins = lambda *_: (("at 9 m/s it is 1.1",), ("least gain 1.1",))
+    monkeypatch.setitem(sys.modules, margins.__name__, margins)
+    asked = ["check", "c.json", "--gains", "g.json", "--model", "m.toml", "--margins", "gain 2"]
+    files = {option: tmp_path / option.strip("-") for option in _REPORTS}
+    missed = "the loop that runs has the margins asked"
+
+    assert main([*asked, *(f"{option}={file}" for option, file in files.items())]) == 1
+    assert main([*asked, "--json"]) == 1
+
+    text, _, data = capsys.readouterr().out.partition("{")
+    assert text.startswith(f"c.json: {whole}\n")
+    assert '"decay": at 0.1 1/s' in text and f'"{missed}": g.json: at 9 m/s' in text
+    assert "3 inequalities\nleast gain 1.1\n" in text
+    found = json.loads("{" + data)
+    assert [one["name"] for one in found["claims"]] == ["decay", missed]
+    assert found["verdict"] == whole
+    cases = ElementTree.parse(files["--junit"]).iter("testcase")
+    assert [case.get("name") for case in cases] == ["decay", missed]
+    summary = files["--summary"].read_text("utf-8")
+    assert f"| {verdict.name} | decay |" in summary and f"| FAILED | {missed} |" in summary
+    (run,) = json.loads(files["--sarif"].read_text("utf-8"))["runs"]
+    assert run["results"][-1]["ruleId"] == missed
 
 
 def test_a_refused_file_is_misuse_and_stands_in_the_reports(

@@ -89,7 +89,11 @@ def test_a_plant_file_becomes_a_folder_that_the_checker_proves(
     assert main(["design", str(pendulum), "--out", str(out)]) == 0
 
     printed = capsys.readouterr().out
-    assert printed.startswith("PROVED  Pendulum with a motor\n") and "2 rules by" in printed
+    answer = printed.split("\n\n", 1)[0].splitlines()
+    assert answer[0].startswith("PROVED  Pendulum with a motor") and len(answer) <= 14
+    assert max(map(len, answer)) <= 100 and "\x1b" not in printed
+    gains = next(line for line in answer if line.split()[0] == "gains")
+    assert "N m/rad theta" in gains and "N m/(rad/s) omega" in gains
     names = {path.name for path in out.iterdir()}
     assert names == {"gains.json", "certificate.json", "report.html", "figures"}
     checked = check(out / "certificate.json", gains=out / "gains.json", model=pendulum)
@@ -173,7 +177,7 @@ def test_discrete_time(tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "trailer.toml"
     path.write_text(TRAILER, encoding="utf-8")
 
-    assert main(["design", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert main(["design", str(path), "--out", str(tmp_path / "out"), "--all"]) == 0
 
     assert "discrete time, T = 2 s" in capsys.readouterr().out
     assert read(tmp_path / "out" / "gains.json")["law"]["sample_time"] == 2.0
@@ -248,6 +252,12 @@ def test_the_answer_for_machines(pendulum: Path, tmp_path: Path, capsys: Capture
     assert answer["verdict"] == "PROVED" and answer["rules"] == 2
     assert answer["gains"] == read(out / "gains.json")["law"]["K"]
     assert all(Path(file).is_file() for file in answer["files"])
+    rows = {row["name"]: row for row in answer["summary"]}
+    theta, omega = rows["safe start"]["numbers"]
+    assert (theta["unit"], omega["unit"]) == ("deg", "rad/s")
+    assert theta["share"] == pytest.approx(theta["value"] / 60)
+    assert theta["value"] == pytest.approx(np.degrees(answer["starts_alone"]["theta [rad]"]))
+    assert rows["input"]["proved"] and not rows["margins"]["proved"]
 
 
 @pytest.mark.slow

@@ -165,6 +165,8 @@ def test_divergence_has_its_own_status(monkeypatch: pytest.MonkeyPatch, capsys: 
         (("--law", "coherrent"), "did you mean 'coherent'"),
         (("--duration", "-5"), "above 0"),
         (("--duration", "nan"), "above 0"),
+        (("--duration", "1e9"), "at most 3600"),
+        (("--scenario", "gust", "--duration", "5"), "longer duration"),
         (("--duration", "soon"), "a valid number"),
         (("--scenario", "storm"), "paper, step, gust, ramp"),
         (("--wake", "none"), "equilibrium, dynamic"),
@@ -188,12 +190,6 @@ def test_misuse_is_told_and_nothing_is_written(
     assert "Traceback" not in shown.err
     assert shown.out == ""
     assert not out.exists()
-
-
-def test_unknown_model_is_told(capsys: Capture) -> None:
-    """With the near name."""
-    assert main(["simulate", "nrel5m"]) == 2
-    assert "did you mean 'nrel5mw'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("place", ["file", "file/below", "/proc/takagi"])

@@ -42,8 +42,8 @@ def content(folder: Path) -> dict[str, bytes]:
 def test_no_violation_is_status_0_and_leaves_all_files(
     certificate: Path, tmp_path: Path, capsys: Capture
 ) -> None:
-    """The table, the same bytes for the same seed, also resumed; nothing on standard error."""
-    folders = [tmp_path / name for name in ("first", "second", "second")]
+    """The table, the same bytes for the same seed; nothing on standard error."""
+    folders = [tmp_path / name for name in ("first", "second")]
     for folder in folders:
         assert main(asked(certificate, "--seed", "3", "--out", str(folder))) == 0
         for path in (folder / "results").iterdir():

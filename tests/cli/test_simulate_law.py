@@ -105,13 +105,8 @@ def test_the_sampling_is_as_asked(capsys: Capture) -> None:
     assert (usual["sample_time"], usual["computation_time"]) == (0.02, 0.0)
     assert (rare["sample_time"], rare["computation_time"]) == (0.1, 0.05)
     assert usual["rows"] != rare["rows"]
-
-
-def test_the_table_says_how_the_laws_ran(capsys: Capture) -> None:
-    """In words, where it is not every 20 ms."""
     command = [word for word in QUICK if word != "--json"]
     assert main([*command, "--law", "baseline", "--sample-time", "0.01"]) == 0
-
     assert "laws every 10 ms" in capsys.readouterr().out.splitlines()[0]
 
 

@@ -14,6 +14,8 @@ from takagi.cli.main import main
 from tests.solved_rest_plants import FAN
 from tests.undrawn import undrawn
 
+Capture = pytest.CaptureFixture[str]
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -32,6 +34,38 @@ def test_the_certificate_is_about_this_file_and_these_gains(folder: Path) -> Non
     again = str(folder / "again.json")
     assert main(["check", str(build / "certificate.json"), *files, "--cross"]) == 0
     assert main(["certify", str(folder / "fan.toml"), *files[2:], "--out", again]) == 0
+
+
+CHANGES = {
+    "": [("k = { value = 0.8", "k = { value = 0.82")],
+    "the premises of their file were kept": [("[100, 220]", "[110, 210]"), ("= 2,", "= 2.1,")],
+    "every vertex is taken with every gain": [("P = { value = 500", "P = { value = 520")],
+}
+
+
+@pytest.mark.parametrize("way", CHANGES)
+def test_old_gains_are_proved_about_a_rest_that_a_parameter_moves(
+    way: str, folder: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """By either way; the file that is proved is written, and the old one is not taken for it."""
+    text = FAN
+    for old, new in CHANGES[way]:
+        assert old in text
+        text = text.replace(old, new)
+    plant, out, new_gains = tmp_path / "fan.toml", tmp_path / "c.json", tmp_path / "g.json"
+    plant.write_text(text, encoding="utf-8")
+    gains, asked = folder / "build/gains.json", ["--model", str(plant)]
+
+    given = ["certify", str(plant), "--gains", str(gains), "--out", str(out)]
+    assert main([*given, "--gains-out", str(new_gains)]) == 0
+    said = capsys.readouterr().out
+    assert way in said and "the rest has moved" in said
+    assert main(["check", str(out), *asked, "--gains", str(new_gains), "--cross"]) == 0
+    laws = [json.loads(one.read_text("utf-8"))["law"] for one in (gains, new_gains)]
+    assert laws[0]["K"] == laws[1]["K"] and laws[0]["trim"] != laws[1]["trim"]
+    assert main(["check", str(out), *asked, "--gains", str(gains)]) == 1
+    assert main(["simulate", str(plant), "--gains", str(gains)]) == 2
+    assert "the rest has moved" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["c", "st", "csv", "mat"])

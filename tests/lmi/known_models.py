@@ -2,10 +2,57 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from itertools import product
+
 import numpy as np
+from numpy.typing import NDArray
 
 from takagi.lmi import Answer, Design
-from takagi.models import TSModel
+from takagi.models import Premise, TSModel
+
+Floats = NDArray[np.float64]
+
+
+def planar_pair(a: float) -> Floats:
+    """Dayawansa and Martin (1999), IEEE Trans. Automatic Control 44(4).
+
+    A common P exists exactly for 3 - sqrt 8 < a < 3 + sqrt 8; each vertex is stable for every a.
+    """
+    return np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -a], [1 / a, -1.0]]])
+
+
+def oscillators(stiffening: float) -> Floats:
+    """Two rules of the fuzzy-Lyapunov literature: a common P exactly below 4 + 4 sqrt 2.
+
+    The limit is that of Shorten and Narendra's determinant test.
+    """
+    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-(1 + stiffening), -2.0]]])
+
+
+def feasp_triple() -> Floats:
+    """MathWorks, Robust Control Toolbox, feasp and gevp: three vertices that share a P."""
+    return np.array([[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]])
+
+
+def rolmip_pair(k: float = 1.0) -> Floats:
+    """ROLMIP manual, section 7.1, x+ = A x, times k: stable by a P that moves, not by one P."""
+    return k * np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [1.0, 0.5]]])
+
+
+def masses_and_spring() -> TSModel:
+    """Two masses, springs and a damper, each parameter in an interval: ROLMIP manual, table 2.
+
+    xdot = A(t) x + [0, 0, t1, 0]' w, y = x2; t1 t3 makes it one simplex for each t.
+    """
+    corners = list(product((2 / 3, 2.0), (0.8, 4 / 3), (1.0, 3.0)))
+    A = [
+        [[0, 0, 1, 0], [0, 0, 0, 1], [-2 * a, a, -a * c, 0], [b, -b, 0, -b * c]]
+        for a, b, c in corners
+    ]
+    t1, t2 = Premise("t1", Fraction(2, 3), 2), Premise("t2", "0.8", Fraction(4, 3))
+    E = [[[0.0], [0.0], [a], [0.0]] for a, _, _ in corners]
+    return TSModel(A, E=E, C=[[0, 1, 0, 0]], premises=[t1, t2, Premise("t3", 1, 3)])
 
 
 def three_rules(b: float) -> TSModel:

@@ -272,7 +272,7 @@ def test_the_factor_multiplies_the_slope_of_the_table() -> None:
         ),
         ("factor = {", "factors = {", "factors.*did you mean 'factor'"),
         ('factor = { unit = "-"', 'factor = { unit = "W"', "factor.*does not fit"),
-        ("value = 0.0175", "value = 0.0", "no steady state.*stall side"),
+        ("value = 0.0175", "value = 0.0", "before rated speed.*give 1 deg"),
         ("gear_ratio = { value = 1.0", "gear_ratio = { value = 0.0", "gear_ratio.*expected 1 to"),
     ],
 )

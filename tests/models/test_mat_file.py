@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from takagi.models import ModelError, load_ts_model
+from takagi.models import ModelError, load_model, load_ts_model
 
 rng = np.random.default_rng(5)
 
@@ -57,6 +57,47 @@ def test_a_struct_as_the_export_writes_it(tmp_path: Path) -> None:
     np.testing.assert_array_equal(model.A[2], A[:, :, 2])
 
 
+A2 = np.array([[[0.0, 1.0], [-2.0, -1.0]], [[0.0, 1.0], [-3.0, -1.5]]])
+B1 = np.array([[0.0], [1.0]])
+
+
+def cells(matrices: Any) -> Any:
+    """Return a MATLAB cell array."""
+    made = np.empty((1, len(matrices)), dtype=object)
+    made[0, :] = list(matrices)
+    return made
+
+
+def struct_array(**members: Any) -> Any:
+    """Return a MATLAB struct array, one entry a rule."""
+    made = np.zeros((1, 2), dtype=[(name, "O") for name in members])
+    for name, values in members.items():
+        made[name][0, :] = list(values)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("content", "step"),
+    [
+        ({"A": cells(A2), "B": cells([B1, B1])}, None),
+        ({"A": cells(A2), "B": B1, "Ts": 0.1}, None),
+        ({"A1": A2[0], "A2": A2[1], "B1": B1, "B2": B1}, None),
+        ({"sys": {"A": np.moveaxis(A2, 0, 2), "B": B1, "Ts": 0.5}, "K": B1}, 0.5),
+        ({"sys": {"A": cells(A2), "B": B1, "Ts": 0}}, None),
+        ({"plant": struct_array(A=A2, B=[B1, B1], Ts=[0.5, 0.5])}, 0.5),
+        ({"plant": {"A1": A2[0], "A2": A2[1], "B": B1}}, None),
+    ],
+)
+def test_the_forms_that_matlab_users_have(
+    content: dict[str, Any], step: float | None, tmp_path: Path
+) -> None:
+    """Cells, numbered matrices, a struct of any name, an array of structs."""
+    model = load_ts_model(stored(tmp_path, **content))
+    np.testing.assert_array_equal(model.A, A2)
+    np.testing.assert_array_equal(model.B, np.array([B1, B1]))
+    assert model.sample_time == step
+
+
 @pytest.mark.parametrize(
     ("content", "told"),
     [
@@ -68,6 +109,12 @@ def test_a_struct_as_the_export_writes_it(tmp_path: Path) -> None:
         ({"A": np.eye(2), "sample_time": "x"}, "sample_time is of type"),
         ({"A": np.eye(2), "sample_time": [0.1, 0.2]}, "sample_time has 2 numbers"),
         ({"takagi": np.eye(2)}, "has no A"),
+        ({"sys1": {"A": np.eye(2)}, "sys2": {"A": np.eye(2)}}, r"has sys1, sys2; write A = cat"),
+        ({"A1": np.eye(2), "A3": np.eye(2)}, "has A1, A3"),
+        ({"A1": np.eye(2), "A": np.eye(2)}, "has A, A1"),
+        ({"A": cells([np.eye(2), np.eye(3)])}, r"A has shapes \(2, 2\), \(3, 3\)"),
+        ({"A": cells([np.eye(2), "x"])}, "A, rule 2 is of type"),
+        ({"sys": {"A": np.eye(2), "Ts": -1}}, "Ts has"),
         ({"A": np.full((2, 2, 2), np.nan)}, "every entry must be finite"),
         (
             {"A": np.ones((2, 2, 2)), "B": np.ones((3, 1, 2))},
@@ -83,6 +130,8 @@ def test_what_does_not_fit_is_told(content: dict[str, Any], told: str, tmp_path:
 def test_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="cannot be read"):
         load_ts_model(tmp_path / "nowhere.mat")
+    with pytest.raises(ModelError, match="load_ts_model"):
+        load_model(stored(tmp_path, A=np.eye(2)))
     text = tmp_path / "text.mat"
     text.write_text("A = [1 2; 3 4]\n" * 20, encoding="utf-8")
     with pytest.raises(ModelError, match="MAT-file"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 
 from takagi.models import ModelError
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
-from takagi.models.turbine.loader import nrel5mw
+from takagi.models.turbine.loader import load_turbine, nrel5mw
 from takagi.models.turbine.trim import (
     TABLE_SHARE,
     TrimPoint,
@@ -162,5 +163,20 @@ def test_rated_torque_that_is_reached_at_half_speed_is_named(torque: float) -> N
 
     message = str(caught.value)
     assert f"rated torque {torque:g} N m is reached at" in message
-    assert "long before the set-point of 1.267 rad/s" in message
+    assert "before rated speed, 1.267 rad/s" in message
     assert "raise rated torque or lower rated speed" in message
+
+
+def test_a_rotor_that_is_stalled_at_rated_wind_is_told_its_least_pitch() -> None:
+    """The angle was tried: with it pitch sheds torque there, and with the next smaller one not."""
+    stalled = replace(load_turbine("iea15mw"), pitch_min=0.0)
+
+    with pytest.raises(ModelError) as caught:
+        rated_wind(stalled)
+
+    message = str(caught.value)
+    found = re.search(r"give ([0-9.]+) deg or more as pitch.minimum", message)
+    assert found is not None and "set-point" not in message
+    assert rated_wind(replace(stalled, pitch_min=np.radians(float(found[1])))) > 10
+    with pytest.raises(ModelError, match="pitch.minimum"):
+        rated_wind(replace(stalled, pitch_min=np.radians(float(found[1]) - 0.25)))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import control
 import numpy as np
 import pytest
+import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -103,6 +105,20 @@ def test_arrays_are_read_only_copies() -> None:
         model.A[0, 0, 0] = 1
 
 
+@pytest.mark.parametrize("step", [None, 0.5])
+@pytest.mark.parametrize("maker", ["control", "scipy"])
+def test_state_spaces_are_vertices(maker: str, step: float | None) -> None:
+    """Of python-control and of scipy, which bring B, C, D and the sample time."""
+    A, B, C, D = np.array([[0.0, 1.0], [-2.0, -1.0]]), [[0.0], [1.0]], [[1.0, 0.0]], [[0.0]]
+    timed = {} if step is None else {"dt": step}
+    make = control.ss if maker == "control" else scipy.signal.StateSpace
+    model = TSModel([make(A, B, C, D, **timed), make(2 * A, B, C, D, **timed)])
+
+    np.testing.assert_array_equal(model.A, [A, 2 * A])
+    np.testing.assert_array_equal(model.B, [B, B])
+    assert model.C.shape == (2, 1, 2) and model.sample_time == step
+
+
 def test_missing_matrices_are_empty_and_shared_ones_are_repeated() -> None:
     """Without B there is no input; a (n, m) matrix counts for every vertex."""
     model = TSModel(np.zeros((3, 2, 2)), C=[[1, 0]])
@@ -138,6 +154,12 @@ def test_missing_matrices_are_empty_and_shared_ones_are_repeated() -> None:
         ),
         (lambda: TSModel([np.eye(2)], box={"x": (1, 0)}), "box of x"),
         (lambda: TSModel([np.eye(2)] * 2).memberships(), "no premises"),
+        (lambda: TSModel([control.tf([1], [1, 2])]), "transfer functions"),
+        (lambda: TSModel([control.ss(-1, 1, 1, 0), [[1.0]]]), "systems alone"),
+        (lambda: TSModel([control.ss(-1, 1, 1, 0)], [[1.0]]), "B given"),
+        (lambda: TSModel([control.ss(-1, 1, 1, 0, 1), control.ss(-1, 1, 1, 0)]), "sample times"),
+        (lambda: TSModel([control.ss(-1, 1, 1, 0, True)]), "sample times"),
+        (lambda: TSModel([control.rss(2), control.rss(3)]), "systems' A have shapes"),
         (lambda: four_rules().memberships(z1=0), "each of z1, k, z2 is needed"),
         (lambda: four_rules().memberships([0, 0]), "first axis must be 3"),
         (lambda: four_rules().premise_values(), "no evaluate function"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,9 +12,13 @@ import numpy as np
 import pytest
 
 from takagi.models import ModelError, built_in_models
+from takagi.models.files.csv_table import read_coefficient_table
 from takagi.models.files.library import data_folder, resolve_model
 from takagi.models.files.units import UNITS, to_si
+from takagi.models.simulation.baseline import BaselineLaw
+from takagi.models.turbine.frozen_wake import frozen_wake_by_tables
 from takagi.models.turbine.loader import load_turbine, nrel5mw
+from takagi.reports.simulation.laws import default_laws
 
 Edit = Callable[[str, str], Path]
 
@@ -135,6 +141,80 @@ def test_malformed_files(edited: Edit, old: str, new: str, words: str) -> None:
     """Each defect is told with file, line where there is one, field, given and needed."""
     with pytest.raises(ModelError, match=f"(?s){words}"):
         load_turbine(edited(old, new))
+
+
+def test_all_that_is_missing_is_named_at_once(edited: Edit) -> None:
+    """Five entries of four sections, each with its unit and what it is; in TOML."""
+    path = edited("[rotor]", "[rotor]")
+    gone = ("rotor.inertia", "generator.rated_torque", "tower.mass", "tower.stiffness")
+    text = path.read_text(encoding="utf-8")
+    for field in (*gone, "wake.time_share"):
+        key = field.partition(".")[2]
+        section, rest = text.split(f"[{field.partition('.')[0]}]\n", 1)
+        text = f"{section}[{field.partition('.')[0]}]\n" + re.sub(
+            rf"^{key} = .*\n", "", rest, count=1, flags=re.MULTILINE
+        )
+    path.write_text(text, encoding="utf-8")
+
+    with pytest.raises(ModelError, match="is missing, and 4 more; add") as caught:
+        load_turbine(path)
+
+    asked = tomllib.loads("[" + str(caught.value).partition("add\n[")[2].replace("<number>", "1"))
+    assert {f"{name}.{key}" for name, part in asked.items() for key in part} == {
+        *gone,
+        "wake.time_share",
+    }
+    assert asked["generator"]["rated_torque"]["unit"] == "N m"
+    assert "mass * (2 pi frequency)^2" in str(caught.value)
+
+
+@pytest.fixture
+def bare(edited: Edit) -> Path:
+    """Return the NREL file without the reference's controller and its frozen wake."""
+    path = edited("[rotor]", "[rotor]")
+    text = path.read_text(encoding="utf-8")
+    for section in ("baseline", "frozen_wake"):
+        text = re.sub(rf"^\[{section}\]\n.*?(?=^\[|^# )", "", text, flags=re.DOTALL | re.MULTILINE)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_references_controller_is_not_needed(bare: Path) -> None:
+    """The turbine is read; only its law has nothing to run by."""
+    turbine = load_turbine(bare)
+
+    assert turbine.baseline is None and default_laws(turbine) == ("coherent", "paper")
+    with pytest.raises(ModelError, match=r"\[baseline\]"):
+        BaselineLaw(turbine)
+
+
+def test_a_frozen_wake_that_nobody_states_is_computed(bare: Path) -> None:
+    """Near the published column, which was not used; the IEA 15-MW turbine's stated one too."""
+    computed, published = load_turbine(bare).frozen_wake, nrel5mw().frozen_wake
+    iea = load_turbine("iea15mw")
+    table = read_coefficient_table(data_folder() / "iea15mw_ct.csv")
+
+    assert computed.wind[0] == 11.5 and computed.wind[-1] == 25
+    assert "computed" in computed.source
+    for found, known in (
+        (computed, published),
+        (frozen_wake_by_tables(iea, table), iea.frozen_wake),
+    ):
+        ours = np.interp(known.wind, found.wind, found.power_sensitivity)
+        assert ours == pytest.approx(np.array(known.power_sensitivity), rel=0.1)
+        assert ours[2:] == pytest.approx(np.array(known.power_sensitivity)[2:], rel=0.045)
+
+
+def test_a_column_that_begins_above_rated_wind_is_refused(edited: Edit) -> None:
+    """At once, with rated wind and both ways out."""
+    path = edited("[rotor]", "[rotor]")
+    text = path.read_text(encoding="utf-8")
+    for first in ("11.4, 12.0, ", "0.0, 3.83, ", "-28.24, -43.73, "):
+        text = text.replace(f"[{first}", "[")
+    path.write_text(text, encoding="utf-8")
+
+    with pytest.raises(ModelError, match=r"begins at 13 m/s; rated wind is 11.45 m/s.*leave"):
+        load_turbine(path)
 
 
 def test_pitch_in_rad_and_torque_in_kilo(edited: Edit) -> None:

@@ -21,21 +21,19 @@ from takagi.models.simulation.wind import (
 
 
 def test_point_spectrum_holds_the_variance() -> None:
-    """The integral of S over all frequencies is sigma^2: IEC 61400-1 (ed. 3), annex B."""
+    """The integral of S over all frequencies is sigma^2: IEC 61400-1 (ed. 3), annex B.
+
+    Far above V / L the spectrum is Kolmogorov's: ten times the frequency, 10^(-5/3) of it.
+    """
     frequency = np.concatenate([[0.0], np.logspace(-7, 5, 20001)])
     spectrum = kaimal_spectrum(frequency, 11.5, 1.7)
 
     assert np.trapezoid(spectrum, frequency) == pytest.approx(1.7**2, rel=2e-3)
-
-
-def test_point_spectrum_falls_with_five_thirds() -> None:
-    """Far above V / L the spectrum is Kolmogorov's: ten times the frequency, 10^(-5/3) of it."""
     low, high = kaimal_spectrum(np.array([50.0, 500.0]), 10.0, 1.0)
-
     assert high / low == pytest.approx(10 ** (-5 / 3), rel=1e-3)
 
 
-@pytest.mark.parametrize("frequency", [0.0, 0.02, 0.1, 0.5])
+@pytest.mark.parametrize("frequency", [0.0, 0.1])
 def test_rotor_share_equals_the_mean_over_random_points(frequency: float) -> None:
     """The integral over the distance density against 400 000 pairs drawn in the disc."""
     draw = np.random.default_rng(0)

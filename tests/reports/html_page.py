@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from html.parser import HTMLParser
 
@@ -42,6 +43,18 @@ class HtmlPage(HTMLParser):
     @property
     def ids(self) -> list[str]:
         return [str(a["id"]) for _, a in self.tags if a.get("id")]
+
+
+def self_contained(html: str) -> HtmlPage:
+    """Return the page: well-formed, nothing is loaded, every id once, every link has its place."""
+    page = HtmlPage(html)
+    assert page.wrong == [] and page.open == []
+    assert len(page.ids) == len(set(page.ids))
+    assert not {"script", "link", "img", "iframe", "object"} & {tag for tag, _ in page.tags}
+    assert not re.search(r"url\((?!#)|@import", html)
+    links = [a.get(key) for _, a in page.tags for key in ("src", "href", "xlink:href")]
+    assert all(link.startswith("#") and link[1:] in page.ids for link in links if link)
+    return page
 
 
 def text_of(section: Section) -> str:

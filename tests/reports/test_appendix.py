@@ -18,6 +18,7 @@ from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.reports.appendix.design_files import appendix_files
 from takagi.reports.appendix.tex import Tex, decimal, escape, scientific, unit, with_decimals
+from tests.reports.published_designs import with_published_law
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -50,37 +51,15 @@ def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
     """The appendix of the published law, its figures as one word: drawing them takes long."""
     with pytest.MonkeyPatch.context() as patch:
         undrawn(patch)
-        return appendix_files(with_paper_law(design))
+        claim = {"name": HOSTILE, "kind": "other", "P": [[2.5, -0.125], [-0.125, 1]], "winds": "12"}
+        left_open = concluded([Claim("paper loop", Verdict.UNDECIDED, HOSTILE)], [HOSTILE])
+        parts = {"document": {"claims": [claim]}, "checked": left_open}
+        return appendix_files(with_published_law(design, "paper", **parts))
 
 
 def undrawn(patch: pytest.MonkeyPatch) -> None:
     """Let a figure be one word."""
     patch.setattr("takagi.reports.figures.style.figure_to_pdf", lambda _: b"%PDF")
-
-
-def with_paper_law(design: TurbineDesign) -> TurbineDesign:
-    """The same turbine with the published law and a claim that the checker leaves open."""
-    from takagi.models.laws.published.coupling_filter import coupling_filter
-    from takagi.models.laws.published.law import published_law
-    from takagi.models.laws.published.regional_schedule import regional_schedule
-
-    turbine = design.turbine
-    low, high = (region.require() for region in (design.regional.partial, design.regional.full))
-    law = published_law(
-        turbine,
-        partial=regional_schedule(turbine, design.partial_load, k_x=low[0], k_I=low[1]),
-        full=regional_schedule(turbine, design.full_load, k_x=high[0], k_I=high[1]),
-        coupling=coupling_filter(turbine, variant="sector"),
-    )
-    claim = {"name": HOSTILE, "kind": "other", "P": [[2.5, -0.125], [-0.125, 1]], "winds": "12"}
-    return replace(
-        design,
-        law=law,
-        effort=None,
-        candidate=None,
-        document={"claims": [claim]},
-        checked=concluded([Claim("paper loop", Verdict.UNDECIDED, HOSTILE)], [HOSTILE]),
-    )
 
 
 def plain(cell: str) -> str:

@@ -10,7 +10,9 @@ import pytest
 
 from takagi.certificates import Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
+from takagi.models.laws.published.law import PublishedLawName
 from takagi.reports.appendix.design_files import appendix_files
+from tests.reports.published_designs import with_published_law
 from tests.reports.tex_runs import compiled, sound
 
 if TYPE_CHECKING:
@@ -27,33 +29,12 @@ def design(turbine_design: TurbineDesign) -> TurbineDesign:
     return turbine_design
 
 
-def paper_design(design: TurbineDesign, name: str) -> TurbineDesign:
+def paper_design(design: TurbineDesign, name: PublishedLawName) -> TurbineDesign:
     """The same turbine with a published law and a claim of another kind, in hostile words."""
-    from takagi.models.laws.published.coupling_filter import coupling_filter
-    from takagi.models.laws.published.law import PublishedLawName, published_law
-    from takagi.models.laws.published.regional_schedule import regional_schedule
-
-    turbine = design.turbine
-    which: PublishedLawName = "paper" if name == "paper" else "paper-two-integrators"
-    low, high = (region.require() for region in (design.regional.partial, design.regional.full))
-    law = published_law(
-        turbine,
-        partial=regional_schedule(turbine, design.partial_load, k_x=low[0], k_I=low[1]),
-        full=regional_schedule(turbine, design.full_load, k_x=high[0], k_I=high[1]),
-        coupling=coupling_filter(turbine, variant="sector" if name == "paper" else "saturated"),
-        name=which,
-    )
     wide = [[1234567.8901234 + 10 * i + j for j in range(7)] for i in range(7)]
     claim = {"name": HOSTILE, "kind": "other", "P": wide, "words": HOSTILE, "rate": 1e-9}
     checked = concluded([Claim(HOSTILE, Verdict.UNDECIDED, HOSTILE)], [HOSTILE])
-    return replace(
-        design,
-        law=law,
-        effort=None,
-        candidate=None,
-        document={"claims": [claim]},
-        checked=checked,
-    )
+    return with_published_law(design, name, document={"claims": [claim]}, checked=checked)
 
 
 def test_the_default_appendix_compiles(design: TurbineDesign, tmp_path: Path) -> None:
@@ -62,7 +43,9 @@ def test_the_default_appendix_compiles(design: TurbineDesign, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("law", ["paper", "paper-two-integrators"])
-def test_the_published_laws_compile(design: TurbineDesign, tmp_path: Path, law: str) -> None:
+def test_the_published_laws_compile(
+    design: TurbineDesign, tmp_path: Path, law: PublishedLawName
+) -> None:
     """Other claims, a wide matrix and words full of LaTeX's own characters do no harm."""
     sound(compiled(tmp_path, appendix_files(paper_design(design, law))))
 

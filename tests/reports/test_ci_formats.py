@@ -4,35 +4,10 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
-from enum import Enum
-from typing import NamedTuple
 
+from takagi.certificates import Checked, Claim, Verdict
+from takagi.certificates.checker.replay.certificate import concluded
 from takagi.reports.ci_formats import junit, markdown, refusal, sarif
-
-
-class Verdict(Enum):
-    """The three answers of the checker."""
-
-    PROVED = "yes"
-    DISPROVED = "no"
-    UNDECIDED = "open"
-
-
-class Claim(NamedTuple):
-    """A claim as the checker returns it."""
-
-    name: str
-    verdict: Verdict
-    text: str
-
-
-class Checked(NamedTuple):
-    """A result as the checker returns it."""
-
-    verdict: Verdict
-    claims: list[Claim]
-    messages: list[str]
-    assumes: tuple[str, ...] = ()
 
 
 def mixed() -> Checked:
@@ -42,7 +17,7 @@ def mixed() -> Checked:
         Claim("pitch", Verdict.DISPROVED, "|rate| > limit\x00"),
         Claim("box", Verdict.UNDECIDED, 'cell "3"'),
     ]
-    return Checked(Verdict.DISPROVED, claims, ["checked <all>"])
+    return concluded(claims, ["checked <all>"])
 
 
 def test_junit_fails_what_is_not_proved() -> None:
@@ -97,7 +72,7 @@ def test_a_refused_file_is_a_failure_in_each_format() -> None:
 def test_claims_of_one_name_are_told_apart() -> None:
     """Two sets in one certificate have one name: readers would show the last one alone."""
     claims = [Claim("set", verdict, "") for verdict in (Verdict.PROVED, Verdict.UNDECIDED)]
-    checked = Checked(Verdict.UNDECIDED, [*claims, Claim("set (2)", Verdict.PROVED, "")], [])
+    checked = concluded([*claims, Claim("set (2)", Verdict.PROVED, "")], [])
 
     names = ["set", "set (2)", "set (2) (2)"]
     cases = ElementTree.fromstring(junit(checked, source="c"))[0].findall("testcase")

@@ -144,27 +144,27 @@ def test_what_was_measured_says_that_it_is_not_proved_and_names_modes() -> None:
     )
 
 
-def test_winds_are_multiples_of_a_step_and_both_ends() -> None:
+def test_winds_are_multiples_of_a_step_and_neighbours_are_a_range() -> None:
     assert winds_between(3.5, 6.2, 1.0) == (3.5, 4.0, 5.0, 6.0, 6.2)
     assert winds_between(3.0, 3.3, 0.1) == (3.0, 3.1, 3.2, 3.3)
-
-
-def test_neighbouring_winds_are_a_range() -> None:
     every = [3.0, 4.0, 5.0, 6.0, 7.0]
     assert wind_ranges([4.0], every) == "4 m/s"
     assert wind_ranges([3.0, 4.0, 6.0], every) == "3 to 4 and 6 m/s"
     assert wind_ranges([3.0, 5.0, 7.0], every) == "3, 5 and 7 m/s"
 
 
-def test_the_law_and_its_turbine_are_needed(capsys: Capture) -> None:
-    assert command.main(["check", "c.json", "--gains", "g.json", "--margins", "gain 2"]) == 2
-    assert "--margins needs --gains FILE and --model FILE" in capsys.readouterr().err
-
-
-def test_what_is_asked_wrongly_is_refused_before_the_check(capsys: Capture) -> None:
-    asked = ["--gains", "g.json", "--model", "m.toml", "--margins", "gan 2"]
-    assert command.main(["check", "none.json", *asked]) == 2
-    assert "'gan' is not known" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--margins", "gain 2"], "--margins needs --gains FILE and --model FILE"),
+        (["--model", "m.toml", "--margins", "gan 2"], "'gan' is not known"),
+    ],
+)
+def test_what_is_asked_wrongly_is_refused_before_the_check(
+    more: list[str], words: str, capsys: Capture
+) -> None:
+    assert command.main(["check", "none.json", "--gains", "g.json", *more]) == 2
+    assert words in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -210,7 +210,8 @@ def test_the_default_law_has_margins_and_not_any(
     assert "measured, not proved" in summary.read_text(encoding="utf-8")
 
     assert command.main([*base, "--margins", "gain 1.15, delay 0.2s"]) == 1
-    told = capsys.readouterr().err
+    told = capsys.readouterr().out
+    assert "PROVED" in told
     assert "at 11 m/s" in told and "the delay margin of torque is 0.1" in told
     assert "gain margin" not in told
     assert "the loop that runs has the margins asked" in junit.read_text(encoding="utf-8")
@@ -219,5 +220,5 @@ def test_the_default_law_has_margins_and_not_any(
     # drivetrain's torsion near rated wind.
     assert command.main([*base, "--margins", "gain 1.15, delay 0.1s, computing 20ms"]) == 0
     assert command.main([*base, "--margins", "gain 1.15, delay 0.15s, computing 20ms"]) == 1
-    assert "0.15 s is asked" in capsys.readouterr().err
+    assert "0.15 s is asked" in capsys.readouterr().out
     assert sorted(found) == [0.0, 0.02]

@@ -22,27 +22,16 @@ from takagi.reports.margins.turbine_loops import (
     FirstOrderDrive,
     LocalGains,
     break_loops,
-    closed_loop_poles,
     linear_plant,
     loops_at_trim,
     plant_at_trim,
 )
 
 
-def seiler_loop() -> Any:
-    """L = 25 / (s^3 + 10 s^2 + 10 s + 10), the example of Seiler, Packard & Gahinet (2020)."""
-    return control.tf(25, [1, 10, 10, 10])
-
-
 def ziegler_nichols_loop() -> Any:
     """Process and PI controller of Skogestad & Postlethwaite (2005), section 2.4."""
     s = control.tf("s")
     return 3 * (1 - 2 * s) / ((5 * s + 1) * (10 * s + 1)) * (2.5 / 2.2) * (1 + 1 / (12.7 * s))
-
-
-def delayed(loop: Any, delay: float) -> Any:
-    """The loop with a delay [s], as a Pade approximation of order 4."""
-    return control.ss(loop) * control.ss(control.tf(*control.pade(delay, 4)))
 
 
 def is_stable(loop: Any) -> bool:
@@ -62,24 +51,6 @@ def test_textbook_loop_has_the_published_margins_and_peaks() -> None:
     assert found.complementary_peak == pytest.approx(3.35, abs=0.02)
     assert found.bandwidth == pytest.approx(0.14, abs=0.005)
     assert found.gain_decrease == 0
-
-
-def test_gain_margin_is_where_routh_says() -> None:
-    """Routh: s^3 + 10 s^2 + 10 s + 10 + 25 k is stable up to k = 3.6 exactly."""
-    found = loop_margins(seiler_loop())
-
-    assert found.gain_increase == pytest.approx(3.6, rel=1e-9)
-    assert found.gain_increase_frequency == pytest.approx(np.sqrt(10), rel=1e-9)
-    assert is_stable(3.599 * seiler_loop())
-    assert not is_stable(3.601 * seiler_loop())
-
-
-def test_delay_margin_separates_stable_from_unstable() -> None:
-    """The closed loop with 1 % less delay is stable, with 1 % more it is not."""
-    found = loop_margins(seiler_loop())
-
-    assert is_stable(delayed(seiler_loop(), 0.99 * found.delay))
-    assert not is_stable(delayed(seiler_loop(), 1.01 * found.delay))
 
 
 @settings(derandomize=True, max_examples=20, deadline=None)
@@ -114,6 +85,7 @@ def test_margins_agree_with_the_polynomial_method(
     assert found.stable == is_stable(loop)
     if not found.stable:
         assert (found.gain_increase, found.phase, found.delay, found.disk.alpha) == (1, 0, 0, 0)
+        assert found.sensitivity_peak == np.inf
         return
     gains, phases, _, _, _, _ = control.stability_margins(loop, returnall=True)
     upward = [factor for factor in gains if factor > 1]
@@ -162,19 +134,6 @@ def test_published_pitch_controller_has_its_published_frequency_and_damping() ->
 
     assert np.abs(slow) == pytest.approx([0.6, 0.6], rel=2e-3)
     assert -slow.real / np.abs(slow) == pytest.approx([0.7, 0.7], rel=5e-3)
-
-
-def test_reversed_gain_is_unstable() -> None:
-    """With the sign of the pitch gains flipped the loop must not pass."""
-    plant = linear_plant(speed=-0.05, pitch=-0.5, wind=0.0, torque=2e-6, drive=FirstOrderDrive(0.2))
-    wrong = LocalGains(pitch_by_speed=-1.8, pitch_by_integral=0.8)
-
-    found = loop_margins(break_loops(plant, wrong).pitch)
-
-    assert found.stable is False
-    assert found.disk.alpha == 0
-    assert found.sensitivity_peak == np.inf
-    assert break_loops(plant, wrong).decay_rate < 0
 
 
 @pytest.fixture(scope="module")
@@ -259,16 +218,6 @@ def test_validation_plant_is_the_jacobian_of_the_nonlinear_one(
         found = plant(s)
         scale = np.max(np.abs(expected), axis=0)
         assert np.all(np.abs(found - expected) <= 1e-4 * scale)
-
-
-def test_tower_mode_stands_at_its_published_frequency(turbine: Turbine) -> None:
-    """First fore-aft mode 0.32 Hz (Jonkman et al. 2009); aerodynamics damp it, hardly move it."""
-    (poles,) = closed_loop_poles(turbine, [trim(turbine, 12.0)], [LocalGains()])
-    tower = poles[np.argmin(np.abs(np.abs(poles) - 2.0))]
-
-    assert abs(tower.imag) / (2 * np.pi) == pytest.approx(0.324, abs=0.005)
-    structural = turbine.tower_damping / turbine.tower_mass / 2
-    assert -tower.real > structural
 
 
 def test_design_and_validation_plant_agree_when_slow(turbine: Turbine) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from takagi.reports.loops.plant_loop import plant_loop
 X, V, U, W = sp.symbols("x v u w", real=True)
 
 
+@cache
 def oscillator(stiffness: float, damping: float, *, side: float = 1.0) -> PlantDesign:
     """x'' = u with |x| <= 1, |v| <= side, any u = -k x - d v."""
     plant = Plant(

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import sympy as sp
-from matplotlib.figure import Figure
 
 from takagi.certificates.design.plant.design import certify_plant
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.figures.plant.proved_set import pairs, section, set_figure
-from takagi.reports.loops.plant_loop import PlantLoop, plant_loop
+from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.sections.plant.certificate import set_section
 
 A, B, C, U = sp.symbols("a b c u", real=True)
@@ -31,15 +32,15 @@ def three_states() -> Plant:
     )
 
 
-def loop_and_section() -> tuple[PlantLoop, Figure, object]:
-    design = certify_plant(three_states(), np.array([[[6.0, 11.0, 6.0]]]))
-    loop = plant_loop(design)
-    return loop, set_figure(loop), set_section(design, loop)
+@cache
+def design() -> PlantDesign:
+    return certify_plant(three_states(), np.array([[[6.0, 11.0, 6.0]]]))
 
 
 def test_every_pair_has_a_panel_with_units_on_its_outer_axes() -> None:
     """Three states have three pairs; the shadow of the first is its half-width in deg."""
-    loop, figure, _ = loop_and_section()
+    loop = plant_loop(design())
+    figure = set_figure(loop)
     shown = [axes for axes in figure.axes if axes.get_visible()]
     assert len(shown) == len(pairs(loop)) == 3
     assert {axes.get_xlabel() for axes in shown} == {"a [deg]", "b [rad/s]", ""}
@@ -58,11 +59,12 @@ def test_the_section_is_the_set_with_all_other_states_at_rest() -> None:
 
 
 def test_the_table_is_in_the_file_s_units_and_absent_without_a_set() -> None:
-    loop, _, found = loop_and_section()
-    rows = found.content["table"].rows  # type: ignore[attr-defined]
+    loop = plant_loop(design())
+    found = set_section(design(), loop)
+    assert found is not None
+    rows = found.content["table"].rows
     P, level = loop.ellipsoid
     assert rows[0][:2] == ("a", "deg")
     alone = float(rows[0][2].removeprefix("±"))
     assert np.isclose(alone, np.degrees(np.sqrt(level / P[0, 0])), rtol=1e-2)
-    design = certify_plant(three_states(), np.array([[[6.0, 11.0, 6.0]]]))
-    assert set_section(design, replace(loop, level_proved=False)) is None
+    assert set_section(design(), replace(loop, level_proved=False)) is None

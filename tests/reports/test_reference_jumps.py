@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from takagi.cli.terminal.plant_set import set_lines
 from takagi.reports.loops.plant_loop import plant_loop
+from takagi.reports.loops.plant_summary import summary_rows
 from takagi.reports.sections.plant.page import plant_report_files
 from takagi.reports.simulation.plant import jump_motions, proved_jumps
 from tests.reports.test_tracking_gain_file import servo
@@ -27,12 +27,15 @@ def test_motions_after_the_proved_jumps_arrive_within_all_ranges() -> None:
 
 
 def test_the_summary_says_what_follows_what() -> None:
-    """In a line of its own; the reference is not among the disturbances to be withstood."""
-    said = " ".join(" ".join(set_lines(servo())).split())
+    """In a row of its own, as a share of the range; no reference among the disturbances."""
+    rows = {row.name: row for row in summary_rows(servo())}
+    steps = max(abs(jump["target"]) for jump in proved_jumps(servo()))
 
-    assert "follows theta comes to target without error for every constant target in" in said
-    assert "after jumps from rest of up to" in said
-    assert "target up to" not in said
+    (number,) = rows["follows"].numbers
+    assert (number.quantity, number.unit) == ("target", "deg")
+    assert number.value == pytest.approx(np.degrees(steps))
+    assert number.share == pytest.approx(steps / np.radians(90)) and rows["follows"].partial
+    assert "target" not in {number.quantity for number in rows["disturbance"].numbers}
 
 
 @pytest.mark.slow

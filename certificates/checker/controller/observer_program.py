@@ -156,9 +156,10 @@ class _ObserverWriting(PlantWriting):
         entries = self.model["embedding"].get(letter)
         if entries is None:
             return []
+        decimals = {n["name"]: str(n["lower"]) for n in self.model["embedding"].get("numbers", [])}
         found = []
         for entry, column in zip(entries[row], columns, strict=True):
-            text = str(entry)
+            text = WORD.sub(lambda word: decimals.get(word[0], word[0]), str(entry))
             if text == "0":
                 continue
             found.append(column if text == "1" else f"({text})*{column}")

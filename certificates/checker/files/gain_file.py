@@ -29,12 +29,17 @@ ROTOR = ("torque_constant", "radius", "inertia", "gear_ratio", "torque_coefficie
 MOST_TOLD, MOST_COUNTED = 3, 1000
 
 
-def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
+def compare_gains(data: dict[str, Any], gains: Path | str, *, allow_old: bool = False) -> str:
     """Return messages for the reader.
+
+    Parameters
+    ----------
+    allow_old : accept files of earlier versions, of which not everything can be compared.
 
     Raises
     ------
-    OtherGains : the contents of the file differ from the certificate.
+    OtherGains : the contents of the file differ from the certificate, or some of them cannot be
+        compared, as those of a file without limits or programs.
     CertificateError : it cannot be read, or has no law.
     """
     file = read_json(Path(gains))
@@ -52,29 +57,32 @@ def compare_gains(data: dict[str, Any], gains: Path | str) -> str:
         from takagi.certificates.checker.files.replacements import require_premises
 
         require_premises(data["model"], data.get("gains"), data["controller"])
-    beside = sorted(set(file) - {"law"})
-    if not whole:
-        return (
-            ""
-            if not beside
-            else (
-                f"{gains}: only its law is compared; the certificate does not cover "
-                f"{', '.join(map(_printable, beside))}: make both files again with 'takagi design'"
-            )
+    left = left_out(file, expected, data)
+    if left and not allow_old:
+        raise OtherGains(
+            f"{gains}: {'; '.join(left)}; write both files again with 'takagi certify MODEL "
+            "--gains FILE --out CERT --gains-out NEW', or accept this with --allow-old-gain-files"
         )
+    if by_name:
+        left.append("its program calls tables by their names, as earlier files do")
+    return f"{gains}: {'; '.join(left)}" if left else ""
+
+
+def left_out(file: Any, expected: dict[str, Any], data: dict[str, Any]) -> list[str]:
+    """Return in words what of a file, or of the file of this certificate, is not compared."""
+    if "controller" not in data:
+        names = ", ".join(_printable(key) for key in sorted(set(file) - {"law"}))
+        words = f"only its law is compared; the certificate does not cover {names}"
+        return [words] if names else []
+    found = []
     if "version" in data["controller"]:
-        told = [
+        found.append(
             "of an earlier version; what it says beside its law is compared with the certificate's "
             "copy of it, not with model and law"
-        ]
-    else:
-        told = []
-    if by_name:
-        told.append("its program calls tables by their names, as earlier files do")
-    missing = sorted(set(expected) - set(file))
-    if missing:
-        told.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
-    return f"{gains}: {'; '.join(told)}" if told else ""
+        )
+    if missing := sorted(set(expected) - set(file)):
+        found.append(f"it does not say {', '.join(missing)}: of these nothing is compared")
+    return found
 
 
 def _is_computed(controller: Any) -> bool:

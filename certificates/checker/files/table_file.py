@@ -9,7 +9,7 @@ Numbers of plant files in SI: an independent reading of the closed list of units
 
 Names with spaces or ``*`` between them, powers with ``^``, one ``/``.  For units with pi (deg, rpm)
 the value in SI is the nearest decimal with 12 places, and with ten digits at least, as the page on
-plant files says.
+plant files says; with a root that is no fraction (bar^0.5) the nearest one with 15 digits.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from math import lcm, prod
 from pathlib import Path
 
 from takagi.certificates.checker.files.model_content import OtherModel, file_content
@@ -103,7 +104,7 @@ def _number(path: Path, cell: str) -> Fraction:
 
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
-PLACES, DIGITS = 12, 10
+PLACES, PI_DIGITS = 12, 10
 COHERENT = frozenset("kg m s A K mol cd rad N Pa J W C V Ohm S F Wb H T".split())
 # Factor to coherent units, and the power of pi in it.
 OTHER = {
@@ -119,7 +120,12 @@ OTHER = {
 }
 PREFIXES = {"G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "u": -6, "n": -9}
 PREFIXED = (COHERENT - {"kg", "cd"}) | {"g", "L", "bar"}
-FACTOR = re.compile(r"([A-Za-z%]+)(?:(?:\^|\*\*)(-?[0-9]{1,2}))?", re.ASCII)
+FACTOR = re.compile(
+    r"([A-Za-z%]+)(?:(?:\^|\*\*)(?:(-?[0-9]{1,2}(?:\.[0-9]{1,3})?)|<(-?[0-9]{1,2}):([1-9][0-9]?)>))?",
+    re.ASCII,
+)
+SHARE = re.compile(r"\((-?[0-9]{1,2})/([1-9][0-9]?)\)", re.ASCII)
+ROOT_DIGITS, MOST_DEGREE = 15, 1000
 
 
 def in_si(value: Fraction, unit: str) -> Fraction:
@@ -131,29 +137,64 @@ def in_si(value: Fraction, unit: str) -> Fraction:
     """
     if unit.strip() == "-":
         return value
-    above, slash, below = (part.strip() for part in unit.strip().partition("/"))
+    written = SHARE.sub(r"<\1:\2>", unit.strip())
+    above, slash, below = (part.strip() for part in written.partition("/"))
     if not above or (slash and not below) or (above == "1" and not slash):
         raise Refused(f"the unit {unit[:40]!a} cannot be read")
     if below.startswith("(") and below.endswith(")"):
         below = below[1:-1]
-    factor, turns = Fraction(1), 0
+    factors: list[tuple[Fraction, Fraction]] = []
+    turns = Fraction(0)
     for part, sign in (("" if above == "1" else above, 1), (below, -1)):
         for word in re.sub(r"(?<!\*)\*(?!\*)", " ", part).split():
             match = FACTOR.fullmatch(word)
             if match is None:
                 raise Refused(f"the unit {unit[:40]!a} cannot be read")
             scale, power_of_pi = _meaning(match.group(1), unit)
-            power = sign * int(match.group(2) or 1)
-            factor *= scale**power
+            power = sign * Fraction(match.group(2) or match.group(3) or 1)
+            power /= int(match.group(4) or 1)
+            factors.append((scale, power))
             turns += power_of_pi * power
-    found = value * factor
-    if not turns:
-        return found
-    found *= PI**turns
-    size, places = abs(found) * 10**PLACES, PLACES
-    while size and size < 10 ** (DIGITS - 1):
-        size, places = size * 10, places + 1
-    return round(found, places)
+    degree = lcm(*(power.denominator for _, power in factors))
+    if turns.denominator > 1 or degree > MOST_DEGREE:
+        raise Refused(f"the unit {unit[:40]!a} cannot be read")
+    whole = prod((scale ** int(power * degree) for scale, power in factors), start=Fraction(1))
+    if turns:
+        found = value * _root(whole, degree) * PI ** int(turns)
+        size, places = abs(found) * 10**PLACES, PLACES
+        while size and size < 10 ** (PI_DIGITS - 1):
+            size, places = size * 10, places + 1
+        return round(found, places)
+    factor = _root(whole, degree)
+    if factor**degree == whole:
+        return value * factor
+    found, size = value * factor, 0
+    while abs(found) >= 10 ** (size + 1):
+        size += 1
+    while found and abs(found) < Fraction(10) ** size:
+        size -= 1
+    return round(found, ROOT_DIGITS - 1 - size)
+
+
+def _root(value: Fraction, degree: int) -> Fraction:
+    """Return the root of a number > 0: exact if it is a fraction, else to 40 digits or more."""
+    if degree == 1:
+        return value
+    top, bottom = (_whole_root(part, degree) for part in value.as_integer_ratio())
+    if top**degree == value.numerator and bottom**degree == value.denominator:
+        return Fraction(top, bottom)
+    more = 10**40 * value.denominator
+    found = _whole_root(int(value * more**degree), degree)
+    return Fraction(found, more)
+
+
+def _whole_root(value: int, degree: int) -> int:
+    """Return the largest whole number whose power is not above the value, by bisection."""
+    low, high = 0, 1 << (value.bit_length() // degree + 1)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if middle**degree <= value else (low, middle)
+    return low
 
 
 def _meaning(name: str, unit: str) -> tuple[Fraction, int]:

@@ -27,14 +27,26 @@ The frozen wake of a turbine file that states a factor kappa: dP/dbeta at each o
 
 The root is searched from the top of the pitch range downwards. The enclosure of c_Q proves that no
 piece above it contains a root, so it is the largest one.
+
+A file without the section has the frozen wake of momentum theory, u = v (1 - k_a a(c_T)) held:
+
+    dP/dbeta = omega_rated (T_beta + T_v v k_a a' c_T,beta / u_v)
+    u_v      = 1 - k_a a + k_a a' lambda c_T,lambda
+    T_beta   = k v^2 dc_Q/dbeta,   T_v = k v (2 c_Q - lambda dc_Q/dlambda)
+
+at the multiples of 1/2 m/s at which a pitch balances rated torque, and at cut-out. k_a is the
+file's wake.induction, or 1.3; a = (1 - sqrt(1 - c_T)) / 2, beyond c_T = 8/9 its tangent; c_T is
+linear between the entries of its table and held at the edges, its slopes are differences over
++-1/4 in lambda and +-1/50 rad in beta.
 """
 
 from __future__ import annotations
 
 from decimal import Decimal
 from fractions import Fraction
+from math import isqrt
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from takagi.certificates.checker.arithmetic.interval import ONE, Interval, enclose, point
 from takagi.certificates.checker.arithmetic.spline import Spline
@@ -124,8 +136,7 @@ def _compare(model: Any, gains: Any, file: dict[str, Any], path: Path) -> str:
     derated = _derated(number(gains, "rated_torque", "gains"), rated, path)
     spline = _compare_surface(model, file, path)
     if isinstance(gains, dict) and "effectiveness_limit" in gains:
-        winds = _column(file, "wind", path)
-        slopes = _wake_slopes(model, rated, spline, file, path)
+        winds, slopes = _frozen_wake(model, rated, spline, file, path)
         if len(winds) != len(slopes):
             raise CertificateError(f"{path}: frozen_wake columns of different length")
         _compare_limit(model, gains, winds, slopes, path)
@@ -261,19 +272,21 @@ def _entries(path: Path) -> tuple[list[Fraction], dict[Fraction, list[Fraction]]
     return angles, found
 
 
-def _wake_slopes(
+def _frozen_wake(
     model: Any, rated: Fraction, spline: Spline, file: dict[str, Any], path: Path
-) -> list[Fraction]:
-    """Return the frozen wake's dP/dbeta [W/rad], published or by the factor that is stated."""
-    section = file.get("frozen_wake")
+) -> tuple[list[Fraction], list[Fraction]]:
+    """Return winds and dP/dbeta [W/rad]: published, by the factor, or of momentum theory."""
+    if "frozen_wake" not in file:
+        return momentum_slopes(model, rated, spline, file, path)
+    section = file["frozen_wake"]
     if not isinstance(section, dict) or "factor" not in section:
-        return _column(file, "power_sensitivity", path)
+        return _column(file, "wind", path), _column(file, "power_sensitivity", path)
     if "power_sensitivity" in section:
         raise CertificateError(f"{path}: frozen_wake states a factor beside published columns")
     stated = _column(file, "wind", path), _column(file, "factor", path)
     if len(stated[0]) != len(stated[1]):
         raise CertificateError(f"{path}: frozen_wake columns of different length")
-    return scaled_slopes(model, rated, spline, stated, path)
+    return stated[0], scaled_slopes(model, rated, spline, stated, path)
 
 
 def _compare_limit(
@@ -339,24 +352,104 @@ def scaled_slopes(
     ------
     CertificateError : a wind at which no pitch balances rated torque, or outside the table.
     """
-    radius, speed = (number(model, key, "model") for key in ("rotor_radius", "rated_rotor_speed"))
-    constant = number(model, "torque_constant", "model")
-    needed = number(model, "gear_ratio", "model") * rated_torque
-    low = number(model, "pitch_min", "model")
-    # The table's last knot is rounded in fixed point, so the range stays slightly inside.
-    high = min(number(model, "pitch_max", "model"), spline.y.breaks[-1] - EDGE)
     found = []
     for wind, factor in zip(*stated, strict=True):
         try:
-            ratio = point(speed * radius / wind)
-            pitch = _largest_root(spline, ratio, needed / (constant * wind**2), low, high)
-            slope = spline.bounds(ratio, pitch, 0, 1)
+            rotor = _Trim.at(model, rated_torque, spline, wind)
         except (Refused, ZeroDivisionError) as error:
             raise CertificateError(
                 f"{path}: frozen_wake.factor at {float(wind):g} m/s: {error}"
             ) from error
-        found.append(factor * speed * constant * wind**2 * Fraction(sum(slope), 2 * ONE))
+        found.append(factor * rotor.speed * rotor.by_pitch)
     return found
+
+
+class _Trim(NamedTuple):
+    """A wind at which pitch holds rated torque: lambda, pitch, dT/dbeta and dT/dv."""
+
+    speed: Fraction
+    ratio: Fraction
+    pitch: Fraction
+    by_pitch: Fraction
+    by_wind: Fraction
+
+    @classmethod
+    def at(cls, model: Any, rated_torque: Fraction, spline: Spline, wind: Fraction) -> _Trim:
+        """Return the trim; ``Refused`` where no pitch holds rated torque."""
+        radius, speed, constant, gear, low, most = (
+            number(model, key, "model")
+            for key in ("rotor_radius", "rated_rotor_speed", "torque_constant", "gear_ratio",
+                        "pitch_min", "pitch_max")
+        )  # fmt: skip
+        # The table's last knot is rounded in fixed point, so the range stays slightly inside.
+        high = min(most, spline.y.breaks[-1] - EDGE)
+        ratio = speed * radius / wind
+        needed = gear * rated_torque / (constant * wind**2)
+        pitch = _largest_root(spline, point(ratio), needed, low, high)
+
+        def middle(dx: int, dy: int) -> Fraction:
+            return Fraction(sum(spline.bounds(point(ratio), pitch, dx, dy)), 2 * ONE)
+
+        by_wind = 2 * middle(0, 0) - ratio * middle(1, 0)
+        angle = Fraction(pitch.low + pitch.high, 2 * ONE)
+        k = constant * wind
+        return cls(speed, ratio, angle, k * wind * middle(0, 1), k * by_wind)
+
+
+INDUCTION = Fraction("1.3")
+WIND_STEP, RATIO_STEP, PITCH_STEP = Fraction(1, 2), Fraction(1, 4), Fraction(1, 50)
+ROOT_DIGITS = 10**20
+
+
+def momentum_slopes(
+    model: Any, rated: Fraction, spline: Spline, file: dict[str, Any], path: Path
+) -> tuple[list[Fraction], list[Fraction]]:
+    """Return the winds and dP/dbeta [W/rad] of momentum theory, for a file that states none.
+
+    Raises
+    ------
+    CertificateError : a table or figure that is missing; no pitch holds rated torque at any wind.
+    """
+    last, ka = _figure(file, "operation", "cut_out", path), INDUCTION
+    if "wake" in file:
+        ka = _figure(file, "wake", "induction", path)
+    section = file.get("coefficients")
+    angles, rows = _entries(
+        inside_folder(path, section.get("thrust") if isinstance(section, dict) else None)
+    )
+
+    def thrust(ratio: Fraction, pitch: Fraction) -> Fraction:
+        along = [_between(pitch, angles, row) for row in rows.values()]
+        return _between(ratio, list(rows), along)
+
+    found: dict[Fraction, Fraction] = {}
+    wind = last
+    while wind > 0:
+        try:
+            at = _Trim.at(model, rated, spline, wind)
+        except Refused:
+            break  # Below rated wind, or beyond the table's largest tip-speed ratio.
+        x, y, h, d = at.ratio, at.pitch, RATIO_STEP, PITCH_STEP
+        a, slope = _induction(thrust(x, y))
+        by_ratio = (thrust(x + h, y) - thrust(x - h, y)) / (2 * h)
+        by_pitch = (thrust(x, y + d) - thrust(x, y - d)) / (2 * d)
+        flow = 1 - ka * a + ka * slope * x * by_ratio
+        if flow <= 0:
+            raise CertificateError(f"{path}: no frozen wake by momentum theory at {float(wind):g}")
+        found[wind] = at.speed * (at.by_pitch + at.by_wind * wind * ka * slope * by_pitch / flow)
+        wind = (-(-wind // WIND_STEP) - 1) * WIND_STEP
+    if not found:
+        raise CertificateError(f"{path}: no pitch holds rated torque at cut-out")
+    winds = sorted(found)
+    return winds, [found[v] for v in winds]
+
+
+def _induction(thrust: Fraction) -> tuple[Fraction, Fraction]:
+    """Return a(c_T) and its slope; the root to twenty digits."""
+    if thrust > Fraction(8, 9):
+        return Fraction(1, 3) + Fraction(3, 4) * (thrust - Fraction(8, 9)), Fraction(3, 4)
+    root = Fraction(isqrt(int((1 - thrust) * ROOT_DIGITS**2)), ROOT_DIGITS)
+    return (1 - root) / 2, 1 / (4 * root)
 
 
 def _largest_root(

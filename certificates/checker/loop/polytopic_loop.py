@@ -58,6 +58,8 @@ class PolytopicLoop:
     also when a claim leaves some stacks out. ``more`` : stacks of a claim, by rule.
     ``resting_elsewhere`` : which of x, u, y, w are deviations from an equilibrium value other than
     0.  ``observer`` : of a law that has outputs alone; C and D then have the measured rows.
+    ``at_other_ends`` : the same loop where numbers that are no fractions, which are constant, are
+    at the other ends of their bounds; a claim about the loop is shown for each.
     """
 
     A: Stack
@@ -81,6 +83,7 @@ class PolytopicLoop:
     more: tuple[Stack, ...] = ()
     resting_elsewhere: str = field(default="", repr=False)
     observer: ObserverLaw | None = field(default=None, repr=False)
+    at_other_ends: tuple[PolytopicLoop, ...] = field(default=(), repr=False)
 
     @property
     def order(self) -> int:

@@ -86,6 +86,31 @@ def prove_balls(plant: PlantNodes, algebra: Algebra, ranges: Ranges) -> None:
         _prove_zero(ranges, rows, solved)
 
 
+def relations(plant: PlantNodes, algebra: Algebra) -> dict[str, int]:
+    """Return rests that were solved for -> their nodes, from equations at rest linear in them."""
+    g = plant.graph
+    found: dict[str, int] = {}
+    for row in residuals(plant):
+        node = substituted(g, row, found)
+        try:
+            linear = algebra.polynomial(node)
+        except Refused:
+            continue
+        names = [m[0][0] for m in linear if m]
+        solved = [n for n in names if n in plant.balls and plant.balls[n].equals is None]
+        if not solved or any(len(m) > 1 or m[0][1] > 1 for m in linear if m):
+            continue
+        own = ((solved[-1], 1),)
+        value = g.total(
+            g.multiply(g.constant(-c / linear[own]), g.variable(m[0][0]) if m else g.constant(1))
+            for m, c in linear.items()
+            if m != own
+        )
+        found = {n: substituted(g, e, {solved[-1]: value}) for n, e in found.items()}
+        found[solved[-1]] = value
+    return found
+
+
 def _prove_zero(ranges: Ranges, rows: list[int], solved: list[Ball]) -> None:
     """Prove that the rows vanish at one point of the balls of ``solved``."""
     g, size = ranges.graph, range(len(rows))

@@ -26,7 +26,7 @@ from takagi.certificates.checker.plant.expression import NAME, Scope, read_expre
 from takagi.certificates.checker.plant.graph import FUNCTIONS, Graph
 from takagi.certificates.checker.plant.table import Table, read_table
 
-MOST_VARIABLES, MOST_PREMISES = 64, 12
+MOST_VARIABLES, MOST_PREMISES, MOST_NUMBERS = 64, 12, 6
 LARGEST_SIDE = 10**60
 LETTERS = {"A": ("n", "n"), "B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
 Rows = list[list[int]]
@@ -93,6 +93,7 @@ class PlantNodes:
     mass: Rows | None = None
     outputs: list[int] = field(default_factory=list)
     premises: list[Premise] = field(default_factory=list)
+    numbers: list[Premise] = field(default_factory=list)
     entries: dict[str, Rows] = field(default_factory=dict)
     form: str = "sector"
     balls: dict[str, Ball] = field(default_factory=dict)
@@ -304,22 +305,17 @@ class _Reading:
         scope = Scope({**self.names, **self.symbols}, own.tables)
         listed = member(given, "premises", where)
         found.form = text(given, "form", where) if "form" in given else "sector"
-        if not isinstance(listed, list) or len(listed) > MOST_PREMISES:
-            raise CertificateError(f"{where}.premises: a row of up to {MOST_PREMISES} is needed")
-        for k, premise in enumerate(listed):
-            place = f"{where}.premises[{k}]"
-            node = read_expression(
-                member(premise, "expression", place), self.graph, scope, f"{place}.expression"
-            )
-            low, high = (
-                self.rational(member(premise, end, place), f"{place}.{end}")
-                for end in ("lower", "upper")
-            )
-            if low > high:
-                raise CertificateError(f"{place}: its lower bound exceeds its upper one")
-            found.premises.append(Premise(text(premise, "name", place), node, low, high))
+        found.premises = self.premises(listed, f"{where}.premises", scope, MOST_PREMISES)
+        own_numbers = given.get("numbers", [])
+        found.numbers = self.premises(own_numbers, f"{where}.numbers", scope, MOST_NUMBERS)
+        if found.numbers and found.form != "sector":
+            raise CertificateError(f"{where}.numbers: only of the form 'sector'")
+        for fixed in found.numbers:
+            # One value, though it is not known exactly: nothing that moves may stand in it.
+            if not self.graph.variables(fixed.node) <= self.balls.keys():
+                raise CertificateError(f"{where}.numbers: {fixed.name} depends on a variable")
         names: dict[str, int] = {}
-        for p in found.premises:
+        for p in (*found.premises, *found.numbers):
             self.add(p.name, self.graph.variable(p.name), self.symbols, "embedding.premises")
             names[p.name] = self.graph.variable(p.name)
         sizes = {"n": len(found.states), "m": len(found.inputs)}
@@ -331,3 +327,21 @@ class _Reading:
                 found.entries[letter] = self.rows(
                     f"embedding.{letter}", entries, Scope(names), shape
                 )
+
+    def premises(self, listed: Any, where: str, scope: Scope, most: int) -> list[Premise]:
+        """Return expressions with their names and stated bounds."""
+        if not isinstance(listed, list) or len(listed) > most:
+            raise CertificateError(f"{where}: a row of up to {most} is needed")
+        found = []
+        for k, premise in enumerate(listed):
+            place = f"{where}[{k}]"
+            written = member(premise, "expression", place)
+            node = read_expression(written, self.graph, scope, f"{place}.expression")
+            low, high = (
+                self.rational(member(premise, end, place), f"{place}.{end}")
+                for end in ("lower", "upper")
+            )
+            if low > high:
+                raise CertificateError(f"{place}: its lower bound exceeds its upper one")
+            found.append(Premise(text(premise, "name", place), node, low, high))
+        return found

@@ -15,6 +15,11 @@ their trim, and the entries A(z), B(z), ... of the embedding.  It has five steps
 4. Each entry is a polynomial of degree at most one in each premise.  Step 2 uses this polynomial.
 5. So A(z) is the blend of the vertices A_i, which the checker computes at the bounds' corners.
 
+Entries may have ``numbers`` c that are no fractions, as pi or a rest that was solved for.  Step 3
+bounds these too.  They are constant: the plant is one blend A(z, c), of degree one in each c.  An
+inequality whose left side is affine, or concave, in the vertices holds for the c of the plant if it
+holds at all ends of their bounds, which a claim about the loop is tried at.
+
 If the plant has numbers that are not decimals (``balls``), these are proved first.  Step 2 then
 uses f minus its value at rest instead of f; ``balls`` proves that this value is 0.
 
@@ -33,6 +38,7 @@ quotient is also defined by its limit there.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -41,7 +47,7 @@ from takagi.certificates.checker.kernel.reader import text
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
 from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop, weights_of
-from takagi.certificates.checker.plant.balls import prove_balls, residuals
+from takagi.certificates.checker.plant.balls import prove_balls, relations, residuals
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.known_signals import check_known
@@ -66,6 +72,7 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
 
     The rules are the corners of the premises; the last premise changes first, and a premise with
     equal bounds has one corner.  The claim ``sector-embedding`` says that the plant is their blend.
+    Numbers are at the ends of their bounds: ``at_other_ends`` has the loops beside the first.
 
     Raises
     ------
@@ -74,10 +81,23 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
     plant = read_plant(model, where)
     entries = multi_affine_entries(plant)
     corners = corners_of(plant.premises)
-    stacks: dict[str, Any] = {
-        letter: tuple(Matrix.of(rows) for rows in vertex_stack(matrix, corners))
-        for letter, matrix in entries.items()
-    }
+    first, *others_ends = [
+        {
+            letter: tuple(Matrix.of(rows) for rows in vertex_stack(matrix, corners, ends))
+            for letter, matrix in entries.items()
+        }
+        for ends in corners_of(plant.numbers)
+    ]
+    loop = _loop(plant, model, corners, first)
+    return replace(loop, at_other_ends=tuple(replace(loop, **some) for some in others_ends))
+
+
+def _loop(
+    plant: PlantNodes,
+    model: Any,
+    corners: list[dict[str, tuple[int, Fraction]]],
+    stacks: dict[str, Any],
+) -> PolytopicLoop:
     numbers = tuple(tuple(pick for pick, _ in corner.values()) for corner in corners)
     others = (*plant.inputs, *plant.disturbances)
     return PolytopicLoop(
@@ -192,7 +212,7 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
         determinant = _determinant(plant, plant.mass)
         ranges.prove_nonzero(determinant, "the determinant of the mass matrix")
     _check_identities(plant, algebra, entries)
-    for premise in plant.premises:
+    for premise in (*plant.premises, *plant.numbers):
         what = f"premise {premise.name}"
         ranges.prove_within(premise.node, premise.lower, premise.upper, what)
     return ranges
@@ -200,7 +220,7 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
 
 def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str, Entries]) -> None:
     g = plant.graph
-    places = {p.name: p.node for p in plant.premises}
+    places = {p.name: p.node for p in (*plant.premises, *plant.numbers)}
     rates = [g.constant(0)] * len(plant.states)
     seen = [g.constant(0)] * len(plant.outputs)
     for letter, rows in entries.items():
@@ -223,8 +243,13 @@ def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str,
     if plant.balls:
         pairs = zip(equations, residuals(plant), strict=True)
         equations = [g.subtract(node, left) for node, left in pairs]
+    known: dict[str, int] | None = None
     for state, rate, node in zip(plant.states, rates, equations, strict=True):
-        if not algebra.equal(rate, node):
+        if algebra.equal(rate, node):
+            continue
+        # What the equations at rest say of the rests that were solved for is put in.
+        known = relations(plant, algebra) if known is None else known
+        if not algebra.equal(substituted(g, rate, known), substituted(g, node, known)):
             raise Refused(f"the entries do not give the equation of {state.name}")
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
     origin = {v.symbol: g.constant(0) for v in variables}

@@ -79,10 +79,16 @@ def corners_of(premises: list[Premise]) -> list[dict[str, tuple[int, Fraction]]]
 
 
 def vertex_stack(
-    rows: list[list[MultiAffine]], corners: list[dict[str, tuple[int, Fraction]]]
+    rows: list[list[MultiAffine]],
+    corners: list[dict[str, tuple[int, Fraction]]],
+    numbers: Mapping[str, tuple[int, Fraction]] = {},
 ) -> list[list[list[Fraction]]]:
-    """Return a matrix for each corner, or a single matrix if no entry varies."""
-    varying = any(any(members for members in entry) for row in rows for entry in row)
+    """Return a matrix for each corner, or a single matrix if no entry varies.
+
+    ``numbers`` have the same value at all corners.
+    """
+    varying = any(members - numbers.keys() for row in rows for entry in row for members in entry)
+    corners = [{**corner, **numbers} for corner in corners]
     places = corners if varying else corners[:1]
     if len(places) * len(rows) * len(rows[0]) > MOST_NUMBERS:
         raise CertificateError(f"{len(places)} vertices: too many")

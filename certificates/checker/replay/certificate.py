@@ -19,7 +19,11 @@ WITHOUT = "checked without a {} file: the verdict is about the {} inside the cer
 
 
 def check(
-    path: Path | str, *, gains: Path | str | None = None, model: Path | str | None = None
+    path: Path | str,
+    *,
+    gains: Path | str | None = None,
+    model: Path | str | None = None,
+    allow_old_gain_files: bool = False,
 ) -> Checked:
     """Return the verdict on every claim of a certificate file.
 
@@ -27,6 +31,8 @@ def check(
     ----------
     gains : a gain file; its law and all other contents must be those of the certificate.
     model : the model's data file; its contents must be those the certificate was made for.
+    allow_old_gain_files : accept gain files of earlier versions, without limits or programs; a
+        message says what is not compared.
 
     Raises
     ------
@@ -46,7 +52,7 @@ def check(
     if gains is not None:
         from takagi.certificates.checker.files.gain_file import compare_gains
 
-        messages[0] = compare_gains(data, gains)
+        messages[0] = compare_gains(data, gains, allow_old=allow_old_gain_files)
     if model is not None:
         messages[1] = given_files.compare_model(data, model)
     return _replayed(data, str(path), [message for message in messages if message])

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome
+from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
@@ -36,6 +36,8 @@ KINDS = {
     "transient": "kinds.transient.check_transient",
     "sampled-loop": "kinds.sampled_loop.check_sampled_loop",
 }
+# Claims that something does not exist.
+AGAINST = {"no-common-decay"}
 # Claims that read model and gains in their own way.
 OWN_READING = {
     "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
@@ -83,11 +85,18 @@ def replay(
         place, given = OWN_READING[kind], [data["model"], data.get("gains")]
     elif kind in KINDS and loop is not None:
         place, given = KINDS[kind], [loop]
+        if loop.at_other_ends and kind in AGAINST:
+            why = "a loop with numbers that are no fractions: tried at their ends alone"
+            return Claim(claim["name"], Verdict.UNDECIDED, f"not shown: {why}")
     else:
         raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
     module, _, name = place.rpartition(".")
     function = getattr(import_module(f"takagi.certificates.checker.{module}"), name)
     outcome: Outcome = function(claim, *given, where)
+    for other in loop.at_other_ends if kind in KINDS and loop is not None else ():
+        if outcome.verdict is Verdict.PROVED:
+            shown: Outcome = function(claim, other, where)
+            outcome = outcome if shown.verdict is Verdict.PROVED else shown
     if module.startswith("turbine."):
         # Imported here: other claims need no list of their members.
         from takagi.certificates.checker.turbine.members import refuse_unread

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
@@ -28,6 +29,11 @@ def read_model_loop(model: Any, gains: Any, where: str = "model") -> PolytopicLo
         raise CertificateError(f"{where}.kind: {kind!a} has no vertices for this claim")
     if gains is None:
         return plain
+    others = tuple(_closed(one, model, gains) for one in plain.at_other_ends)
+    return replace(_closed(plain, model, gains), at_other_ends=others)
+
+
+def _closed(plain: PolytopicLoop, model: Any, gains: Any) -> PolytopicLoop:
     loop = closed_by(plain, gains, "gains")
     if "observer" not in gains:
         return loop

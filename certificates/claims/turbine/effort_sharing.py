@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -235,6 +236,22 @@ SHARES = (Fraction(1, 2), Fraction(1, 4), Fraction(1, 8), Fraction(1, 16))
 DIGITS = 3
 
 
+def why_not_proved(candidate: EffortSharingCandidate) -> str:
+    """Return, in words, the winds of a candidate that are not proved, and why; empty for none."""
+    if candidate.P is None:
+        why = failing_winds(candidate.cells)
+        return f"no common quadratic function over all winds was found; {why}"
+    pairs = zip(candidate.cells, candidate.wind_error, strict=True)
+    bad = [cell for cell, error in pairs if not error > 0]
+    if not bad:
+        return ""
+    return (
+        "the common quadratic function allows no wind error in "
+        f"{_count(bad, len(candidate.cells))}, at wind {', '.join(map(_span, bad[:3]))} m/s"
+        f"{' and more' if len(bad) > 3 else ''}"
+    )
+
+
 def failing_winds(cells: Sequence[LoopCell]) -> str:
     """Return, in words, the winds that prevent one quadratic function for all cells.
 
@@ -300,24 +317,51 @@ def _count(bad: Sequence[LoopCell], total: int) -> str:
 def smaller_uncertainty(
     turbine: Turbine, law: EffortSharingLaw, box: LoopBox, uncertainty: LoopUncertainty
 ) -> str:
-    """Return, in words, a part of the uncertainty for which a common function is found.
+    """Return, in words, a part of the uncertainty for which all winds are proved.
 
     It tries an inertia interval of a half to a sixteenth of the excess over nominal, then only the
     wake of the surface. It uses floating point and the given gains. Empty if none of them helps.
     """
+
+    def helps(smaller: LoopUncertainty) -> bool:
+        candidate = effort_sharing_candidate(turbine, law, box=box, uncertainty=smaller)
+        return not why_not_proved(candidate)
+
     span = uncertainty.inertia
     for share in SHARES if span.width else ():
         narrow = _narrowed(span, share)
-        smaller = LoopUncertainty(narrow, uncertainty.frozen_wake, uncertainty.power_coefficient)
-        if effort_sharing_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
+        if helps(replace(uncertainty, inertia=narrow)):
             low, high = float(narrow.lower), float(narrow.upper)
             return f"with these gains inertia {low:g} to {high:g} of nominal would do"
-    if uncertainty.frozen_wake:
-        smaller = LoopUncertainty(
-            span, frozen_wake=False, power_coefficient=uncertainty.power_coefficient
-        )
-        if effort_sharing_candidate(turbine, law, box=box, uncertainty=smaller).P is not None:
-            return "without the frozen wake it would do: lower the file's sensitivity or factor"
+    if uncertainty.frozen_wake and helps(replace(uncertainty, frozen_wake=False)):
+        return "without the frozen wake it would do: lower the file's sensitivity or factor"
+    return ""
+
+
+LARGER_PITCHES = (1.0, 2.0)
+
+
+def larger_least_pitch(
+    turbine: Turbine,
+    remade: Callable[[Turbine], EffortSharingLaw],
+    box: LoopBox,
+    uncertainty: LoopUncertainty,
+) -> str:
+    """Return, in words, a smallest pitch for which all winds are proved; empty if none was found.
+
+    Parameters
+    ----------
+    remade : returns the law of the turbine with another smallest pitch, with gains of its own.
+    """
+    for more in LARGER_PITCHES:
+        pitch = math.floor(math.degrees(turbine.pitch_min) + more + 1e-9)
+        other = replace(turbine, pitch_min=math.radians(pitch))
+        try:
+            found = effort_sharing_candidate(other, remade(other), box=box, uncertainty=uncertainty)
+        except ModelError:
+            continue  # No trim, no gain, or a box that leaves the table, with this angle.
+        if not why_not_proved(found):
+            return f"a smallest pitch of {pitch:g} deg would do (pitch.minimum of the file)"
     return ""
 
 

@@ -62,6 +62,7 @@ class VertexLoop:
     ``of_plant`` : the model is that of a plant's equations, which leave nothing besides.
     ``beside`` : further stacks that a claim needs, by rule.
     ``observer`` : of a law with output feedback; C and D have the outputs that it measures.
+    ``extremes`` : the loop with its constants at the other ends of their bounds.
     """
 
     A: Stack
@@ -86,6 +87,7 @@ class VertexLoop:
     of_plant: bool = False
     beside: tuple[Stack, ...] = ()
     observer: Any = None
+    extremes: tuple[VertexLoop, ...] = ()
 
     @property
     def n(self) -> int:

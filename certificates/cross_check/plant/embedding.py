@@ -94,7 +94,7 @@ def _unknown_to_the_law(model: Any, plant: TreePlant, gains: Any) -> Obligations
 
 def within(plant: TreePlant, search: Search) -> Obligations:
     """Yield that every premise keeps its bounds."""
-    for k, p in enumerate(plant.premises):
+    for k, p in enumerate((*plant.premises, *plant.numbers)):
         kept = search.holds(p.tree, _between(p.lower, p.upper))
         yield Fact(f"premise {k + 1} keeps its bounds", kept)
 
@@ -149,7 +149,7 @@ def _is_tree(part: Any) -> bool:
 
 def _differences(plant: TreePlant) -> list[tuple[str, Tree]]:
     """Return (label, tree that must be 0) for each row of step 2."""
-    z = {p.name: p.tree for p in plant.premises}
+    z = {p.name: p.tree for p in (*plant.premises, *plant.numbers)}
     variables: dict[str, list[Variable]] = dict.fromkeys("AC", plant.states)
     variables |= {"B": plant.inputs, "D": plant.inputs, "E": plant.pushes}
 

@@ -8,7 +8,7 @@ is the blend of its values at the corners of the premises' bounds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from typing import Any
@@ -40,7 +40,7 @@ from takagi.certificates.cross_check.plant.expression import (
     value_of,
 )
 
-MOST_VARIABLES, MOST_PREMISES, MOST_ENTRIES = 64, 12, 1 << 20
+MOST_VARIABLES, MOST_PREMISES, MOST_CONSTANTS, MOST_ENTRIES = 64, 12, 6, 1 << 20
 MATRIX_SIZES = {"A": ("n", "n"), "B": ("n", "m"), "C": ("p", "n"), "D": ("p", "m"), "E": ("n", "q")}
 FUNCTIONS = set(
     "sin cos tan asin acos atan exp log sqrt sinh cosh tanh asinh acosh atanh abs erf sign".split()
@@ -84,6 +84,7 @@ class TreePlant:
     ``f``, ``mass``, ``outputs`` : trees in the symbols of variables, with values of parameters.
     ``entries`` : trees in the names of premises, by the letter of the matrix.
     ``balls`` : names of numbers that are not decimals, each known by a middle and a radius.
+    ``numbers`` : constants in entries that are no fractions, with bounds as a premise has.
     """
 
     states: list[Variable]
@@ -98,6 +99,7 @@ class TreePlant:
     tables: tuple[str, ...]
     form: str = "sector"
     balls: tuple[str, ...] = ()
+    numbers: tuple[Premise, ...] = ()
 
     @property
     def variables(self) -> list[Variable]:
@@ -156,17 +158,25 @@ def read_plant(model: Any) -> TreePlant:
         mass = [[read(one) for one in _rows(row, n)] for row in _rows(model["mass"], n)]
     outputs = [read(entry(one, "expression")) for one in _rows(model.get("outputs", []))]
     embedding = entry(model, "embedding")
-    premises = []
-    listed = _rows(entry(embedding, "premises"))
-    if len(listed) > MOST_PREMISES:
-        raise Refusal(f"at most {MOST_PREMISES} premises")
-    for one in listed:
-        lower, upper = constant(entry(one, "lower")), constant(entry(one, "upper"))
-        if lower > upper:
-            raise Refusal("a premise with its lower bound above the upper one")
-        tree = read(entry(one, "expression"), set(meaning) | known)
-        premises.append(Premise(line(one, "name"), tree, lower, upper))
-    for premise in premises:
+
+    def bounded(key: str, names: set[str], most: int) -> list[Premise]:
+        listed = _rows(embedding.get(key, []))
+        if len(listed) > most:
+            raise Refusal(f"at most {most} {key}")
+        found = []
+        for one in listed:
+            lower, upper = constant(entry(one, "lower")), constant(entry(one, "upper"))
+            if lower > upper:
+                raise Refusal("a premise with its lower bound above the upper one")
+            tree = read(entry(one, "expression"), names)
+            found.append(Premise(line(one, "name"), tree, lower, upper))
+        return found
+
+    entry(embedding, "premises")
+    premises = bounded("premises", set(meaning) | known, MOST_PREMISES)
+    # What is constant has no variable, but may have a number that is no decimal.
+    numbers = bounded("numbers", set(balls), MOST_CONSTANTS)
+    for premise in (*premises, *numbers):
         _new(premise.name, taken)
     size = {"n": n, "m": len(inputs), "p": len(outputs), "q": len(pushes)}
     entries = {}
@@ -177,6 +187,8 @@ def read_plant(model: Any) -> TreePlant:
     form = line(embedding, "form") if "form" in embedding else "sector"
     if form not in ("sector", "secant"):
         raise Refusal(f"embedding.form: {form[:40]!a} is not 'sector' or 'secant'")
+    if numbers and form == "secant":
+        raise Refusal("numbers in an embedding by secants")
     return TreePlant(
         states=states,
         inputs=inputs,
@@ -190,6 +202,7 @@ def read_plant(model: Any) -> TreePlant:
         tables=tuple(tables),
         form=form,
         balls=tuple(balls),
+        numbers=tuple(numbers),
     )
 
 
@@ -311,17 +324,37 @@ def plant_loop(model: Any) -> VertexLoop:
     bounds = [(p.lower,) if p.lower == p.upper else (p.lower, p.upper) for p in plant.premises]
     picks = list(product(*(range(len(ends)) for ends in bounds)))
     values = [[ends[k] for ends, k in zip(bounds, chosen, strict=True)] for chosen in picks]
-    context = fmpq_mpoly_ctx.get([p.name for p in plant.premises] or ["_"], Ordering.lex)
+    first, *further = [
+        _stacks(plant, values, list(ends))
+        for ends in product(*((p.lower, p.upper) for p in plant.numbers))
+    ]
+    loop = _with_vertices(model, plant, picks, first)
+    return replace(loop, extremes=tuple(replace(loop, **some) for some in further))
+
+
+def _stacks(plant: TreePlant, values: list[list[fmpq]], constants: list[fmpq]) -> dict[str, Any]:
+    """Return the matrices at all corners, with these values of the numbers."""
+    names = [p.name for p in (*plant.premises, *plant.numbers)]
+    context = fmpq_mpoly_ctx.get(names or ["_"], Ordering.lex)
+    count = len(plant.premises)
     stacks: dict[str, Any] = {}
     for letter, rows in plant.entries.items():
         found = [[_affine(one, context, plant.form) for one in row] for row in rows]
-        varies = any(any(sum(e) for e in one.monoms()) for row in found for one in row)
+        varies = any(any(sum(e[:count]) for e in one.monoms()) for row in found for one in row)
         places = values if varies else values[:1]
         if len(places) * len(rows) * len(rows[0]) > MOST_ENTRIES:
             raise Refusal("too many vertices")
         stacks[letter] = [
-            fmpq_mat([[_at(one, place) for one in row] for row in found]) for place in places
+            fmpq_mat([[_at(one, [*place, *constants]) for one in row] for row in found])
+            for place in places
         ]
+    return stacks
+
+
+def _with_vertices(
+    model: Any, plant: TreePlant, picks: list[tuple[int, ...]], stacks: dict[str, Any]
+) -> VertexLoop:
+    """Return the loop of these matrices."""
     moving = [p for p in plant.premises if p.lower < p.upper]
     used = {name for p in moving for name in names_in(p.tree)}
     others = [*plant.inputs, *plant.pushes]
@@ -399,6 +432,12 @@ def read_loop(model: Any, gains: Any) -> VertexLoop:
         raise Refusal(f"a model of kind {kind!a} has no vertices")
     if gains is None:
         return loop
+    closed = _closed(loop, model, gains)
+    return replace(closed, extremes=tuple(_closed(one, model, gains) for one in loop.extremes))
+
+
+def _closed(loop: VertexLoop, model: Any, gains: Any) -> VertexLoop:
+    kind = entry(model, "kind")
     closed = close(loop, gains)
     if "observer" not in gains:
         return closed

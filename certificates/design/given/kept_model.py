@@ -10,6 +10,10 @@ bounds.  A changed plant may be derived with other premises.  There are two ways
     law, because every vertex is combined with every gain.  This is a stronger requirement.
 
 The notes give the reason why the first way is impossible.
+
+In both ways the law rests where the changed plant rests, and its observer has the equations of the
+changed plant: a rest that is solved moves with a parameter.  So the law that is proved has the
+gains, premises and rules of the file, and the trim of the plant.
 """
 
 from __future__ import annotations
@@ -40,7 +44,11 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 # Members of the law that must agree with the plant, whatever the premises are.
-SHARED = ("sample_time", "state_names", "input_names", "trim")
+SHARED = ("sample_time", "state_names", "input_names")
+MOVED = (
+    "the rest has moved: the gains are proved about the rest of this plant, which is not that of "
+    "their file; --gains-out FILE writes the law that is proved"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,27 +88,34 @@ def law_for(
         return GivenLaw(model, read_gains(path, model), None, ("gains were given",))
     except CertificateError as error:
         first = error
-    if _is_of(model, path, files):
+    if is_of(model, path, files):
         raise first
+    try:
+        # Nothing but the rest has moved.
+        K = read_gains(path, model, moved=True)
+        return GivenLaw(model, K, None, ("gains were given", MOVED))
+    except CertificateError as error:
+        first = error
     law = plain(read_plant_law(path))
     try:
-        kept = _derived(plant, law, settings)
-        K = read_gains(path, kept)
+        kept = model_in_premises_of(plant, law, settings)
+        K = read_gains(path, kept, moved=True)
     except (ModelError, CertificateError) as reason:
         return _own_weights(model, law, path, first, str(reason))
-    return GivenLaw(kept, K, None, ("gains were given", "the premises of their file were kept"))
+    notes = ("gains were given", "the premises of their file were kept")
+    return GivenLaw(kept, K, None, (*notes, *moved_rest(law, kept)))
 
 
-def _derived(plant: Plant, law: Mapping[str, Any], settings: PlantSettings) -> TSModel:
+def model_in_premises_of(plant: Plant, law: Mapping[str, Any], settings: PlantSettings) -> TSModel:
     """Return the model in the premises of the law, with the law's bounds."""
     from takagi.models.sector.model import sector_model
 
     if plant.blending is not None:
         raise ModelError("premises of a plant behind a blend are not kept")
-    premises = _premises(plant, law)
+    premises, stated = _premises(plant, law), law.get("premises", [])
     bounds = {
         symbol: (_number(p["lower"]), _number(p["upper"]))
-        for symbol, p in zip(premises, law.get("premises", []), strict=True)
+        for symbol, p in zip(premises, stated, strict=True)
     }
     return sector_model(
         replace(plant, premises={}),
@@ -108,6 +123,8 @@ def _derived(plant: Plant, law: Mapping[str, Any], settings: PlantSettings) -> T
         choice=settings.choice,
         premises=premises,
         bounds=bounds,
+        # Numbers may hide a unit that the expression had when it was derived.
+        units={s: p["unit"] for s, p in zip(premises, stated, strict=True) if "unit" in p},
     )
 
 
@@ -170,17 +187,29 @@ def _own_weights(
         )
     if any(not _same(law.get(key), wanted.get(key)) for key in SHARED):
         raise first
+    moved = moved_rest(law, model)
+    law = {**law, "trim": wanted["trim"]} if moved else law
     if K.ndim != 3 or K.shape[1:] != (m, n):
         raise first
     notes = (
         "gains were given",
         f"the premises of {path} are not kept: {reason}",
         "so the law has weights of its own: every vertex is taken with every gain",
+        *moved,
     )
     return GivenLaw(model, K, law, notes)
 
 
-def _is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
+def moved_rest(law: Mapping[str, Any], model: TSModel) -> tuple[str, ...]:
+    """Return a note where a law rests elsewhere than the plant of a model; () otherwise."""
+    from takagi.certificates.document.plant_embedding import law_members, plant_and_claim
+
+    data = plant_and_claim(model)[0]
+    trim = {} if data is None else plain(law_members(data)).get("trim")
+    return () if _same(law.get("trim"), trim) else (MOVED,)
+
+
+def is_of(model: TSModel, path: Path, files: Sequence[Path]) -> bool:
     """Return whether the file was written for this plant, so that its law was changed later."""
     from takagi.certificates.document.plant_embedding import plant_and_claim
 

@@ -58,13 +58,15 @@ def largest_change(
 ) -> LargestChange | None:
     """Return the largest claims for the gains of a file; None if they are not searched.
 
-    They are not searched for a plant with [blending], or without a range of any state.
+    They are not searched for a plant with [blending] or measured outputs, or without a range of
+    any state.
 
     Raises
     ------
     CertificateError : the gain file is not for this plant.
     """
-    if plant.blending is not None or not any(v.range is not None for v in plant.states):
+    ranges = any(v.range is not None for v in plant.states)
+    if plant.blending is not None or plant.measured is not None or not ranges:
         return None
     whole = _rate(plant, path, settings, files, Fraction(1))
     if whole is None:

@@ -27,11 +27,15 @@ NAME = "pdc"
 LONGEST = 120  # the most characters of a value in a message
 
 
-def read_gains(path: Path, model: TSModel) -> Floats:
+def read_gains(path: Path, model: TSModel, *, moved: bool = False) -> Floats:
     """Return K (r, m, n) of a gain file whose law belongs to this model.
 
     Names, premises with their bounds, rules, trim and sample time of the law must be the model's,
     number by number. With other values the same gains would give another law.
+
+    Parameters
+    ----------
+    moved : accept another trim: the plant has changed, and the law shall rest where it rests now.
 
     Raises
     ------
@@ -52,14 +56,16 @@ def read_gains(path: Path, model: TSModel) -> Floats:
         wanted = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
     except ModelError as error:
         raise CertificateError(f"{source}: law.K: {error}") from error
-    compare_law(law, wanted or {}, source)
+    compare_law(law, wanted or {}, source, moved=moved)
     return K
 
 
-def compare_law(law: Mapping[str, Any], wanted: Mapping[str, Any], source: str) -> None:
-    """Refuse a law that differs from the wanted one in anything but K, by its first member."""
-    for key in sorted(set(law) | set(wanted)):
-        if key == "K" or _exact(law.get(key)) == _exact(wanted.get(key)):
+def compare_law(
+    law: Mapping[str, Any], wanted: Mapping[str, Any], source: str, *, moved: bool
+) -> None:
+    """Refuse a law that differs in anything but K (and trim, if ``moved``), by its first member."""
+    for key in sorted((set(law) | set(wanted)) - ({"K", "trim"} if moved else {"K"})):
+        if _exact(law.get(key)) == _exact(wanted.get(key)):
             continue
         raise CertificateError(
             f"{source}: law.{key} is not the model's: the file has {_short(law.get(key))}, the "
@@ -111,8 +117,12 @@ def _short(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
 
-def read_observer_gains(path: Path, work: ObservedWork) -> tuple[Floats, Floats]:
+def read_observer_gains(
+    path: Path, work: ObservedWork, *, moved: bool = False
+) -> tuple[Floats, Floats]:
     """Return K (r, m, n) and L (r or 1, n, p) of a gain file for this plant.
+
+    ``moved`` : as of ``read_gains``.
 
     Raises
     ------
@@ -144,5 +154,5 @@ def read_observer_gains(path: Path, work: ObservedWork) -> tuple[Floats, Floats]
         wanted = work.loop(K, L).gains_data
     except (ModelError, CertificateError) as error:
         raise CertificateError(f"{where}: {error}") from error
-    compare_law(law, wanted or {}, source)
+    compare_law(law, wanted or {}, source, moved=moved)
     return K, L

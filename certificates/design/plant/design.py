@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.claims.certification import ClaimRequirements, plant_certificate
-from takagi.certificates.controller.content import bound
+from takagi.certificates.controller.content import bound, plain
 from takagi.certificates.controller.plant_members import plant_members
 from takagi.certificates.design.design import NoDesign, StepClock, Tell
 from takagi.certificates.design.plant.blend_regions import one_gain
@@ -204,14 +205,41 @@ def _certify_observed(
     plant: Plant, path: Path, asked: PlantSettings, files: tuple[Path, ...], clock: StepClock
 ) -> PlantDesign:
     """Return the certificate for the gains K and L of a file, as they stand."""
-    from takagi.certificates.design.given.plant_gains import read_observer_gains
+    from takagi.certificates.design.given.kept_model import (
+        is_of,
+        model_in_premises_of,
+        moved_rest,
+    )
+    from takagi.certificates.design.given.plant_gains import read_observer_gains, read_plant_law
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
     model = _model(plant, asked, clock)
     requirements = requirements_of(plant, model, asked)
     work = ObservedWork.of(plant, asked, model, requirements, files, clock)
-    K, L = read_observer_gains(path, work)
-    return work.certified(K, L, None, ("gains were given", work.question.note))
+    try:
+        K, L = read_observer_gains(path, work)
+        return work.certified(K, L, None, ("gains were given", work.question.note))
+    except CertificateError as error:
+        first = error
+    if is_of(model, path, files):
+        raise first
+    law = plain(read_plant_law(path))
+    notes: tuple[str, ...] = ("gains were given", work.question.note)
+    try:
+        K, L = read_observer_gains(path, work, moved=True)
+    except CertificateError:
+        try:
+            model = model_in_premises_of(plant, law, asked)
+            requirements = requirements_of(plant, model, asked)
+            work = ObservedWork.of(plant, asked, model, requirements, files, clock)
+            K, L = read_observer_gains(path, work, moved=True)
+        except (ModelError, CertificateError) as reason:
+            raise CertificateError(
+                f"{first}; on a changed plant a law with measured outputs is proved in the "
+                f"premises of its file alone, and there: {reason}"
+            ) from reason
+        notes = (*notes, "the premises of their file were kept")
+    return work.certified(K, L, None, (*notes, *moved_rest(law, model)))
 
 
 def _rounded(work: _Work, found: FoundGains) -> PlantDesign:

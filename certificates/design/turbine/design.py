@@ -116,6 +116,7 @@ def _effort_sharing(
             uncertainty=asked.uncertainty,
             synthesis=asked.synthesis,
             objective=asked.objective,
+            remade=lambda other: wind_by_wind_law(other, asked)[1],
             tell=clock.told,
         )
 

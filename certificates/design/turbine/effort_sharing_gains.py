@@ -7,7 +7,7 @@ result does not hold for the enclosed loop of the claim, the two-step design is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -17,8 +17,9 @@ import numpy as np
 from takagi.certificates.claims.turbine.cell_loop import enclosures_of_gains
 from takagi.certificates.claims.turbine.effort_sharing import (
     effort_sharing_candidate,
-    failing_winds,
+    larger_least_pitch,
     smaller_uncertainty,
+    why_not_proved,
 )
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate, WindClass
 from takagi.certificates.design.design import StepClock, Tell
@@ -64,6 +65,7 @@ def effort_sharing_gain_design(
     synthesis: Synthesis = "one-step",
     objective: Objective | None = None,
     steps: int = STEPS,
+    remade: Callable[[Turbine], EffortSharingLaw] | None = None,
     tell: Tell | None = None,
 ) -> EffortSharingGainDesign:
     """Return gains and candidate of the loop; the search starts at the gains of ``law``.
@@ -74,22 +76,31 @@ def effort_sharing_gain_design(
     synthesis : "one-step" changes them together with the functions; "two-step" keeps them.
     objective : what the joint search improves; None takes the wind class.
     steps : the largest number of joint steps.
+    remade : returns the law of a turbine with another smallest pitch, which is tried where winds
+        are not proved; None tries none.
     tell : called with a word on progress.
 
     Raises
     ------
-    ModelError : no function for the gains of ``law``, or a box that exceeds tables or limits; names
-        the wind.
+    ModelError : no function for the gains of ``law``, or none that covers all winds, with what
+        would do; or a box that exceeds tables or limits.  Names the wind.
     """
     say = StepClock(tell).told
     first = effort_sharing_candidate(turbine, law, box=box, uncertainty=uncertainty, tell=say)
-    if first.P is None:
+    if first.P is not None and why_not_proved(first):
+        first = widened(turbine, law, first, tell=say)
+    if why := why_not_proved(first):
         say("joint analysis of smaller uncertainties")
-        remedy = smaller_uncertainty(turbine, law, box, uncertainty)
+        ways = [smaller_uncertainty(turbine, law, box, uncertainty)]
+        if remade is not None:
+            say("joint analysis with a larger smallest pitch")
+            ways.append(larger_least_pitch(turbine, remade, box, uncertainty))
+        tried = "; ".join(filter(None, ways)) or (
+            "less uncertainty of the inertia, no frozen wake and a larger smallest pitch were tried"
+        )
         raise ModelError(
-            "joint analysis: no common quadratic function over all winds was found; "
-            f"{failing_winds(first.cells)}. Reduce the uncertainty or the box, or change the "
-            "bandwidth" + (f"; {remedy}" if remedy else "")
+            f"joint analysis: {why}. Reduce the uncertainty or the box, or change the bandwidth; "
+            f"{tried}"
         )
     if synthesis == "two-step":
         return EffortSharingGainDesign(law, widened(turbine, law, first, tell=say), None, "")

@@ -200,7 +200,7 @@ def _check_observed(turbine: Turbine, point: TrimPoint) -> None:
             f"{slope * point.wind / torque:.3g} % more torque (tip-speed ratio {ratio:.4g}, pitch "
             f"{math.degrees(point.pitch):.4g} deg), and at least {LEAST_EXPONENT:g} % is needed: "
             "the observer cannot see the wind there; correct the power coefficients around this "
-            "place, raise the speed set-point, or leave this wind out by cut_in and cut_out"
+            "place, or leave this wind out by cut_in and cut_out"
         )
 
 

@@ -82,10 +82,6 @@ class Structure:
             F[:, k, self.pattern[k]] = row[:, 0]
         return F
 
-    def parts_of(self, F: Floats) -> list[Floats]:
-        """Return the inverse of ``assembled``."""
-        return [F[:, [k]][:, :, self.pattern[k]] for k in self.rows]
-
     def gains(self, F: Floats) -> Floats:
         """Return K_j = F_j C, (r, m, n).
 

@@ -180,6 +180,8 @@ def _nodes(turbine: Turbine, speed_setpoint: float | None) -> list[float]:
     ]
     nodes = {turbine.cut_out, *(k for k in kinks if turbine.cut_in < k < turbine.cut_out)}
     for start, stop, spacing in spans:
+        # A machine may begin above 5 m/s, or end soon after rated wind.
+        start, stop = max(start, turbine.cut_in), min(stop, turbine.cut_out)
         if stop > start:
             steps = int(np.ceil((stop - start) / spacing))
             nodes.update(np.linspace(start, stop, steps, endpoint=False).tolist())

@@ -1,9 +1,10 @@
-"""Decides whether a C file is the law of a gain file.
+"""Decides whether a C file is the export of a gain file.
 
 The law is written again from the gain file, with the options that the C file names, and the two
-texts are compared word by word.  Spaces, comments, and digits that do not change the value of a
-number are ignored.  This is not the trusted checker, which compares the gain file with the
-certificate.
+texts are compared byte by byte, comments too; CR LF counts as LF.  So the compiler sees what takagi
+has written, whatever a reader takes for a comment.  Words of C are told apart for the message
+alone: it names the numbers that differ.  This is not the trusted checker, which compares the gain
+file with the certificate.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from decimal import Decimal
+from itertools import zip_longest
 from pathlib import Path
 
 from takagi.models.errors import ModelError
@@ -22,20 +23,10 @@ from takagi.reports.code.targets import export_settings
 
 SHOWN = 10  # differences in a message
 _WORD = re.compile(
-    r"""(?P<comment>/\*.*?\*/|//[^\n]*)|(?P<end>\n)|(?P<space>[ \t\r\f\v]+)|(?P<text>"[^"\n]*")
-    |(?P<number>\.?[0-9](?:[eEpP][+-]|[A-Za-z0-9_.])*)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)
-    |(?P<sign>->|\+\+|--|<<=|>>=|<=|>=|==|!=|&&|\|\||[-+*/%&|^]=|<<|>>|.)""",
+    r"""/\*.*?\*/|//[^\n]*|(?P<number>-?\.?[0-9](?:[eEpP][+-]|[A-Za-z0-9_.])*)|\n
+    |(?P<word>"[^"\n]*"|[A-Za-z_][A-Za-z0-9_]*|[^\s])""",
     re.DOTALL | re.VERBOSE,
 )
-_DECIMAL = re.compile(r"(-?(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+(?=[eE]))(?:[eE][+-]?[0-9]+)?)(F?)")
-
-
-@dataclass(frozen=True, slots=True)
-class SourceComparison:
-    """The differences, one sentence for each; and the count of numbers that were compared."""
-
-    differences: tuple[str, ...]
-    numbers: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +36,8 @@ class _Token:
     line: int
 
 
-def compared_source(path: Path, gains: Path) -> SourceComparison:
-    """Compare a C file and the header beside it with what follows from a gain file.
+def source_differences(path: Path, gains: Path) -> tuple[str, ...]:
+    """Return how a C file and the header beside it differ from the export of a gain file.
 
     Raises
     ------
@@ -60,13 +51,13 @@ def compared_source(path: Path, gains: Path) -> SourceComparison:
             f"{path}: its header {header.name} must be in the same folder, to be compared"
         )
     places = _places(program, c)
-    differences: list[str] = []
-    numbers = 0
-    for file, found, wanted in ((path, text, c.source), (header, _read(header), c.header)):
-        ours, theirs = _signed(_tokens(wanted, file)), _signed(_tokens(found, file))
-        numbers += sum(one.kind == "number" for one in theirs)
-        differences += _differences(file, theirs, ours, wanted, found, places)
-    return SourceComparison(tuple(differences), numbers)
+    pairs = (path, text, c.source), (header, _read(header), c.header)
+    return tuple(
+        one
+        for file, there, wanted in pairs
+        if there != _as_bytes(wanted)
+        for one in _differences(file, there, _as_bytes(wanted), places)
+    )
 
 
 def require_readable(path: Path) -> None:
@@ -75,6 +66,7 @@ def require_readable(path: Path) -> None:
 
 
 def _read(path: Path) -> str:
+    """Return the bytes of a file, one character each, with LF for CR LF."""
     try:
         return path.read_bytes().decode("latin-1").replace("\r\n", "\n")
     except OSError as error:
@@ -82,6 +74,11 @@ def _read(path: Path) -> str:
             f"{path}: cannot be read ({error.strerror}); give a C file of `takagi export --to c`, "
             "with its header beside it"
         ) from error
+
+
+def _as_bytes(text: str) -> str:
+    """Return a text as ``_read`` would read it from its file."""
+    return text.encode("utf-8").decode("latin-1")
 
 
 def _written_again(path: Path, text: str, gains: Path) -> tuple[ControllerProgram, CSource]:
@@ -103,46 +100,14 @@ def _written_again(path: Path, text: str, gains: Path) -> tuple[ControllerProgra
     return program, c_source(program, settings)
 
 
-def _tokens(text: str, file: Path) -> Iterator[_Token]:
-    """Yield the words of a C text.
-
-    A directive ends with its line, so that this end is a word.  Backslashes and trigraphs are
-    refused: they could join lines, and `takagi export` writes neither.
-    """
-    if "\\" in text or "??" in text:
-        raise ModelError(f"{file}: it has a backslash or ??, which no exported file has")
-    line, directive = 1, False
-    for found in _WORD.finditer(text):
-        kind, word = str(found.lastgroup), found[0]
-        if kind in ("text", "number", "name", "sign"):
-            directive = directive or word == "#"
-            yield _Token(kind, word, line)
-        elif kind == "end" and directive:
-            directive = False
-            yield _Token("end", "\n", line)
-        line += word.count("\n")
-
-
-def _signed(tokens: Iterator[_Token]) -> list[_Token]:
-    """Return the words; a minus sign before a constant becomes a part of its number."""
-    found: list[_Token] = []
-    for one in tokens:
-        before = [part.text for part in found[-2:]]
-        if one.kind == "number" and before[1:] == ["-"] and before[0] in ("=", "{", ","):
-            one = _Token("number", f"-{one.text}", one.line)
-            found.pop()
-        found.append(one)
-    return found
-
-
-def _same(one: _Token, other: _Token) -> bool:
-    if one.text == other.text:
-        return True
-    numbers = _DECIMAL.fullmatch(one.text), _DECIMAL.fullmatch(other.text)
-    if numbers[0] is None or numbers[1] is None or numbers[0][2] != numbers[1][2]:
-        return False
-    values = Decimal(numbers[0][1]), Decimal(numbers[1][1])
-    return values[0] == values[1] and values[0].is_signed() == values[1].is_signed()
+def _tokens(text: str) -> list[_Token]:
+    """Return numbers and other words of a C text, without comments and space."""
+    tokens, line = [], 1
+    for one in _WORD.finditer(text):
+        if one.lastgroup:
+            tokens.append(_Token(one.lastgroup, one[0], line))
+        line += one[0].count("\n")
+    return tokens
 
 
 def _places(program: ControllerProgram, c: CSource) -> dict[str, str]:
@@ -157,49 +122,47 @@ def _places(program: ControllerProgram, c: CSource) -> dict[str, str]:
     return found
 
 
-def _differences(
-    file: Path,
-    theirs: list[_Token],
-    ours: list[_Token],
-    wanted: str,
-    found: str,
-    places: dict[str, str],
-) -> Iterator[str]:
-    """Yield the numbers that differ; the first other word that differs ends the comparison."""
-    shown = 0
-    constant, index = "", 0
-    for k, (there, here) in enumerate(zip(theirs, ours, strict=False)):
-        if here.text in places and "const" in (ours[k - 2].text, ours[k - 3].text):
-            constant, index = here.text, 0
-        elif here.text == ";":
+def _differences(file: Path, there: str, wanted: str, places: dict[str, str]) -> Iterator[str]:
+    """Yield the numbers that differ; where anything else does, the first line that differs."""
+    theirs, ours = _tokens(there), _tokens(wanted)
+    pairs = list(zip(theirs, ours, strict=False))
+    if (
+        len(theirs) != len(ours)
+        or all(one.text == other.text for one, other in pairs)
+        or any(
+            one.text != other.text and {one.kind, other.kind} != {"number"} for one, other in pairs
+        )
+    ):
+        yield _line_differs(file, there, wanted)
+        return
+    constant, index, shown = "", 0, 0
+    for k, (one, other) in enumerate(pairs):
+        if other.text in places and "const" in (ours[k - 2].text, ours[k - 3].text):
+            constant, index = other.text, 0
+        elif other.text == ";":
             constant = ""
-        elif here.text == "," and constant:
+        elif other.text == "," and constant:
             index += 1
-        if not _same(there, here):
-            if not {there.kind, here.kind} <= {"number"}:
-                yield _line_differs(file, there, here, wanted, found)
-                return
-            shown += 1
-            if shown > SHOWN:
-                yield f"{file}: and more numbers"
-                return
-            name = constant
-            if constant and (index or ours[k + 1].text != ";"):
-                name = f"{constant}[{index}]"
-            place = f"{name} ({places[constant]})" if constant else "a number of a formula or guard"
-            yield (
-                f"{file}, line {there.line}: {place} is {there.text} there, {here.text} in the "
-                "gain file"
-            )
-    if len(theirs) != len(ours):
-        how = "goes on after" if len(theirs) > len(ours) else "ends before"
-        yield f"{file}: it {how} the end of the law"
+        if one.text == other.text:
+            continue
+        shown += 1
+        if shown > SHOWN:
+            yield f"{file}: and more numbers"
+            return
+        name = constant
+        if constant and (index or ours[k + 1].text != ";"):
+            name = f"{constant}[{index}]"
+        place = f"{name} ({places[constant]})" if constant else "a number of a formula or guard"
+        yield (
+            f"{file}, line {one.line}: {place} is {one.text} there, {other.text} in the gain file"
+        )
 
 
-def _line_differs(file: Path, there: _Token, here: _Token, wanted: str, found: str) -> str:
-    lines = found.splitlines()[there.line - 1 :][:1], wanted.splitlines()[here.line - 1 :][:1]
-    theirs, ours = (one[0].strip() if one else "" for one in lines)
+def _line_differs(file: Path, there: str, wanted: str) -> str:
+    lines = there.split("\n"), wanted.split("\n")
+    pairs = enumerate(zip_longest(*lines, fillvalue="(end of the file)"), start=1)
+    number, (theirs, ours) = next((k, pair) for k, pair in pairs if pair[0] != pair[1])
     return (
-        f"{file}, line {there.line}: the formula or statement is changed; {theirs!r} stands there, "
-        f"{ours!r} follows from the gain file"
+        f"{file}, line {number}: it is not what takagi exports from the gain file; "
+        f"{theirs!a} stands there, {ours!a} follows; export it again"
     )

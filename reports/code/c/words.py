@@ -230,8 +230,9 @@ def helpers(used: Collection[str], prefix: str, real: str, suffix: str) -> str:
 def comment(text: str) -> str:
     """Return a text that is safe inside a comment or string of C: one line of ASCII."""
     plain = " ".join(text.split()).encode("ascii", "replace").decode("ascii")
-    plain = plain.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
-    return plain.replace("\\", "/").replace('"', "'")
+    # First the backslashes: a slash in their place may end a comment.
+    plain = plain.replace("\\", "/").replace('"', "'")
+    return plain.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
 
 
 def file_name_word(word: str) -> str:

@@ -167,7 +167,7 @@ class _Writing:
         program, word = self.program, self.word
         yield f"function [outputs, state, status] = {word}_step(state, inputs, sample_time)"
         yield f"%{word.upper()}_STEP  {_line(program.name)}: one sample of the law."
-        yield f"%   Verdict that the gain file names: {program.verdict}."
+        yield f"%   Verdict that the gain file names: {_line(program.verdict)}."
         yield f"%   SI units, angles in rad. Start from {word}_start()."
         yield "%   The numbers are those of the gain file."
         for kind, signals in (("inputs", program.inputs), ("outputs", program.outputs)):

@@ -102,8 +102,8 @@ class _Block:
         body = self._body()
         program = self.program
         yield f"(* {_told(program.name, '')}: the law of its gain file, IEC 61131-3."
-        yield f"   Verdict that the gain file names: {program.verdict}"
-        yield f"   Gains {program.hashes.get('gains', '-')}"
+        yield f"   Verdict that the gain file names: {told(program.verdict)}"
+        yield f"   Gains {told(program.hashes.get('gains', '-'))}"
         yield "   Numbers are those of the gain file. SI units, angles in rad. *)"
         yield f"FUNCTION_BLOCK FB_{file_word(program.plant).upper()}"
         yield "VAR_INPUT"
@@ -182,7 +182,7 @@ class _Block:
         self._read(found)
         for stage in program.stages:
             say("")
-            say(f"(* {stage.name} *)")
+            say(f"(* {told(stage.name)} *)")
             if stage.kept:
                 self._start(found, stage.kept)
             for step in stage.assignments:

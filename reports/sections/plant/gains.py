@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 from takagi.reports.loops.plant_loop import largest_commands
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.mathml import mathml
-from takagi.reports.page.text import Section, Table, decimal, name_of, significant, unit_of
+from takagi.reports.page.text import (
+    Section,
+    Table,
+    decimal,
+    name_of,
+    per_unit,
+    significant,
+    unit_of,
+)
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -62,7 +70,7 @@ def _observer_table(loop: PlantLoop, observed: ObservedMotion) -> Table:
     heads = [("rule", "")]
     for state in loop.model.states:
         for y in outputs:
-            unit = _per(_unit(state), y.unit)
+            unit = per_unit(_unit(state), y.unit)
             heads.append((f"{name_of(state)} by {y.name}", unit if step else f"({unit})/s"))
     L = observed.law.L
     same = bool((L == L[0]).all())
@@ -80,7 +88,7 @@ def gain_columns(loop: PlantLoop) -> tuple[tuple[str, str], ...]:
     for given in loop.model.inputs:
         for state in loop.model.states:
             u, x = name_of(given), name_of(state)
-            heads.append((f"{u} by {x}", _per(_unit(given), _unit(state))))
+            heads.append((f"{u} by {x}", per_unit(_unit(given), _unit(state))))
     return tuple(heads)
 
 
@@ -118,10 +126,3 @@ def _words(label: str, size: float) -> str:
 
 def _unit(label: str) -> str:
     return unit_of(label) or "-"
-
-
-def _per(above: str, below: str) -> str:
-    if below == "-":
-        return above
-    bottom = f"({below})" if set(below) & set("/ ") else below
-    return f"{'1' if above == '-' else above}/{bottom}"

@@ -37,7 +37,9 @@ NAMES = ("step-up", "step-down", "gust", "ramp")
 def responses_section(design: TurbineDesign) -> Section:
     """Return the section with the simulated responses."""
     turbine = design.turbine
-    laws: dict[str, Law] = {design.law.name: design.law, "baseline": BaselineLaw(turbine)}
+    laws: dict[str, Law] = {design.law.name: design.law}
+    if turbine.baseline is not None:
+        laws["baseline"] = BaselineLaw(turbine)
     winds = _winds(design)
     plant, observer = validation_plant(turbine), design.observer.observer
     own = replace(plant, speed_filter=design.speed_filter)
@@ -59,6 +61,7 @@ def responses_section(design: TurbineDesign) -> Section:
             "table": _table(design, results),
             "torque_rate": with_decimals(plant.torque_rate_limit / 1e3, 0),
             "pitch_rate": with_decimals(float(np.degrees(plant.pitch_rate_limit)), 0),
+            "baseline": turbine.baseline is not None,
             "class_known": claim_summary(design) is not None,
         },
     )

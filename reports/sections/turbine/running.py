@@ -12,7 +12,7 @@ from takagi.reports.figures.loops import PANELS, MarginLine, running_margins_fig
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_over_wind import RunningMargins
-from takagi.reports.margins.running_search import SearchedMargins, searched_margins, wind_ranges
+from takagi.reports.margins.running_search import SearchedMargins, design_margins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
 from takagi.reports.page.text import Section, Table, significant, with_decimals
 
@@ -25,12 +25,7 @@ RESTS = {"torque": "torque stays at rated", "pitch": "pitch stays at its lower s
 
 def running_section(design: TurbineDesign) -> Section:
     """Return the section about the loop with the program that a controller runs."""
-    found = searched_margins(
-        design.turbine,
-        design.law,
-        design.observer.observer,
-        speed_filter=design.speed_filter,
-    )
+    found = design_margins(design)
     rows, filters = found.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
     lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]

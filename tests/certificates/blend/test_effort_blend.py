@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from takagi.certificates import CertificateError, Verdict
-from takagi.certificates.checker import check_document, read_text
+from takagi.certificates import CertificateError, Verdict, load_certificate
+from takagi.certificates.checker import check, check_document, read_text
 from takagi.certificates.checker.files.plant_file import compare_plant
 from takagi.certificates.cross_check.opinion import judge_document
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
+from takagi.certificates.document.certificate_file import dumps
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.plant_files.loader import PlantFile
 from takagi.reports.gains_file.plant import plant_gain_file
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
@@ -307,12 +309,10 @@ def test_two_gains_go_by_the_weights_of_the_model(
 
 def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) -> None:
     """Without it nothing says that the file's two actuators make the certificate's equations."""
-    from takagi.certificates import load_certificate
-    from takagi.certificates.checker import check
-
-    plant_of(tmp_path)
+    plant = plant_of(tmp_path)
     model = tmp_path / "room.toml"
-    found = design_of_file(model)
+    gains = np.array(GAIN)
+    found = certify_plant(plant, gains, PlantSettings(), files=PlantFile.of(model).files)
     path = tmp_path / "certificate.json"
     found.certificate.save(path)
     assert check(path, model=model).verdict is Verdict.PROVED
@@ -320,24 +320,9 @@ def test_a_plant_behind_a_blend_needs_the_claim_beside_its_file(tmp_path: Path) 
 
     document = copy.deepcopy(dict(found.document))
     document["claims"] = [c for c in document["claims"] if c["kind"] != "effort-blend"]
-    path.write_text(dumped(resealed(document)), encoding="utf-8")
+    path.write_text(dumps(resealed(document)), encoding="utf-8")
     with pytest.raises(CertificateError, match="no claim 'effort-blend'"):
         check(path, model=model)
-
-
-def design_of_file(path: Path) -> PlantDesign:
-    from takagi.models.plant_files.loader import PlantFile, load_plant
-
-    def one(model: Any) -> Any:
-        return np.array([GAIN] * len(model.A))
-
-    return certify_plant(load_plant(path), one, PlantSettings(), files=PlantFile.of(path).files)
-
-
-def dumped(document: Data) -> str:
-    from takagi.certificates.document.certificate_file import dumps
-
-    return dumps(document)
 
 
 OTHER_FILES = (

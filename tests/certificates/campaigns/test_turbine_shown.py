@@ -9,20 +9,11 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates import TurbineDesign
-
 campaign: Any = import_module("mutations")
 damage: Any = import_module("damage")
 judge: Any = import_module("turbine_judge")
 Data = dict[str, Any]
 LOOP, WIND_RATE, ACTUATORS, RUNNING = range(4)
-
-
-@pytest.fixture(scope="module")
-def document(turbine_design: TurbineDesign) -> Data:
-    """Return the certificate, as written."""
-    found: Data = damage.as_written(turbine_design.document)
-    return found
 
 
 @pytest.mark.parametrize(

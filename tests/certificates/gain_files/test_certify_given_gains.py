@@ -87,11 +87,15 @@ def test_a_file_of_an_earlier_version_is_certified_and_bound(
     gains.write_text(json.dumps(content), "utf-8")
 
     assert certified(tank, gains, out) == 0
-    assert main(["check", str(out), "--gains", str(gains)]) == 0
+    asked = ["check", str(out), "--gains", str(gains)]
+    assert "will refuse it beside this certificate: of an earlier" in capsys.readouterr().out
+    assert main(asked) == 1
+    assert "or accept this with --allow-old-gain-files" in capsys.readouterr().err
+    assert main([*asked, "--allow-old-gain-files"]) == 0
     assert "certificate's copy of it, not with model and law" in capsys.readouterr().out
     content["notes"].append("changed")
     gains.write_text(json.dumps(content), "utf-8")
-    assert main(["check", str(out), "--gains", str(gains)]) == 1
+    assert main([*asked, "--allow-old-gain-files"]) == 1
     assert "notes is " in capsys.readouterr().err
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from takagi.certificates.checker import CertificateError, check, read_text
 from takagi.certificates.checker.kernel import reader
-from takagi.certificates.checker.turbine.running_loop import inputs
 
 
 def sealed(document: dict[str, Any]) -> str:
@@ -40,22 +39,3 @@ def test_claims_of_another_type_beside_a_gain_file(
 
     with pytest.raises(CertificateError, match="claims"):
         check(tmp_path / "c.json", gains=tmp_path / "gains.json")
-
-
-def test_true_is_not_the_number_1() -> None:
-    """In Python True == 1; in a gain file it is no number."""
-    claim, own = ({"observer": {"l1": value}} for value in (1, True))
-    read = read_text(json.dumps({"claim": claim, "same": claim, "own": own}), "certificate")
-    limits = {"l2": 1, "wind_limits": [3, 25]}
-    measured = {"speed_filter": 30}
-    for one in read.values():
-        one["observer"].update(limits)
-        one["measurement"] = measured
-
-    assert not inputs.other_than_the_controller(
-        read["claim"], {"controller": read["same"]}, "claim"
-    )
-    assert (
-        inputs.other_than_the_controller(read["claim"], {"controller": read["own"]}, "claim")
-        == "observer.l1 is not the controller's"
-    )

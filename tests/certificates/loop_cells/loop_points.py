@@ -3,7 +3,7 @@
 The loop is the plant's torque, the law's own ``command`` and the limited first-order pitch drive;
 its derivative in (e, zeta, x) is taken by differences along the vector field, so that no formula
 of the embedding is used.  The family is a box of coefficients: membership is decided exactly by
-two intervals, and again by computing each mean value and comparing it with its range.
+two intervals.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.effort_sharing.loop_cell import LoopBox, LoopCell, LoopUncertainty
 from takagi.models.laws.effort_sharing.schedule import EffortSchedule
 from takagi.models.laws.protocol import Command, Measurement
-from takagi.models.ramps import effort_ramp, effort_ramp_slope
+from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque, rotor_torque_gradient
 
 Floats = NDArray[np.float64]
@@ -209,50 +209,6 @@ def distance(cell: LoopCell, p: Point, rates: tuple[float, float, float]) -> flo
 
 def outside(value: float, interval: Floats) -> float:
     return float(max(interval[0] - value, value - interval[1]))
-
-
-def mean_values(turbine: Turbine, law: EffortSharingLaw, p: Point) -> dict[str, float]:
-    """Return each coefficient of the module's decomposition at one point, as a difference."""
-    omega, beta, effort = physical(law, p)
-    v = p.schedule_wind
-    star, b, q, gamma, eps = (
-        column(law, "rotor_speed", v),
-        column(law, "effectiveness", v),
-        column(law, "trim_effort", v),
-        column(law, "gamma", v),
-        law.schedule.overlap,
-    )
-
-    def torque(speed: float, pitch: float, wind: float) -> float:
-        own = p.power * float(rotor_torque(turbine, speed, pitch, wind))
-        return (own + wake_torque(turbine, law, p, pitch)) / turbine.inertia
-
-    def curve(s: float) -> float:
-        held = law.rated_torque - law.effort_torque * float(effort_ramp(-s, eps))
-        pitch = law.pitch_min + float(effort_ramp(s, eps)) / b
-        return torque(star, pitch, v) - turbine.gear_ratio * held / turbine.inertia
-
-    reached = law.pitch_min + float(effort_ramp(effort, eps)) / b
-    share = float(effort_ramp_slope(effort, eps))
-    trim = curve(q)
-    return {
-        "stiffness": p.kappa * (torque(omega, beta, v) - torque(star, beta, v)) / p.e,
-        "loop_gain": p.kappa * gamma * (curve(effort) - trim) / (q - effort),
-        "lag_gain": p.kappa * (torque(star, beta, v) - torque(star, reached, v)) / p.zeta,
-        "share_gain": share * gamma,
-        "residual": trim,
-        "wind_gain": (torque(omega, beta, p.wind) - torque(omega, beta, v)) / (p.wind - v),
-    }
-
-
-def excess(cell: LoopCell, values: dict[str, float]) -> dict[str, float]:
-    """Return how far each mean value is outside its stated range or size."""
-    found = {}
-    for name, value in values.items():
-        stated = getattr(cell, name)
-        bounds = ends(stated) if isinstance(stated, Interval) else float(stated) * np.array([-1, 1])
-        found[name] = outside(value, bounds)
-    return found
 
 
 def campaign(

@@ -21,8 +21,6 @@ from tests.certificates.loop_cells.loop_points import (
     derivative,
     distance,
     effort_sharing_cells,
-    excess,
-    mean_values,
     points,
     rates_of,
 )
@@ -34,24 +32,13 @@ def wider(turbine: Turbine, law: EffortSharingLaw) -> list[LoopCell]:
     return effort_sharing_cells(turbine, law, BOX, WIDER, rates_of(law))
 
 
-@pytest.mark.slow
 def test_the_loop_with_another_power_coefficient_lies_in_its_family(
     turbine: Turbine, law: EffortSharingLaw, wider: list[LoopCell]
 ) -> None:
     """A true c_P of 0.98 to 1.02 times the table's, with all that is uncertain beside it."""
-    drawn = points(law, BOX, 800, seed=11, wrong=WRONG)
+    drawn = points(law, BOX, 500, seed=11, wrong=WRONG)
 
     assert max(d for _, d in campaign(turbine, law, wider, drawn)) < ROUNDING
-
-
-def test_every_mean_value_with_another_power_coefficient_lies_in_its_range(
-    turbine: Turbine, law: EffortSharingLaw, wider: list[LoopCell]
-) -> None:
-    """Coefficient by coefficient; what the trim's torque is wrong by counts as residual."""
-    for p in points(law, BOX, 300, seed=12, wrong=WRONG):
-        if min(abs(p.e), abs(p.zeta), abs(p.e - p.x), abs(p.wind - p.schedule_wind)) > 1e-4:
-            found = excess(wider[p.k], mean_values(turbine, law, p))
-            assert max(found.values()) < ROUNDING, (p, found)
 
 
 @pytest.mark.parametrize(("power", "inside"), [(0.98, True), (1.02, True), (0.975, False)])

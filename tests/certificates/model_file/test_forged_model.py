@@ -82,7 +82,7 @@ def test_matching_hashes_do_not_help_a_forger(
         (("[rotor]", "[other]"), "rotor.radius is missing"),
         (('unit = "rpm"', 'unit = "furlong"'), "not one the checker converts"),
         (("nrel5mw_cp.csv", "../nrel5mw_cp.csv"), "beside the file"),
-        (("[frozen_wake]", "[other_wake]"), "frozen_wake.wind is missing"),
+        (("[frozen_wake]", "[other_wake]"), "pitch effectiveness at 11.25"),
         (("[rotor]", "[rotor"), "not a turbine file"),
     ],
 )

@@ -84,15 +84,6 @@ def test_room_beside_idling_is_enough() -> None:
     assert verdicts(changed(idle_inside(3)))[-1] == "PROVED"
 
 
-def test_a_law_with_another_blend_than_the_model_is_refused() -> None:
-    """Model and law changed apart: the law's overlap alone."""
-
-    def other(document: Data) -> None:
-        document["gains"]["blending"] = {**document["gains"]["blending"], "overlap": 0.4}
-
-    assert verdicts(changed(other)) == ["REFUSED"]
-
-
 def test_a_file_whose_actuator_idles_elsewhere_is_told_apart(tmp_path: Path) -> None:
     """The equations as written are the same; what the law commands is not."""
     model = read_text(json.dumps(design().document["model"]), "model")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 from takagi.certificates import Claim
@@ -64,13 +63,6 @@ H2 = {"name": "h", "kind": "h2-norm", "P": [[1.334]], "norm": 1.156, "disturbanc
 
 def test_a_signal_may_depend_on_the_noise_and_is_named() -> None:
     """p = sign(x w) in its range, w = +-1 at random: E x^2 is 4, where 1.336 is claimed without."""
-    draw, x, total = np.random.default_rng(0), 0.0, 0.0
-    for _ in range(4000):
-        w = draw.choice([-1.0, 1.0])
-        x = (1.0 if x * w >= 0 else -1.0) * x / 2 + w
-        total += x * x / 4000
-    assert total > 3.9
-
     (_, (by_signal, _)), (_, (by_state, _)) = (
         both(noisy("p"), None, EMBEDDING, H2),
         both(noisy("x/5"), None, EMBEDDING, H2),
@@ -102,9 +94,6 @@ def test_what_holds_of_a_model_that_is_not_the_plant_s_is_not_proved(
 def test_a_function_that_stands_still_at_an_instant_is_not_said_never_to_fall() -> None:
     """|x|^2 falls along every solution of this pair; at rule 1 V' is -2 x2^2, at rule 2 -2 x1^2."""
     pair = [[[0, -1], [1, -1]], [[-1, -1], [1, 0]]]
-    for matrix in np.array(pair, dtype=float):
-        assert np.linalg.eigvalsh(matrix + matrix.T).max() == pytest.approx(0, abs=1e-12)
-        assert np.linalg.eigvals(matrix).real.max() < 0
     factors = [{"blend": k, "factor": [[1 - k], [k]]} for k in (0, 1)]
     claim = {"name": "n", "kind": "no-common-decay", "decay_rate": 0, "multipliers": factors}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from takagi.certificates import Verdict, certify
@@ -53,8 +52,6 @@ def exclusion(rate: float, blend: int = 0, factor: Any = ((1,),)) -> Data:
 )
 def test_a_rate_that_is_reached_is_not_disproved(A: Any, claim: Data) -> None:
     """V = x'x has V' <= -2 V along every blend: it decays as exp(-2 t), at 1 1/s."""
-    for G in np.array(A, dtype=float):
-        assert np.linalg.eigvalsh(G + G.T + 2 * np.eye(len(G))).max() <= 0
     beyond = claim | {"decay_rate": 1.000001}
 
     assert both(model_data(A), None, [claim])[1] == "UNDECIDED"
@@ -261,21 +258,3 @@ def test_the_sense_of_the_noise_is_told_where_it_matters(
 
     assert found.verdict is Verdict.PROVED
     assert (ITO in found.text) == told
-
-
-def test_smooth_noise_exceeds_what_holds_in_itos_sense() -> None:
-    """x1' = -x1 + w, x2' = -x2/5 + s(x1) w, s = tanh(5 x1): mean of x2^2 at most 1/(2/5) = 2.5.
-
-    Under noise that is smooth on a short scale the rule of chains holds: with S' = s, S(x1)' =
-    s w - s x1, so x2 is pushed by s x1 > 0 at all times.  s near the sign of x1: x2 has the mean
-    5 E|x1| = 5 / sqrt(pi), whose square is 7.96 already.
-    """
-    rng, band, dt, count = np.random.default_rng(3), 50.0, 2e-3, 200
-    x1, x2, w, squares = *np.zeros((3, count)), []
-    for k in range(12_000):
-        w = w * (1 - band * dt) + band * np.sqrt(dt) * rng.normal(size=count)
-        x1, x2 = x1 + dt * (w - x1), x2 + dt * (np.tanh(5 * x1) * w - x2 / 5)
-        if k > 9_000:
-            squares.append(np.mean(x2**2))
-
-    assert np.mean(squares) > 2 * 2.52

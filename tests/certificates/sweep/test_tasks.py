@@ -27,7 +27,7 @@ if __name__ == "__main__":
     # A shell's background jobs ignore SIGINT and hand that on: the script hears it again.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     folder = Path(sys.argv[1])
-    run_tasks(tasks("slow", str(folder), 60), folder / "results", workers=2)
+    run_tasks(tasks("slow", str(folder), 24), folder / "results", workers=2)
 """
 
 
@@ -133,10 +133,10 @@ def test_stopped_from_outside(tmp_path: Path, stop: signal.Signals) -> None:
         running.wait(60)
     _wait(lambda: not any(_alive(int(p.name[8:])) for p in tmp_path.glob("process-*")))
     ready = len(list(results.glob("*.json")))
-    assert 4 <= ready < 60
-    made, resumed = run_tasks(tasks("slow", str(tmp_path), 60), results, workers=1)
+    assert 4 <= ready < 24
+    made, resumed = run_tasks(tasks("slow", str(tmp_path), 24), results, workers=1)
     assert resumed == ready
-    assert [result["z"] for result in made] == [2 * x for x in range(60)]
+    assert [result["z"] for result in made] == [2 * x for x in range(24)]
 
 
 def test_workers_must_be_some(tmp_path: Path) -> None:

@@ -137,47 +137,44 @@ def test_a_name_with_a_dot_is_a_name() -> None:
 
 # In whole files.
 
-FURTHER = {
+FURTHER: dict[str, tuple[Any, ...]] = {
     "an uncertainty that another claim has": ("uncertainty", "power_coefficient", [0.9, 1.2]),
     "an uncertainty without a meaning": ("uncertainty", "torque_lag", 0.3),
     "a third number of the band-stop": ("measurement", "torsion_filter", "order", 4),
     "a further filter": ("measurement", "notch", 5.0),
+    "a further gain of the observer": ("observer", "l3", 0.1),
     "a side of a cell": ("cells", 0, "sides", "shear", 0.2),
     "a number of the claim": ("delay", 0.5),
 }
+BESIDE: dict[str, tuple[Any, ...]] = {
+    "a delay of the turbine": ("model", "pitch_delay", 0),
+    "a number of its surface": ("model", "torque_surface", "spread", 0),
+    "a filter of the law": ("gains", "notch", 0),
+    "a gain of the controller's observer": ("controller", "observer", "l3", 0),
+}
 
 
-@pytest.mark.parametrize("name", FURTHER)
-def test_a_file_with_it_is_refused(name: str) -> None:
-    """With a ``controller`` whose filters have the further number, too."""
+def put(owner: Any, *way: Any) -> None:
+    """Put a value, the last of the way, at its place."""
+    *path, last, value = way
+    for key in path:
+        owner = owner[key]
+    owner[last] = value
+
+
+@pytest.mark.parametrize("name", [*FURTHER, *BESIDE])
+@pytest.mark.parametrize("controller", [True, False])
+def test_a_file_with_it_is_refused(name: str, controller: bool) -> None:
+    """Filters are the same in the controller; without one nothing says that these are all."""
     document = json.loads(next(recorded("running-loop"))[1])
-    *way, last, value = FURTHER[name]
-    owners = [document["claims"][0], document["controller"]]
-    for owner in owners if way[:1] == ["measurement"] else owners[:1]:
-        at = owner
-        for key in way:
-            at = at[key]
-        at[last] = value
-    assert verdicts(document) == ("refused", "refused")
-
-
-def test_a_file_without_a_controller_is_refused() -> None:
-    """Then nothing else says that the filters of the claim are all filters."""
-    document = json.loads(next(recorded("running-loop"))[1])
-    del document["controller"]
-    document["claims"][0]["measurement"]["notch"] = 5.0
-    assert verdicts(document) == ("refused", "refused")
-
-
-@pytest.mark.parametrize(
-    "place", [("claims", 0, "observer"), ("claims", 0, "uncertainty")], ids=str
-)
-def test_an_observer_with_a_further_gain_is_refused(place: tuple[Any, ...]) -> None:
-    document = json.loads(next(recorded("running-loop"))[1])
-    at = document
-    for key in place:
-        at = at[key]
-    at["l3"] = 0.1
+    if name in BESIDE:
+        put(document, *BESIDE[name])
+    else:
+        put(document["claims"][0], *FURTHER[name])
+        if FURTHER[name][0] == "measurement":
+            put(document["controller"], *FURTHER[name])
+    if not controller and BESIDE.get(name, ("",))[0] != "controller":
+        del document["controller"]
     assert verdicts(document) == ("refused", "refused")
 
 
@@ -191,26 +188,6 @@ def test_both_checkers_know_the_same_members_of_turbine_law_and_observer() -> No
     assert set(ways(effort_sharing.LAW)) == second.PARTS["gains"]
     assert set(ways(first.OBSERVER)) == second.PARTS["observer"]
     assert first.UNITS == second.SI
-
-
-@pytest.mark.parametrize(
-    "way",
-    [
-        ("model", "pitch_delay"),
-        ("model", "torque_surface", "spread"),
-        ("gains", "notch"),
-        ("controller", "observer", "l3"),
-    ],
-    ids=str,
-)
-def test_a_further_member_beside_the_claims_is_refused(way: Way) -> None:
-    document = json.loads(next(recorded("running-loop"))[1])
-    assert verdicts(document) == ("PROVED", "PROVED")
-    at = document
-    for key in way[:-1]:
-        at = at[key]
-    at[way[-1]] = 0
-    assert verdicts(document) == ("refused", "refused")
 
 
 @pytest.mark.parametrize("units", ["SI, angles in deg", None, 1])

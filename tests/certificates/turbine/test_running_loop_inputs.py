@@ -246,9 +246,9 @@ def test_numbers_are_compared_as_numbers_with_the_controller() -> None:
     document = changed(lambda whole: None)
     claim, own = document["claims"][0], document["controller"]
     for part in (claim, own):
-        part["observer"]["l1"], part["observer"]["wind_limits"] = 2, [3, 25]
+        part["observer"]["l1"], part["observer"]["wind_limits"] = 1, [3, 25]
         part["measurement"]["torsion_filter"] = {"frequency": 10, "passed": 0}
-    own["observer"] |= {"l1": 2.0, "wind_limits": [3.0, 25.0]}
+    own["observer"] |= {"l1": 1.0, "wind_limits": [3.0, 25.0]}
     own["measurement"]["torsion_filter"] = {"frequency": 10.0, "passed": 0.0}
 
     def other() -> str:
@@ -257,7 +257,9 @@ def test_numbers_are_compared_as_numbers_with_the_controller() -> None:
 
     assert other() == ""
     for path, value in (
-        (("observer", "l1"), 2.5),
+        (("observer", "l1"), 1.5),
+        # In Python True == 1; in a gain file it is no number.
+        (("observer", "l1"), True),
         (("observer", "wind_limits"), [3, 25.5]),
         (("observer", "wind_limits"), "none"),
         (("measurement", "torsion_filter"), {"frequency": 10, "passed": 0.5}),

@@ -18,19 +18,10 @@ from takagi.lmi import (
 )
 from takagi.lmi.analysis.loop_growth import Law
 from takagi.models import ModelError, Premise, TSModel
+from tests.lmi.known_models import oscillators
 
 Floats = NDArray[np.float64]
 LAWS: tuple[Law, ...] = get_args(Law)
-
-
-def oscillators(stiffening: float) -> Floats:
-    """Two rules of the fuzzy-Lyapunov literature, with a common P exactly below 4 + 4 sqrt 2."""
-    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-(1 + stiffening), -2.0]]])
-
-
-def planar_pair(a: float) -> Floats:
-    """Dayawansa and Martin (1999): a common P exactly for 3 - sqrt 8 < a < 3 + sqrt 8."""
-    return np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -a], [1 / a, -1.0]]])
 
 
 def two_premises() -> TSModel:
@@ -38,18 +29,6 @@ def two_premises() -> TSModel:
     A = [[[b, 1.0], [a, 0.0]] for a in (-1.0, 2.0) for b in (-0.5, 0.3)]
     premises = [Premise("a", -1, 2), Premise("b", "-0.5", "0.3")]
     return TSModel(A, [[0.0], [1.0]], premises=premises)
-
-
-def has_common_p(first: Floats, second: Floats) -> bool:
-    """Shorten and Narendra (2002): for Hurwitz planar A, B iff AB, AB^-1 have no eigenvalue < 0."""
-    for M in (first, second):
-        if np.linalg.eigvals(M).real.max() >= 0:
-            return False
-    for product in (first @ second, first @ np.linalg.inv(second)):
-        eigenvalues = np.linalg.eigvals(product)
-        if np.any((np.abs(eigenvalues.imag) < 1e-12) & (eigenvalues.real < 0)):
-            return False
-    return True
 
 
 def growth(answer: Answer) -> float:
@@ -110,25 +89,6 @@ def test_oscillators_grow_to_four_plus_four_root_two(stiffening: float) -> None:
 
     assert growth(answer) == pytest.approx((4 + 4 * np.sqrt(2)) / stiffening, rel=5e-6)
     assert answer.bound == pytest.approx((4 + 4 * np.sqrt(2)) / stiffening, rel=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("A", "nominal"),
-    [
-        (oscillators(5.0), [0.5, 0.5]),
-        (planar_pair(3.0), [1.0, 0.0]),
-        (planar_pair(4.0), [0.5, 0.5]),
-        (planar_pair(12.0), [0.3, 0.7]),
-    ],
-)
-def test_planar_pairs_against_the_determinant_test(A: Floats, nominal: list[float]) -> None:
-    """From both sides of the answer, by eigenvalues of products; no LMI on the other way."""
-    theta = growth(max_box_enlargement(A, nominal=nominal))
-    A0 = np.tensordot(nominal, A, axes=1)
-
-    inside, outside = (A0 + theta * side * (A - A0) for side in (1 - 1e-3, 1 + 1e-3))
-    assert has_common_p(*inside)
-    assert not has_common_p(*outside)
 
 
 @settings(max_examples=8)

@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from takagi.lmi import common_lyapunov
+from takagi.lmi import common_lyapunov, exact_solution
 from takagi.lmi.analysis.common_quadratic import rates_of
+from tests.lmi.known_models import oscillators, planar_pair
 
 Floats = NDArray[np.float64]
-
-
-def planar_pair(a: float) -> Floats:
-    """Dayawansa and Martin (1999), IEEE Trans. Automatic Control 44(4)."""
-    return np.array([[[-1.0, -1.0], [1.0, -1.0]], [[-1.0, -a], [1 / a, -1.0]]])
-
-
-def oscillators(stiffening: float) -> Floats:
-    """Two-rule example of the fuzzy-Lyapunov literature; limit by Shorten and Narendra."""
-    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-(1 + stiffening), -2.0]]])
 
 
 def closed_loop_pairs(b: float, a: float = 2.5) -> Floats:
@@ -60,15 +52,26 @@ def test_fixed_gains_hold_exactly_below_three() -> None:
     assert common_lyapunov(closed_loop_pairs(3 - 1e-2, a=8.0)).found
 
 
-def test_three_vertices_of_the_feasp_page_are_stable() -> None:
-    """MathWorks, Robust Control Toolbox, feasp: this triple is quadratically stable."""
-    A = np.array([[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]])
-    answer = common_lyapunov(A)
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [[[-101.0]], [[-1e-8]]],
+        [[[-101.0, 0.0], [0.0, -1e-8]]],
+        [[[-1.0, 5.0], [0.0, -1e-8]], [[-1e-8, 0.0], [3.0, -400.0]]],
+    ],
+)
+def test_a_slow_mode_beside_fast_ones_leaves_a_function(vertices: ArrayLike) -> None:
+    """The margin is 1e-10 of the fast mode and less: exact arithmetic decides, as for a proof."""
+    A = np.array(vertices)
+    found = common_lyapunov(A)
+    P = found.P
 
-    assert answer.P is not None
-    assert np.linalg.eigvalsh(answer.P)[0] > 0
-    for vertex in A:
-        assert np.linalg.eigvalsh(vertex.T @ answer.P + answer.P @ vertex)[-1] < 0
+    assert found.status == "candidate" and P is not None and found.condition is not None
+    solution = exact_solution(found.condition, found.values)
+    assert solution is not None and solution.holds
+    assert common_lyapunov(-A[-1:]).status == "infeasible"
+    beyond = common_lyapunov(A, decay_rate=1.01e-8)
+    assert beyond.status != "candidate"
 
 
 def test_an_unstable_vertex_is_no_false_proof() -> None:

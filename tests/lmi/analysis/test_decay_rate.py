@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from takagi.lmi import common_lyapunov, max_decay_rate
 from takagi.lmi.analysis.common_quadratic import rate_of
+from tests.lmi.known_models import feasp_triple
 
 pytestmark = pytest.mark.numeric
 
@@ -39,7 +40,7 @@ def test_one_matrix_decays_with_its_slowest_eigenvalue() -> None:
 
 def test_three_vertices_of_the_gevp_page() -> None:
     """MathWorks, gevp: V' <= -0.122 V, recomputed by bisection 0.1221308; ours is half of it."""
-    A = np.array([[[-1, 2], [1, -3]], [[-0.8, 1.5], [1.3, -2.7]], [[-1.4, 0.9], [0.7, -2.0]]])
+    A = feasp_triple()
     answer = max_decay_rate(A)
 
     assert answer.decay_rate == pytest.approx(0.12213081 / 2, rel=1e-6)

@@ -90,18 +90,6 @@ def test_fast_sampling_leads_to_the_continuous_norms(step: float) -> None:
     assert gain_of(noise) / np.sqrt(step) == pytest.approx(2.237461821810309, rel=2 * step + 2e-5)
 
 
-def test_no_blend_has_a_larger_norm() -> None:
-    """Frozen blends are among what the bounds cover; the lemma is convex in the vertex."""
-    model = two_vertices()
-    energy, noise = gain_of(hinf_norm(model)), gain_of(h2_norm(model))
-    for h in np.linspace(0, 1, 11):
-        A, B, C, D = (
-            h * part[0] + (1 - h) * part[1] for part in (model.A, model.B, model.C, model.D)
-        )
-        assert frequency_norm(A, B, C, D) <= energy * (1 + 1e-6)
-        assert sampled_gramian_norm(A, B, C, D) <= noise * (1 + 1e-6)
-
-
 def pulse_responses(model: TSModel, order: NDArray[np.intp]) -> Floats:
     """Return the matrix that takes all of w to all of y along a switching sequence."""
     n, q = model.B.shape[1:]

@@ -145,6 +145,12 @@ def test_a_statement_is_neither_true_nor_false() -> None:
     ("wrong", "message"),
     [
         (lambda P: P @ P, "product of two unknowns"),
+        (lambda P: Unknown("rho", 1, 1) * P, "product of two unknowns"),
+        (lambda P: P * Unknown("rho", 1, 1), "product of two unknowns"),
+        (lambda P: P**2, "power"),
+        (lambda P: matrix("P", 2), r"Unknown\("),  # type: ignore[arg-type]
+        (lambda P: optimise([P >> 0]), "has no objective"),
+        (lambda P: decide(np.eye(2)), "a condition is needed"),  # type: ignore[arg-type]
         (lambda P: P @ np.ones((3, 1)), "inner sizes"),
         (lambda P: P + np.eye(3), "shapes must be equal"),
         (lambda P: P + 1.0, "shapes must be equal"),
@@ -165,6 +171,16 @@ def test_what_cannot_be_meant_is_refused(wrong: Any, message: str) -> None:
     """Each misuse says what was given and what was needed."""
     with pytest.raises(ModelError, match=message):
         wrong(symmetric())
+
+
+def test_a_list_of_statements_is_a_condition() -> None:
+    """``decide([...])`` is ``decide(pose(...))``; so are an objective's and the other doors."""
+    P = symmetric()
+    statements = [P >> 0, np.eye(2) >> P, He(P @ A[0]) << 0]
+
+    assert decide(statements).margin == decide(pose(*statements)).margin
+    assert latex(statements) == latex(pose(*statements))
+    assert exact_no(statements) is None and exact_no([P >> 0, P << 0]) is not None
 
 
 def test_two_unknowns_are_compared_as_values_and_numbers_make_an_equation() -> None:

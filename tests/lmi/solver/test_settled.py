@@ -17,6 +17,8 @@ from takagi.lmi import (
     Unknown,
     hinf_norm,
     hinf_pdc,
+    pose,
+    trace,
 )
 from takagi.lmi.condition import margin
 from takagi.lmi.cone import ConeProgram, Raw
@@ -133,6 +135,37 @@ def test_a_least_objective_of_zero_is_found() -> None:
 
     assert outcome.status == "candidate"
     assert abs(outcome.objective) < 1e-6
+
+
+P = Unknown("P", 2, 2, symmetric=True)
+G = Unknown("g", 1, 1)
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        pose(P >> np.eye(2), minimise=-trace(P)),
+        pose(P >> np.eye(2), G <= trace(P), minimise=-G),
+        pose(P >> np.eye(2), trace(P) == G, minimise=-G),
+        pose(P >> np.eye(2), minimise=np.array([[1.0, 0]]) @ P @ np.array([[0], [1.0]])),
+    ],
+)
+def test_an_objective_without_a_least_value_is_unbounded(condition: Condition) -> None:
+    """A status and a reason of its own, no arbitrary number, and unknowns to start from."""
+    outcome = stages.optimise(condition)
+
+    assert outcome.status == "unbounded" and "falls without end" in outcome.reason
+    assert outcome.objective == -np.inf and not outcome.values
+    assert margin(condition, outcome.feasible) >= 0
+
+
+def test_an_objective_that_equalities_fix_is_settled() -> None:
+    """Nothing of it is left free: trace P = 3."""
+    outcome = stages.optimise(
+        pose(P >> np.eye(2) / 2, P << 3 * np.eye(2), trace(P) == 3, minimise=trace(P))
+    )
+
+    assert outcome.status == "candidate" and outcome.objective == pytest.approx(3)
 
 
 @pytest.mark.parametrize("factor", [1.01, 2.0, 1e27])

@@ -19,7 +19,9 @@ def status_at_blends(model: TSModel, parts: int, *, active_rules: int | None = N
     return decided(task, 0.0, at_points(parts)).outcome.status
 
 
-@pytest.mark.parametrize(("parts", "limit"), [(6, 6.7682), (12, 6.6758)])
+@pytest.mark.parametrize(
+    ("parts", "limit"), [(6, 6.7682), pytest.param(12, 6.6758, marks=pytest.mark.slow)]
+)
 def test_what_no_relaxation_exceeds_from_both_sides(parts: int, limit: float) -> None:
     """Kim and Lee (2000): beyond this b blends in steps of 1/parts have no common V.  Our number.
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from takagi.lmi import (
     Answer,
@@ -21,13 +20,9 @@ from takagi.lmi import (
 )
 from takagi.lmi.refutation import is_definite
 from takagi.models import ModelError, Premise, TSModel
+from tests.lmi.known_models import oscillators
 
 Floats = NDArray[np.float64]
-
-
-def lpj12(lam: float) -> Floats:
-    """Two rules that share a common P exactly for lam < 4 + 4 sqrt(2) (Shorten and Narendra)."""
-    return np.array([[[-2.0, 4.0], [-1.0, -2.0]], [[-2.0, 4.0], [-1.0 - lam, -2.0]]])
 
 
 def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:
@@ -49,22 +44,10 @@ def fastest_growth(A: Floats, answer: Answer, phi: float) -> float:
     return float(np.linalg.eigvalsh(inside)[:, -1].max())
 
 
-def growth_in_a_cycle(rate: float, *, high: float, low: float) -> float:
-    """Return the spectral radius of a period: h_2 up at the rate, held, down, held; lam = 20."""
-    A = lpj12(20.0)
-    share = (np.arange(100) + 0.5) / 100
-    up = [expm((A[0] * (1 - h) + A[1] * h) / (100 * rate)) for h in share]
-    steps = [*up, expm(A[1] * high), *up[::-1], expm(A[0] * low)]
-    whole = np.eye(2)
-    for step in steps:
-        whole = step @ whole
-    return float(np.abs(np.linalg.eigvals(whole)).max())
-
-
 def test_no_rate_is_a_constant_parameter() -> None:
     """rate_bounds = 0 is ``polynomial_lyapunov``: the same margin and decay rate."""
-    still = fuzzy_lyapunov(lpj12(20.0), rate_bounds=0.0, relaxation="polya-0")
-    constant = polynomial_lyapunov(lpj12(20.0))
+    still = fuzzy_lyapunov(oscillators(20.0), rate_bounds=0.0, relaxation="polya-0")
+    constant = polynomial_lyapunov(oscillators(20.0))
 
     assert still.margin == pytest.approx(constant.margin, rel=1e-9)
     assert still.decay_rate == pytest.approx(constant.decay_rate, rel=1e-6)
@@ -73,16 +56,16 @@ def test_no_rate_is_a_constant_parameter() -> None:
 def test_any_rate_is_a_common_P() -> None:
     """rate_bounds = inf from both sides of 4 + 4 sqrt(2); a huge rate comes to the same."""
     limit = 4 + 4 * np.sqrt(2)
-    answer = fuzzy_lyapunov(lpj12(limit - 1e-2), rate_bounds=np.inf)
+    answer = fuzzy_lyapunov(oscillators(limit - 1e-2), rate_bounds=np.inf)
 
     assert answer.found and answer.lyapunov_function is not None
     assert answer.lyapunov_function.basis.degrees == (0,)
     np.testing.assert_array_equal(
         answer.lyapunov_function.vertices[0], answer.lyapunov_function.vertices[1]
     )
-    assert fuzzy_lyapunov(lpj12(limit + 1e-2), rate_bounds=np.inf).status == "infeasible"
-    assert fuzzy_lyapunov(lpj12(limit - 1e-2), rate_bounds=1e6).found
-    assert not fuzzy_lyapunov(lpj12(limit + 1e-2), rate_bounds=1e6).found
+    assert fuzzy_lyapunov(oscillators(limit + 1e-2), rate_bounds=np.inf).status == "infeasible"
+    assert fuzzy_lyapunov(oscillators(limit - 1e-2), rate_bounds=1e6).found
+    assert not fuzzy_lyapunov(oscillators(limit + 1e-2), rate_bounds=1e6).found
 
 
 @pytest.mark.parametrize(
@@ -102,23 +85,13 @@ def test_how_fast_the_memberships_may_move(options: Mapping[str, Any], limit: fl
 
     The coefficients of degree 2 are the inequalities of all pairs, so the first two agree.
     """
-    A = lpj12(20.0)
+    A = oscillators(20.0)
     below = fuzzy_lyapunov(A, rate_bounds=limit - 1e-2, **options)
     above = fuzzy_lyapunov(A, rate_bounds=limit + 1e-2, **options)
 
     assert below.found and not above.found
     assert below.decay_rate is not None
     assert fastest_growth(A, below, limit - 1e-2) <= -2 * below.decay_rate + 1e-6
-
-
-def test_a_motion_that_grows_is_never_certified() -> None:
-    """lam = 20: a cycle of the membership at 100 1/s grows by 1.3 %; 6.6 1/s is certified."""
-    assert growth_in_a_cycle(100.0, high=0.2, low=0.375) > 1.01
-    assert growth_in_a_cycle(6.6, high=0.2, low=0.375) < 0.9
-    assert fuzzy_lyapunov(lpj12(20.0), rate_bounds=6.6, degree=8).found
-    for options in ({"degree": 8}, {"degree": 6, "form": "dilated"}, {"relaxation": "liu-zhang"}):
-        answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=100.0, **options)
-        assert not answer.found
 
 
 def oscillator() -> TSModel:
@@ -176,12 +149,12 @@ def test_gains_close_the_loop() -> None:
     """A law that makes lam = 20 of an unstable plant; the loop's P holds along the motion."""
     K = np.array([[[3.0, 0.0]], [[3.0, 0.0]]])
     B = np.array([[[0.0], [1.0]], [[0.0], [1.0]]])
-    model = TSModel(lpj12(20.0) + B @ K, B)
+    model = TSModel(oscillators(20.0) + B @ K, B)
     answer = fuzzy_lyapunov(model, rate_bounds=3.0, gains=K)
 
     assert fuzzy_lyapunov(model, rate_bounds=3.0).found is False
     assert answer.found
-    assert fastest_growth(lpj12(20.0), answer, 3.0) < 0
+    assert fastest_growth(oscillators(20.0), answer, 3.0) < 0
     scheduled = fuzzy_lyapunov(model, rate_bounds=2.9, gains=K * [[[0.9]], [[1.1]]])
     assert scheduled.found and scheduled.condition is not None
     assert scheduled.condition.lmis[-1].count == 2 * 4
@@ -189,9 +162,9 @@ def test_gains_close_the_loop() -> None:
 
 def test_a_found_P_holds_in_rationals() -> None:
     """lam = 20 at a rate of 1/s: exact coefficients of exact numbers."""
-    A = np.vectorize(Fraction, otypes=[object])(lpj12(20.0))
+    A = np.vectorize(Fraction, otypes=[object])(oscillators(20.0))
     condition = fuzzy_lyapunov_condition(A, rate_bounds=1.0)
-    answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=1.0)
+    answer = fuzzy_lyapunov(oscillators(20.0), rate_bounds=1.0)
     assert answer.lyapunov_function is not None
     members = np.vectorize(lambda entry: Fraction(f"{entry:.6f}"), otypes=[object])(
         answer.lyapunov_function.members
@@ -205,8 +178,8 @@ def test_a_found_P_holds_in_rationals() -> None:
 
 def test_a_no_says_what_binds_and_what_to_do() -> None:
     """lam = 20 at 10 1/s by degree 1; and an unstable rule, which needs no solver."""
-    answer = fuzzy_lyapunov(lpj12(20.0), rate_bounds=10.0)
-    unstable = fuzzy_lyapunov(-lpj12(20.0), rate_bounds=10.0)
+    answer = fuzzy_lyapunov(oscillators(20.0), rate_bounds=10.0)
+    unstable = fuzzy_lyapunov(-oscillators(20.0), rate_bounds=10.0)
 
     assert answer.status == "infeasible" and answer.lyapunov_function is None
     assert "rates " in answer.diagnosis and "lower the rate bounds" in answer.diagnosis
@@ -229,7 +202,7 @@ def test_a_no_says_what_binds_and_what_to_do() -> None:
 def test_misuse_is_said(options: Mapping[str, Any], said: str) -> None:
     """What was given, and what is needed."""
     with pytest.raises(ModelError, match=said):
-        fuzzy_lyapunov(lpj12(1.0), **{"rate_bounds": 1.0, **options})
+        fuzzy_lyapunov(oscillators(1.0), **{"rate_bounds": 1.0, **options})
 
 
 def test_bounds_of_premises_are_checked_by_name() -> None:

@@ -11,13 +11,9 @@ from numpy.typing import NDArray
 
 from takagi.lmi import Answer, expressed, fuzzy_lyapunov, fuzzy_lyapunov_condition, latex
 from takagi.lmi.condition import margin
+from tests.lmi.known_models import rolmip_pair
 
 Floats = NDArray[np.float64]
-
-
-def rolmip_discrete(k: float = 1.0) -> Floats:
-    """The two vertices of section 7.1 of the ROLMIP manual, times k."""
-    return k * np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [1.0, 0.5]]])
 
 
 def steepest_step(A: Floats, answer: Answer, bound: float) -> float:
@@ -58,16 +54,16 @@ def test_discrete_time_from_any_step_to_none(
     and Bernussou's condition, degree 0 the common P.
     """
     pose = {"rate_bounds": bound, "sample_time": 1.0, **options}
-    below = fuzzy_lyapunov(rolmip_discrete(limit - 1e-3), **pose)
+    below = fuzzy_lyapunov(rolmip_pair(limit - 1e-3), **pose)
 
     assert below.found
-    assert not fuzzy_lyapunov(rolmip_discrete(limit + 1e-3), **pose).found
-    assert steepest_step(rolmip_discrete(limit - 1e-3), below, bound) <= 1
+    assert not fuzzy_lyapunov(rolmip_pair(limit + 1e-3), **pose).found
+    assert steepest_step(rolmip_pair(limit - 1e-3), below, bound) <= 1
 
 
 def test_any_step_agrees_with_daafouz_and_bernussou() -> None:
     """[P_i, A_i' P_l; ., P_l] > 0 for every i and l: four items, in cvxpy as by ourselves."""
-    A = rolmip_discrete(0.99)
+    A = rolmip_pair(0.99)
     condition = fuzzy_lyapunov_condition(
         A, rate_bounds=np.inf, relaxation="polya-0", sample_time=1.0
     )

@@ -19,13 +19,9 @@ from takagi.lmi import (
 )
 from takagi.lmi.condition import margin
 from takagi.lmi.refutation import is_definite
+from tests.lmi.known_models import rolmip_pair
 
 Floats = NDArray[np.float64]
-
-
-def rolmip_discrete() -> Floats:
-    """The two vertices of section 7.1 of the ROLMIP manual, x+ = A x."""
-    return np.array([[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [1.0, 0.5]]])
 
 
 def steepest(A: Floats, answer: Answer) -> float:
@@ -69,7 +65,7 @@ def test_the_printed_P_of_the_rolmip_manual_holds_exactly() -> None:
 
 def test_discrete_time_without_a_common_P() -> None:
     """ROLMIP section 7.1: a common P is not strictly feasible; one a vertex is, also faster."""
-    A = rolmip_discrete()
+    A = rolmip_pair()
     answer = polynomial_lyapunov(A, sample_time=0.5, decay_rate=0.1)
 
     assert polynomial_lyapunov(A, degree=0, sample_time=0.5).status == "infeasible"
@@ -98,7 +94,7 @@ def test_how_far_the_discrete_vertices_may_be_scaled(
     The limits of the direct form are recomputed ones, by bisection; the dilated form has the exact.
     """
     h = np.linspace(0, 1, 2001)
-    A = rolmip_discrete()
+    A = rolmip_pair()
     radius = np.abs(np.linalg.eigvals(np.tensordot(np.stack([h, 1 - h], 1), A, axes=1))).max()
     pose = polynomial_lyapunov
 
@@ -110,9 +106,9 @@ def test_how_far_the_discrete_vertices_may_be_scaled(
 @pytest.mark.parametrize("form", ["direct", "dilated"])
 def test_cvxpy_finds_the_same_margin(form: Any) -> None:
     """The same condition through another modeller."""
-    condition = polynomial_lyapunov_condition(rolmip_discrete(), form=form, sample_time=0.1)
+    condition = polynomial_lyapunov_condition(rolmip_pair(), form=form, sample_time=0.1)
     said = expressed(condition)
     said.problem().solve(solver="CLARABEL")
-    answer = polynomial_lyapunov(rolmip_discrete(), form=form, scales=[1, 1], sample_time=0.1)
+    answer = polynomial_lyapunov(rolmip_pair(), form=form, scales=[1, 1], sample_time=0.1)
 
     assert margin(condition, said.values()) == pytest.approx(answer.margin, rel=1e-4)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from itertools import product
 from typing import Any
 
@@ -19,29 +18,10 @@ from takagi.lmi import (
     robust_hinf_norm,
     robust_hinf_norm_condition,
 )
-from takagi.models import ModelError, Premise, TSModel
+from takagi.models import ModelError, TSModel
+from tests.lmi.known_models import masses_and_spring, rolmip_pair
 
 Floats = NDArray[np.float64]
-
-
-def masses_and_spring() -> TSModel:
-    """The ROLMIP manual's two masses and a spring: t1 t3 makes it one simplex for each t."""
-    A: list[Any] = []
-    E: list[Any] = []
-    for t1, t2, t3 in product((2 / 3, 2), (0.8, 4 / 3), (1, 3)):
-        rows = [[-2 * t1, t1, -t1 * t3, 0], [t2, -t2, 0, -t2 * t3]]
-        A.append([[0, 0, 1, 0], [0, 0, 0, 1], *rows])
-        E.append([[0], [0], [t1], [0]])
-    return TSModel(
-        A,
-        E=E,
-        C=[[0, 1, 0, 0]],
-        premises=[
-            Premise("t1", Fraction(2, 3), 2),
-            Premise("t2", "0.8", Fraction(4, 3)),
-            Premise("t3", 1, 3),
-        ],
-    )
 
 
 def frozen_gain(model: TSModel) -> float:
@@ -61,7 +41,7 @@ def frozen_gain(model: TSModel) -> float:
 def sampled(step: float) -> TSModel:
     """Two discrete vertices without a common P (ROLMIP manual, section 7.1), driven and seen."""
     return TSModel(
-        [[[0.1, 0.9], [0.0, 0.1]], [[0.5, 0.0], [1.0, 0.5]]],
+        rolmip_pair(),
         E=[[[1.0], [0.0]], [[0.0], [1.0]]],
         C=[[1.0, 0.5]],
         sample_time=step,

@@ -21,14 +21,15 @@ BEYOND = {
 }
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
 @pytest.mark.parametrize("wind", WINDS)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("flexible", [False, True], ids=["rigid", "flexible"])
+@pytest.mark.parametrize(
+    ("flexible", "quantity"),
+    # Of the rigid machine nothing bends.
+    [(False, name) for name in QUANTITIES[:2]] + [(True, name) for name in QUANTITIES],
+)
 def test_steps_are_those_of_openfast(kind: str, flexible: bool, wind: int, quantity: str) -> None:
     """First and final torque and thrust within 10 %, tower and flap within 15 %."""
-    if not flexible and quantity in ("tower", "flap"):
-        pytest.skip("nothing bends")
     close = 0.10 if quantity in ("torque", "thrust") else 0.15
     first, final = BEYOND.get((kind, flexible, wind, quantity), Answer(close, close))
     theirs, ours = (

@@ -62,7 +62,7 @@ def rest(plant: SimulatedTurbine, wind: float, wind_filter: float, duration: flo
     )
 
 
-@pytest.mark.parametrize("wind", [12.0, 13.0])
+@pytest.mark.parametrize("wind", [12.0, pytest.param(13.0, marks=pytest.mark.slow)])
 def test_the_law_swings_where_it_swings_in_openfast(wind: float) -> None:
     """OpenFAST: 3.1 deg and 38 MN m at 12 m/s, 3.6 deg and 47 MN m at 13 m/s, without end."""
     left = rest(validation_plant(nrel5mw()), wind, FAST)
@@ -91,7 +91,7 @@ def test_every_part_has_its_share_in_it(part: str) -> None:
 @pytest.mark.parametrize(
     "wind",
     [
-        pytest.param(float(wind), marks=() if wind in (8, 12, 13, 18) else pytest.mark.slow)
+        pytest.param(float(wind), marks=() if wind in (12, 18) else pytest.mark.slow)
         for wind in range(4, 26)
     ],
 )

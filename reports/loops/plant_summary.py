@@ -1,0 +1,292 @@
+"""What a plant's design is worth, as figures: made once from the claims that are proved.
+
+Terminal and JSON show the same rows.  A figure from a linear loop in floating point says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
+from takagi.reports.loops.linear_quadratic import Regulator, regulator
+from takagi.reports.loops.plant_claims import SETTLED, overshoots, settling_time, withstood
+from takagi.reports.loops.plant_local import local_loops
+from takagi.reports.loops.plant_loop import PlantLoop, largest_commands, plant_loop
+from takagi.reports.loops.proved_kinds import proved_claims, proved_kinds
+from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.page.text import behind, name_of, per_unit, significant, unit_of
+from takagi.reports.simulation.plant import proved_jumps
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
+
+# A deviation above this share of a variable's range counts as all of it.
+ALL_OF_RANGE = 0.995
+# Below this share the proved set is called little.
+LITTLE = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """One number of a row, as a machine reads it.
+
+    Attributes
+    ----------
+    quantity : the variable or the measure, e.g. ``"theta"`` or ``"settling time"``.
+    value, unit : in the units of the plant's file.
+    share : of what the file states, 0 to 1; None where it states nothing.
+    """
+
+    quantity: str
+    value: float
+    unit: str
+    share: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SummaryRow:
+    """One line of the answer.
+
+    Attributes
+    ----------
+    name : the heading, e.g. ``"safe start"``.
+    parts : its figures in words; each stays on one line.
+    numbers : the same figures for machines.
+    regulator : the same of a linear-quadratic regulator, "" where there is none.
+    proved : whether the figures follow from proved claims.
+    partial : whether less than the range that the file states is proved.
+    """
+
+    name: str
+    parts: tuple[str, ...]
+    numbers: tuple[Number, ...] = ()
+    regulator: str = ""
+    proved: bool = True
+    partial: bool = False
+
+
+def starts_alone(design: PlantDesign) -> dict[str, float]:
+    """Return state -> sqrt(c / P_kk) in SI; {} where no set {x'Px <= c} is proved invariant.
+
+    It is the largest deviation of this state in the set while all other states are at rest.
+    """
+    return _starts(plant_loop(design))
+
+
+def summary_rows(design: PlantDesign) -> list[SummaryRow]:
+    """Return the rows on a design, those without content left out."""
+    loop = plant_loop(design)
+    beside = regulator(design)
+    rows = [
+        _settles(loop, beside),
+        _safe_start(loop, beside),
+        _overshoot(design, loop),
+        _follows(design),
+        _disturbance(design),
+        _input(design, loop),
+        _margins(loop),
+        *_gains(loop),
+        _not_covered(design, loop),
+    ]
+    return [row for row in rows if row is not None and row.parts]
+
+
+def _starts(loop: PlantLoop) -> dict[str, float]:
+    if not (loop.bounded and loop.level_proved):
+        return {}
+    P, level = loop.start_ellipsoid
+    reach = (float(np.sqrt(level / size)) for size in np.diag(P))
+    return dict(zip(loop.model.states, reach, strict=True))
+
+
+def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
+    """Return the time to 2 % and the decay rate of the proved function."""
+    parts, numbers = [], []
+    time = settling_time(loop)
+    if time is not None:
+        value, unit = time_in_file_units(loop.plant, time)
+        parts.append(f"within {at_most(value)} {unit} to {100 * SETTLED:g} % from any safe start")
+        numbers.append(Number("settling time", value, unit))
+    if loop.decay_rate:
+        value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
+        still = " without disturbance" if _disturbed(loop) else ""
+        parts.append(f"decay rate at least {at_least(value)} {unit}{still}")
+        numbers.append(Number("decay rate", value, unit))
+    times = (
+        []
+        if beside is None
+        else [beside.settling(own=own, step=loop.model.sample_time) for own in (False, True)]
+    )
+    words = ""
+    if parts and all(time is not None for time in times) and times:
+        first, second = (time_in_file_units(loop.plant, float(time or 0)) for time in times)
+        words = f"linear {second[0]:.3g} {second[1]}, LQR {first[0]:.3g} {first[1]}"
+    return SummaryRow("settles", tuple(parts), tuple(numbers), words)
+
+
+def _safe_start(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
+    """Return how far each state alone may start in the proved set, as a share of its range."""
+    parts, numbers, others = [], [], []
+    for k, (label, reach) in enumerate(_starts(loop).items()):
+        size, unit = _unit_of_state(loop, k)
+        ends = loop.model.box.get(label)
+        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
+        part = f"{name_of(label)} {at_least(reach / size)}{behind(unit)}"
+        if share is not None:
+            part += " (all)" if share >= ALL_OF_RANGE else f" ({100 * share:.2g} %)"
+        parts.append(part)
+        numbers.append(Number(name_of(label), reach / size, unit, share))
+        if beside is not None and beside.starts is not None:
+            others.append(at_least(float(beside.starts[k]) / size))
+    words = f"LQR {', '.join(others)}" if others else ""
+    if parts and beside is not None and beside.sought and beside.starts is None:
+        words = "LQR: none proved"
+    shares = [number.share for number in numbers if number.share is not None]
+    little = bool(shares) and max(shares) < LITTLE
+    if little:
+        parts.append("little of the ranges: try narrower ranges, a lower rate, larger inputs")
+    return SummaryRow("safe start", tuple(parts), tuple(numbers), words, partial=little)
+
+
+def _overshoot(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    factors = overshoots(design, loop)
+    parts = [f"{name} at most {at_most(k)}" for name, k in factors.items()]
+    if parts:
+        parts[-1] += " times the initial deviation"
+    return SummaryRow(
+        "overshoot", tuple(parts), tuple(Number(name, k, "") for name, k in factors.items())
+    )
+
+
+def _follows(design: PlantDesign) -> SummaryRow | None:
+    """Return which steps of a reference are followed, of the range that the file states."""
+    parts, numbers = [], []
+    signals = {v.name: v for v in design.plant.disturbances}
+    jumps = proved_jumps(design)
+    for reference in design.plant.references if jumps else ():
+        variable = signals[reference.name]
+        size, unit = file_unit(variable)
+        assert variable.range is not None  # a reference has one
+        rest = float(variable.rest)
+        steps = [abs(jump[reference.name] - rest) for jump in jumps if reference.name in jump]
+        widest = max(abs(float(end) - rest) for end in (variable.range.lower, variable.range.upper))
+        reach, share = max(steps), max(steps) / widest
+        words = f"{reference.name} steps up to {at_least(reach / size)}{behind(unit)}"
+        words += ", all of its range" if share >= ALL_OF_RANGE else f" (of {widest / size:.6g})"
+        parts.append(f"{words}, without error of {reference.follows} at last")
+        numbers.append(Number(reference.name, reach / size, unit, min(share, 1.0)))
+    partial = any(number.share is not None and number.share < ALL_OF_RANGE for number in numbers)
+    return SummaryRow("follows", tuple(parts), tuple(numbers), partial=partial)
+
+
+def _disturbance(design: PlantDesign) -> SummaryRow | None:
+    """Return the disturbances under which a proved set is never left, and their shares."""
+    followed = {name for jump in proved_jumps(design) for name in jump}
+    parts, numbers = [], []
+    for row in withstood(design) if design.gains is not None else ():
+        if row.variable.name in followed:
+            continue
+        size, unit = file_unit(row.variable)
+        stated = f"{row.stated / size:.6g}{behind(unit)}"
+        name = row.variable.name
+        if not row.proved:
+            parts.append(f"{name}: nothing proved of the stated {stated}")
+        elif row.share < 1:
+            reach = f"{at_least(row.proved / size)}{behind(unit)}"
+            parts.append(f"{name} up to {reach}: {100 * row.share:.2g} % of the stated {stated}")
+        else:
+            parts.append(f"{name} up to {stated}, all of its range")
+        numbers.append(Number(name, row.proved / size, unit, row.share))
+    partial = any(number.share is not None and number.share < 1 for number in numbers)
+    return SummaryRow("disturbance", tuple(parts), tuple(numbers), partial=partial)
+
+
+def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    """Return the proved bounds of the inputs; else the largest commands in floating point."""
+    claims = proved_claims(design.document, design.checked, "input-limits")
+    proved = bool(claims)
+    if claims:
+        sizes = [float(Fraction(str(limit))) for limit in claims[0]["input_limits"]]
+        commands = list(zip(loop.model.inputs, sizes, strict=True))
+    else:
+        commands = largest_commands(loop)
+    parts, numbers = [], []
+    for variable, (label, most) in zip(loop.plant.inputs, commands, strict=False):
+        size, unit = file_unit(variable)
+        parts.append(f"|{name_of(label)}| <= {at_most(most / size)}{behind(unit)}")
+        numbers.append(Number(name_of(label), most / size, unit))
+    if parts and not proved:
+        parts.append("not proved")
+    return SummaryRow("input", tuple(parts), tuple(numbers), proved=proved)
+
+
+def _margins(loop: PlantLoop) -> SummaryRow | None:
+    """Return the least margins of the linear loops at rest."""
+    margins = [each.margins for each in local_loops(loop) if each.place == "rest"]
+    if not margins:
+        return None
+    if not all(each.stable for each in margins):
+        return SummaryRow("margins", ("the linear loop at rest is not stable",), proved=False)
+    phase = min(float(np.degrees(each.phase)) for each in margins)
+    disk = min(float(each.disk.alpha) for each in margins)
+    delay = min(float(each.delay) for each in margins)
+    numbers = (Number("phase", phase, "deg"), Number("disk", disk, ""), Number("delay", delay, "s"))
+    words = [
+        f"phase {significant(phase, 2)} deg" if np.isfinite(phase) else "",
+        f"disk {significant(disk, 2)}",
+        f"delay {significant(delay, 2)} s" if np.isfinite(delay) else "",
+        "of the linear loop at rest, not proved",
+    ]
+    finite = tuple(number for number in numbers if np.isfinite(number.value))
+    return SummaryRow("margins", tuple(filter(None, words)), finite, proved=False)
+
+
+def _gains(loop: PlantLoop) -> list[SummaryRow]:
+    """Return a row for each input: least and largest value of each gain over the rules, in SI."""
+    if loop.gains is None:
+        return []
+    low, high = loop.gains.min(axis=0), loop.gains.max(axis=0)
+    rows = []
+    for k, label in enumerate(loop.model.inputs):
+        parts = []
+        for j, state in enumerate(loop.model.states):
+            unit = per_unit(unit_of(label) or "-", unit_of(state) or "-")
+            value = f"{low[k, j]:.4g}"
+            if low[k, j] != high[k, j]:
+                value += f"..{high[k, j]:.4g}"
+            parts.append(f"{value}{behind(unit)} {name_of(state)}")
+        sum_of_gains = tuple(f"{part} +" for part in parts[:-1]) + (f"{parts[-1]})",)
+        head = f"{label} = -({sum_of_gains[0]}"
+        rows.append(SummaryRow("gains", (head, *sum_of_gains[1:])))
+    return rows
+
+
+def _not_covered(design: PlantDesign, loop: PlantLoop) -> SummaryRow:
+    """Return what none of the claims speaks of."""
+    kinds = proved_kinds(design)
+    parts = []
+    if not design.is_about_plant:
+        parts.append("the plant beside its model")
+    if not loop.discrete and loop.gains is not None and "sampled-loop" not in kinds:
+        parts.append("sampling (--sample-time)")
+    if loop.gains is not None and "exit-probability" not in kinds:
+        parts.append("measurement noise")
+    if loop.gains is not None and "input-limits" not in kinds:
+        parts.append("limits of the inputs")
+    parts.append("states outside their ranges")
+    return SummaryRow("not covered", tuple(parts), proved=False)
+
+
+def _unit_of_state(loop: PlantLoop, place: int) -> tuple[float, str]:
+    """Return (size, unit) of a state in the file; SI for states that the law adds."""
+    if place < len(loop.plant.states):
+        return file_unit(loop.plant.states[place])
+    return 1.0, unit_of(loop.model.states[place])
+
+
+def _disturbed(loop: PlantLoop) -> bool:
+    return any(not variable.schedules for variable in loop.plant.disturbances)

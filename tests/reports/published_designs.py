@@ -1,0 +1,27 @@
+"""The shared design with a published law in the place of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from takagi.certificates import TurbineDesign
+from takagi.models.laws.published.coupling_filter import coupling_filter
+from takagi.models.laws.published.law import PublishedLawName, published_law
+from takagi.models.laws.published.regional_schedule import regional_schedule
+
+
+def with_published_law(
+    design: TurbineDesign, name: PublishedLawName, **parts: Any
+) -> TurbineDesign:
+    """Return the same turbine with this law and the parts given, and no law of its own."""
+    turbine, regional = design.turbine, design.regional
+    partial, full = (
+        regional_schedule(turbine, region.model, k_x=k_x, k_I=k_I)
+        for region in (regional.partial, regional.full)
+        for k_x, k_I in [region.require()]
+    )
+    variant = "sector" if name == "paper" else "saturated"
+    coupling = coupling_filter(turbine, variant=variant)
+    law = published_law(turbine, partial=partial, full=full, coupling=coupling, name=name)
+    return replace(design, law=law, effort=None, candidate=None, **parts)
