@@ -5,8 +5,8 @@
 Loops (``known_loops``, ``known_blends``) are put to ``certify``, which has to find its own
 evidence.  Claims with closed forms (``known_claims``, ``known_sets``, ``known_blends``) are thrown
 straight at the checker, with the best evidence and with wrong ones.  Most lie on their threshold or
-a hair beside it.  UNDECIDED is never false; how often it is said, of what is true with evidence
-that fits, is part of the table.
+a hair beside it.  ``known_answers`` asks the public functions.  UNDECIDED is never false; how often
+it is said, of what is true with evidence that fits, is part of the table.
 
 The sums go to docs/benchmarks.md.  The exit status is 1 when a verdict is false.
 """
@@ -22,6 +22,7 @@ from concurrent.futures import ProcessPoolExecutor
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402  the threads are counted when numpy is loaded
+from known_answers import ANSWERS, Answered  # noqa: E402
 from known_blends import PIECES, RULES  # noqa: E402
 from known_claims import CLAIMS  # noqa: E402
 from known_loops import LOOPS as PLAIN_LOOPS  # noqa: E402
@@ -52,11 +53,12 @@ def main() -> int:
     # A loop takes twenty times as long as a claim that is only checked.
     shares = {name: asked.count // 3 // len(LOOPS) + 1 for name in LOOPS}
     shares |= {name: 2 * asked.count // 3 // len(DIRECT) + 1 for name in DIRECT}
+    shares |= {name: asked.count // 20 // len(ANSWERS) + 1 for name in ANSWERS}
     with ProcessPoolExecutor(asked.processes) as pool:
         runs = {name: pool.submit(counted, name, n, asked.seed) for name, n in shares.items()}
         seen = {name: run.result() for name, run in runs.items()}
     tables = {
-        "soundness": searched_table({name: seen[name] for name in LOOPS}),
+        "soundness": searched_table({name: seen[name] for name in (*LOOPS, *ANSWERS)}),
         "soundness of claims": thrown_table({name: seen[name] for name in DIRECT}),
     }
     page = PAGE.read_text(encoding="utf-8")
@@ -75,6 +77,8 @@ def counted(name: str, count: int, seed: int) -> Counts:
     rng = np.random.default_rng([seed, *name.encode()])
     if name in LOOPS:
         counts = family_of_loops(LOOPS[name], rng, count)
+    elif name in ANSWERS:
+        counts = family_of_answers(ANSWERS[name], rng, count)
     else:
         counts = family_of_claims(DIRECT[name], rng, count)
     print(f"{name}: {dict(counts)}", flush=True)
@@ -103,6 +107,15 @@ def family_of_claims(family: Callable[[Random], list[Known]], rng: Random, count
             _count(seen, verdict, known.truth)
             seen["fitting"] += known.truth and known.fits
             seen["fitting proved"] += known.truth and known.fits and verdict is Verdict.PROVED
+    return seen
+
+
+def family_of_answers(family: Callable[[Random], Answered], rng: Random, count: int) -> Counts:
+    """Return the counts of one family of questions to public functions."""
+    seen: Counts = Counter()
+    while seen["number"] < count:
+        for verdict, truth in family(rng):
+            _count(seen, verdict, truth)
     return seen
 
 

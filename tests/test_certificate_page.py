@@ -70,6 +70,15 @@ def test_the_stored_certificate_is_proved() -> None:
         "running-loop",
     ]
     assert "wind filter of 12 s" in found.claims[1].text
+    drive = ("pitch not below its lower limit", "no lag of torque", "drive of first order")
+    assumed = [
+        (*drive, "v_s within the law's tables", "fed v_s'", "no states of wake", "continuous time"),
+        ("what the claim of that assumes",),
+        ("what the claim about these assumes",),
+        (*drive, "schedule wind within the law's tables", "where the law commands", "rigid"),
+    ]
+    for claim, words in zip(found.claims, assumed, strict=True):
+        assert [one for one in words if one not in claim.text] == [], claim.name
 
 
 def test_the_pages_say_at_which_winds_the_running_loop_is_proved(stored: Any) -> None:

@@ -95,6 +95,7 @@ def test_candidates_are_proved(name: PublishedLawName) -> None:
     assert claim.verdict is Verdict.PROVED, claim.text
     assert "winds 6 to 6.2, 13 to 13.06, 20 to 20.06 m/s" in claim.text
     assert "speed overlap 0.1 rad/s, torque overlap 2000 N m" in claim.text
+    assert "pitch not below its lower limit" in claim.text and "no lag of torque" in claim.text
     assert candidate(name).covered == list(WINDOWS)
 
 

@@ -214,7 +214,8 @@ def _with_observer(design: TurbineDesign) -> list[tuple[str, str, str]]:
     if found is None:
         return []
     rate, winds = found
-    where = f"at a constant wind, {winds}, from a set of each wind cell, with its filters"
+    where = f"at a constant wind, {winds}, from a set of each wind cell, with its filters, "
+    where += "schedule wind within the tables"
     return [("Decay with the observer", f"\u2265 {at_least(rate)} 1/s", where)]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,21 @@ def test_loops_beside_their_threshold() -> None:
             totals[key] += counts[key]
 
     assert min(totals.values()) > 4
+
+
+def test_a_slack_that_is_no_share_of_the_range_would_be_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With the absolute 1e-12 of earlier releases laws of another rest are counted as false."""
+    from takagi.certificates.checker.plant import trim
+
+    family = campaign.ANSWERS["laws that rest beside the plant"]
+    honest = campaign.family_of_answers(family, np.random.default_rng(4), 100)
+    monkeypatch.setattr(trim, "allowed", lambda variable, stated: Fraction(1, 10**12))
+    absolute = campaign.family_of_answers(family, np.random.default_rng(4), 100)
+
+    assert honest["false proved"] == 0 < honest["PROVED"] < honest["number"]
+    assert absolute["false proved"] > 0
 
 
 def test_a_false_verdict_would_be_seen() -> None:

@@ -95,7 +95,7 @@ def test_every_secant_counts() -> None:
 
     found = said_of(model, None, slopes)
     assert found.verdict is Verdict.PROVED
-    assert "secants" in found.text
+    assert "secants" in found.text and "exact outputs" in found.text
     assert said_of(model, None, slopes | {"secants": [[[-1]], [[1.51]]]}).verdict is (
         Verdict.UNDECIDED
     )

@@ -44,6 +44,7 @@ def test_both_checkers_prove_that_the_arm_follows() -> None:
         assert second(document) == ["PROVED", "PROVED"]
     words = check_document(document).claims[1].text
     assert "constant m in [0.9, 1.1] kg the loop has one rest with no error" in words
+    assert "in a stated set" in words
     assert "while |target'| <= 0.08727" in words
 
 

@@ -196,6 +196,35 @@ def test_a_set_about_a_rest_that_is_not_zero() -> None:
     assert "; here" not in here[0][1]
 
 
+FALLS: Data = {"name": "v", "decay_rate": 0.5, "P": [[1]]}
+TRANSIENT: Data = {"kind": "transient", "scales": [1], "lower": 1, "overshoot": 1}
+TRANSIENT |= {"settled_share": 0.5, "settling_time": 2}
+LAW: Data = {"sample_time": None, "K": [[[0]]], "trim": {"state": [10], "input": [0]}}
+LAW |= {"state_names": ["dx [-]"], "input_names": ["u [-]"]}
+
+
+@pytest.mark.parametrize(
+    ("kind", "gains"),
+    [
+        ({"kind": "decay"}, None),
+        (TRANSIENT, None),
+        ({"kind": "box-enlargement", "enlargement": 2}, None),
+        ({"kind": "gain-rounding", "relative": 0.1, "absolute": [[0]], "tau": [0.5]}, LAW),
+    ],
+    ids=lambda one: one["kind"] if one and "kind" in one else "",
+)
+def test_a_function_of_the_deviation_says_so(kind: Data, gains: Data | None) -> None:
+    model = lines(rest=10)
+    if gains is not None:
+        u = {"name": "u", "unit": "-", "rest": 0, "range": None}
+        model |= {"inputs": [u], "equations": ["-x + w + u"]}
+        model["embedding"] |= {"B": [["1"]], "D": [["0"]]}
+    texts, verdict = both(model, gains, [EMBEDDED, FALLS | kind])
+
+    assert verdict == "PROVED"
+    assert "; here x is x - x*" in texts[1]
+
+
 @pytest.mark.parametrize(
     ("written", "told"), [("x + 100", True), ("x + sin(1/2)", True), ("x", False), ("x + 0", False)]
 )

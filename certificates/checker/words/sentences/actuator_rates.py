@@ -80,7 +80,8 @@ def _statement(
     below = sum(one < Fraction(limit) for one in pitch)
     beyond = "".join(f", NOT for {_span(*ends)} m/s" for ends in _beyond(within, law.wind))
     return (
-        f"on the proved set and in its wind class, of {len(cells)} wind cells: pitch moves at most "
+        f"on the proved set and in its wind class, under what the claim about these assumes, of "
+        f"{len(cells)} wind cells: pitch moves at most "
         f"at {at_most(max(pitch), 6)} rad/s, and in {below} stays below the drive's limit of "
         f"{limit} rad/s; the torque asked for moves, between the law's wind nodes, at most at "
         f"{at_most(max(torque), 4)} N m/s{turning}, and in {len(within)} within the turbine's "

@@ -5,7 +5,12 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
 from takagi.certificates.checker.words.rounded import at_least
 
 
@@ -13,7 +18,7 @@ def said(name: str, loop: PolytopicLoop, alpha: Fraction, blends: int) -> tuple[
     """Return name and sentence."""
     return name, (
         f"V = x'Px {falling(alpha)}{undisturbed(loop)} along {about(loop)} "
-        f"(inequalities: {blends}){while_valid(loop)}"
+        f"(inequalities: {blends}){while_valid(loop)}{deviations(loop, 'x')}"
     )
 
 

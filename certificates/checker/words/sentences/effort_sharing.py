@@ -16,6 +16,10 @@ from takagi.certificates.checker.turbine.effort_sharing.inputs import (
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 MOST_REASONS = 12
+ASSUMED = (
+    "assumed: a law that is fed v_s', in continuous time, no lag of torque, a pitch drive of first "
+    "order, no states of wake, shaft, tower and blades"
+)
 
 
 def said(
@@ -105,9 +109,11 @@ def _statement(
     return (
         f"winds {_span(law.wind[0], law.wind[-1])} m/s in {len(cells)} cells, inertia "
         f"{_span(*uncertainty.inertia)} of nominal{power}, pitch effectiveness {wake}: the set is "
-        f"invariant for |v - v_s| up to {least['wind_error']} to {most['wind_error']} m/s and "
-        f"|v_s'| up to {least['wind_rate']} to {most['wind_rate']} m/s^2 (by wind cell); overspeed "
-        f"at most {at_most(overspeed, 3)} %; at constant wind v = v_s the loop settles at no less "
+        f"invariant, from pitch not below its lower limit, for v_s within the law's tables, "
+        f"|v - v_s| up to {least['wind_error']} to {most['wind_error']} m/s and |v_s'| up to "
+        f"{least['wind_rate']} to {most['wind_rate']} m/s^2 (by wind cell); overspeed at most "
+        f"{at_most(overspeed, 3)} %; at constant wind v = v_s, wake and c_P constant too, "
+        "the loop settles at no less "
         f"than {at_least(settling.decay_rate, 3)} 1/s in one quadratic function for all winds, up "
-        f"to {most['decay_rate']} 1/s by wind cell"
+        f"to {most['decay_rate']} 1/s by wind cell; {ASSUMED}"
     )

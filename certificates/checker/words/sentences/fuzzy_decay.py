@@ -6,7 +6,12 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.sentences.decay import falling
 
@@ -20,7 +25,7 @@ def said(name: str, loop: PolytopicLoop, alpha: Fraction, rates: Rates | None) -
         moving = "while the weights keep to their rates: " + rounded_rates(rates)
     return name, (
         f"V = x'P(h)x {falling(alpha)}{undisturbed(loop)} along {about(loop)}, {moving}"
-        f"{while_valid(loop)}"
+        f"{while_valid(loop)}{deviations(loop, 'x')}"
     )
 
 

@@ -6,7 +6,12 @@ from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
 from takagi.certificates.checker.words.rounded import at_least
 from takagi.certificates.checker.words.sentences.decay import falling
 
@@ -20,5 +25,5 @@ def said(
     words = " and ".join(room) or "nothing"
     return name, (
         f"V = x'Px {falling(alpha)}{undisturbed(loop)} along {about(loop)}, with all gains off "
-        f"by up to {words}{while_valid(loop)}"
+        f"by up to {words}{while_valid(loop)}{deviations(loop, 'x')}"
     )

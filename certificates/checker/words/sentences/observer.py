@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.loop_words import undisturbed, while_valid
+from takagi.certificates.checker.words.loop_words import deviations, undisturbed, while_valid
 from takagi.certificates.checker.words.sentences.decay import falling
 
 
@@ -24,6 +24,7 @@ def said(
     if secants:
         assumed = "secants of f in the stated hull" + (f" and {assumed}" * (loop.rules > 1))
     return name, (
-        f"V of {what}, for {assumed}, {falling(alpha)}{undisturbed(loop)} along every blend of "
-        f"{loop.rules} rules{while_valid(loop)}"
+        f"V of {what}, for exact outputs and {assumed}, {falling(alpha)}{undisturbed(loop)} along "
+        f"every blend of {loop.rules} rules{while_valid(loop)}"
+        f"{deviations(loop, 'xu') if feedback else ''}"
     )

@@ -118,6 +118,8 @@ def _statement(
             f"it at no less than {at_least(min(rates), 3)} to {at_least(max(rates), 3)} 1/s (by "
             f"wind, {len(proved)} cells)",
             _rest(plant, law, overlaps, proved),
+            "assumed: pitch not below its lower limit, no lag of torque, a pitch drive of first "
+            "order, no states of wake, shaft, tower and blades, a law in continuous time",
         ]
     if missing:
         parts.append(f"not proved: {_shown(missing)} m/s, where no stated cell holds")

@@ -57,11 +57,15 @@ def _statement(
     speed, estimate = _widths(cells)
     limits = [at_least(of(law.limit), 3) for of in (min, max)]
     return (
-        f"at every constant wind {covered}: from its set V <= 1 the loop settles to its rest, and "
+        f"at every constant wind {covered}: from its set V <= 1, with the schedule wind within the "
+        "law's tables, pitch not below its lower limit and torque and pitch set where the law "
+        "commands them, the loop settles to its rest, and "
         f"V falls at least as exp(-{at_least(2 * decay, 3)} t), a rate of {at_least(decay, 3)} "
         f"1/s; the sets reach to {speed} rad/s of speed and to {estimate} m/s of the wind estimate "
         f"(half widths, by cell). In the loop: {measured(machine)}, {_family(machine)} and until "
-        f"then leaves pitch up to {limits[0]} to {limits[1]} rad/s^2 per rad of effect (by wind)"
+        f"then leaves pitch up to {limits[0]} to {limits[1]} rad/s^2 per rad of effect (by wind). "
+        "Assumed: exact measurements before the filters, no lag of torque, a pitch drive of first "
+        "order, the table's c_P, rigid shaft, tower and blades, a law in continuous time"
     )
 
 

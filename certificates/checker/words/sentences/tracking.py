@@ -18,7 +18,7 @@ def said(name: str, plant: PlantNodes, follow: list[Following], found: Evidence)
     )
     rate = at_least(found.rate, 6)
     words = f"for every constant {signals}{_others(plant, follow)} the loop has one rest"
-    words += f" with no error, and settles there as exp(-{rate} t)"
+    words += f" with no error in a stated set, and settles there as exp(-{rate} t) from all of it"
     jumps = [
         f"{at_least(jump, 4)} {one.signal.unit} in {one.signal.name}"
         for one, jump in zip(follow, bounds["jumps"], strict=True)
@@ -26,7 +26,7 @@ def said(name: str, plant: PlantNodes, follow: list[Following], found: Evidence)
     ]
     if jumps:
         alone = "" if len(follow) == 1 else ", one at a time,"
-        words += f", from rest after jumps{alone} of up to {', '.join(jumps)}"
+        words += f", also from rest after jumps{alone} of up to {', '.join(jumps)}"
     words += "; states and inputs keep their ranges"
     if any(found.rates):
         moving = ", ".join(

@@ -6,7 +6,12 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.words.loop_words import about, undisturbed, while_valid
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
 from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
@@ -24,5 +29,5 @@ def said(
     return name, (
         f"|x(t)| <= {at_most(kappa, 6)} exp(-{at_least(alpha, 6)} t) |x(0)|{units}, so at most "
         f"{at_most(share, 6)} |x(0)| after {at_most(time, 6)} s,{undisturbed(loop)} "
-        f"along {about(loop)}{while_valid(loop)}"
+        f"along {about(loop)}{while_valid(loop)}{deviations(loop, 'x')}"
     )

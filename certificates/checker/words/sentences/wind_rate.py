@@ -64,8 +64,8 @@ def _statement(
     listed = "; ".join(_range_words(one) for one in ranges)
     return (
         f"with the law's wind filter of {at_most(filter_, 6)} s, from any start with V <= 1 and "
-        f"the filter at its estimate, the loop stays in its proved wind class, so that V <= 1 and "
-        f"overspeed at most "
+        f"the filter at its estimate, the loop stays in its proved wind class, under what the "
+        "claim of that assumes, so that V <= 1 and overspeed at most "
         f"{at_most(overspeed, 3)} %, for every wind whose estimate moves no faster than the "
         f"claim's rate: {listed}"
     )
