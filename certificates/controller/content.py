@@ -84,6 +84,9 @@ def bound_to_file(
     if not beside:
         return document if own is None else bound(document, own)
     if str(file.get("version")) == str(VERSION):
+        if own is not None and "sampling" not in file:
+            # A file of before: its program does not hold estimates in the box.
+            own = {key: value for key, value in own.items() if key != "sampling"}
         return _of_today(document, beside, own)
     _compare_previous(document, file, own, path)
     return bound(document, {"version": beside.get("version"), **beside})
@@ -133,6 +136,8 @@ def _of_today(
 ) -> Mapping[str, Any]:
     found = {**(own or {}), **{key: file[key] for key in FREE if key in file}}
     if document["gains"]["name"] != "pdc":
+        if "sampling" in file:
+            found["sampling"] = file["sampling"]
         if not all(isinstance(found.get(key), Mapping) for key in NEEDED):
             return document
         _require_measurement(found.get("measurement"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.controller.longest_sample import longest_of_plant, sampling_member
 from takagi.certificates.controller.removable_points import removable_points
 
 if TYPE_CHECKING:
@@ -15,9 +16,18 @@ if TYPE_CHECKING:
 
 
 def plant_members(
-    plant: Plant, model: TSModel, law: Mapping[str, Any], checked: Checked, notes: tuple[str, ...]
+    plant: Plant,
+    model: TSModel,
+    law: Mapping[str, Any],
+    checked: Checked,
+    notes: tuple[str, ...],
+    *,
+    proved_sample: float | None = None,
 ) -> dict[str, Any]:
-    """Return the certificate's member ``controller`` for a plant with gains."""
+    """Return the certificate's member ``controller`` for a plant with gains.
+
+    ``proved_sample`` : a sample time [s] at which the sampled loop is proved.
+    """
     near, words = removable_points(model, law.get("premises"))
     return {
         "name": f"{plant.name}, law {'of outputs, ' if 'observer' in law else ''}by rules",
@@ -31,6 +41,7 @@ def plant_members(
         "states": [*map(_signal, plant.states, law["trim"]["state"])],
         "inputs": [*map(_signal, plant.inputs, law["trim"]["input"])],
         "removable": near,
+        "sampling": sampling_member(longest_of_plant(plant, model, law, proved_sample)),
         "notes": [*notes, *words],
         "certificate": statement(checked),
     }  # fmt: skip

@@ -119,6 +119,13 @@ class CertificateEntry(Strict):
     sha256: dict[str, str]
 
 
+class SamplingEntry(Strict):
+    """The longest time from sample to sample, and why; None where none is known."""
+
+    longest: float | None = Field(gt=0, description="[s]; exports refuse a longer one")
+    reason: str
+
+
 class Envelope(Strict):
     """The members of every gain file; a body adds its own."""
 
@@ -128,6 +135,7 @@ class Envelope(Strict):
     units: dict[str, str]
     language: dict[str, str]
     programs: list[ProgramEntry]
+    sampling: SamplingEntry | None = Field(default=None, description="none in files of before")
     certificate: CertificateEntry
 
 

@@ -228,7 +228,17 @@ def in_proved_set(loop: PlantLoop, motion: PlantMotion) -> bool | None:
     """Return whether a motion starts in the set that is proved to be invariant; None without."""
     if not (loop.bounded and loop.level_proved):
         return None
-    return bool(motion.value[0] <= 1 + 1e-9)
+    return start_share(loop, motion) <= 1 + 1e-9
+
+
+def start_share(loop: PlantLoop, motion: PlantMotion) -> float:
+    """Return V / level at the start of a motion; only where the loop is bounded.
+
+    A program keeps its estimate to itself; at the start it follows from the state.
+    """
+    S, level = loop.start_ellipsoid
+    start = motion.state[0]
+    return float(motion.value[0] if motion.value.size else start @ S @ start / level)
 
 
 def left_box(loop: PlantLoop, motion: PlantMotion) -> tuple[Variable, float] | None:

@@ -20,6 +20,7 @@ from takagi.reports.simulation.plant_scenario import (
     in_words,
     left_box,
     moving_disturbances,
+    start_share,
 )
 
 if TYPE_CHECKING:
@@ -208,7 +209,7 @@ def _starts(found: PlantSimulation) -> list[str]:
         ]
     inside = [(motion, in_proved_set(found.loop, motion)) for motion in found.motions]
     outer = [
-        f"{motion.name} (V is {motion.value[0]:.3g} times its level)"
+        f"{motion.name} (V is {start_share(found.loop, motion):.3g} times its level)"
         for motion, known in inside
         if known is False
     ]
@@ -240,9 +241,13 @@ def _covered(found: PlantSimulation) -> list[str]:
     known = {one.variable.name: one.proved for one in withstood(found.design)}
     for name in dict.fromkeys(name for name, _ in scenario.disturbances):
         lines += _uncovered(found, name, known.get(name))
-    if not lines:
-        return []
-    return [f"Not covered by the certificate's sets: {'; '.join(lines)}."]
+    told = [f"Not covered by the certificate's sets: {'; '.join(lines)}."] if lines else []
+    sampling = found.design.document.get("controller", {}).get("sampling") or {}
+    longest = sampling.get("longest")
+    if step is not None and longest is not None and step > longest:
+        reason = sampling["reason"]
+        told.append(f"Longer than the longest sample time of the law, {longest:g} s: {reason}.")
+    return told
 
 
 def _uncovered(found: PlantSimulation, name: str, proved: float | None) -> list[str]:

@@ -9,8 +9,9 @@ side is the next s.  A directly measured state starts at its first measurement, 
 rest.  u is the command after its limits.
 
 If the weights are those at the estimate, the premises are computed from the estimate: then the
-stored values have the names of the states.  Otherwise the premises are computed from the measured
-states, which then have these names.
+stored values have the names of the states, and are held in the ranges of the model, beyond which a
+premise may have no value.  In the proved set they never reach these limits.  Otherwise the premises
+are computed from the measured states, which then have these names.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ from takagi.certificates.checker.controller.plant_program import PlantWriting, v
 
 def observer_program(model: Any, law: Any, own: Any) -> Part:
     """Return the program; the parameters are those of ``plant_program``."""
-    return _ObserverWriting(model, law, own).whole()
+    writing = _ObserverWriting(model, law, own)
+    # Files of before neither state the longest sample time nor hold estimates.
+    writing.holds = "sampling" in own
+    return writing.whole()
 
 
 def measured_reads(model: Any, law: Any, taken: set[str]) -> list[tuple[str, Any]]:
@@ -58,10 +62,13 @@ def measured_reads(model: Any, law: Any, taken: set[str]) -> list[tuple[str, Any
 
 
 class _ObserverWriting(PlantWriting):
+    holds = True
+
     def whole(self) -> Part:
         states, inputs = (variables_of(self.model, key) for key in ("states", "inputs"))
         observer, names = self.law["observer"], {v["name"] for v in states}
         at_estimate = observer["weights"] == "estimated"
+        self.holds = at_estimate and self.holds
         outputs = measured_reads(self.model, self.law, self.taken)
         self.taken |= {word for word, _ in outputs}
         for k, v in enumerate(states):
@@ -95,6 +102,11 @@ class _ObserverWriting(PlantWriting):
             discrete = self.model["sample_time"] is not None
             following = f"{rest} + {rate}" if discrete else f"{kept[k]} + sample_time*({rate})"
             start = direct.get(v["name"], rest)
+            if self.holds and v.get("range") is not None:
+                path = f"states.{k}.range"
+                start, following = (
+                    self.held(v["name"], one, path, v["unit"]) for one in (start, following)
+                )
             self.keeps.append(
                 keep(kept[k], v["unit"], start, following, f"estimate of {v['name']}")
             )

@@ -313,7 +313,13 @@ class _Work:
                 trim = document["gains"]["trim"]
                 run = PdcLaw(self.model, gains, np.array(trim["state"]), np.array(trim["input"]))
             members = (self.plant, self.model, document["gains"], certificate.checked, notes)
-            whole = bound(document, plant_members(*members))
+            times = [
+                float(claim["sample_time"])
+                for claim, found in zip(document["claims"], certificate.checked.claims, strict=True)
+                if claim["kind"] == "sampled-loop" and found.verdict.name == "PROVED"
+            ]
+            own = plant_members(*members, proved_sample=max(times, default=None))
+            whole = bound(document, own)
             certificate = replace(certificate, document=whole)
         seconds = dict(self.clock.seconds)
         parts = (self.plant, self.asked, self.model, design, gains, run, certificate)

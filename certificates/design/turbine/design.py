@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.checker.replay.certificate import check_document
 from takagi.certificates.claims.turbine.loop_claims import loop_document
 from takagi.certificates.controller.content import bound
+from takagi.certificates.controller.longest_sample import longest_of_turbine
 from takagi.certificates.controller.plant_members import statement
 from takagi.certificates.design.design import StepClock, Tell
 from takagi.certificates.design.turbine.effort_sharing_gains import (
@@ -132,6 +133,10 @@ def turbine_members(design: TurbineDesign) -> dict[str, Any]:
         **observer_members(design.observer, design.settings),
         "certificate": _certificate(design),
     }
+    programs = ["observer", *(["speed filter"] if "measurement" in found else [])]
+    law = {"name": design.law.name}
+    if (longest := longest_of_turbine({**found, "law": law}, programs)) is not None:
+        found["sampling"] = longest.member
     if design.effort_sharing_law is None:
         found["start"] = _start(design)
     return found

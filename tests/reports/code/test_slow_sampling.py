@@ -5,22 +5,34 @@ The law is the default one of the NREL 5-MW turbine: its band-stop is at 9.3 rad
 
 from __future__ import annotations
 
+import json
 import math
 from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from takagi.models import ModelError, nrel5mw
+from takagi.certificates.controller import longest_sample
+from takagi.certificates.controller.content import bound, gain_file_of
+from takagi.certificates.design.plant.design import design_plant
+from takagi.certificates.design.plant.result import PlantDesign
+from takagi.cli.main import main
+from takagi.models import ModelError, TSModel, nrel5mw, sector_model
+from takagi.models.plant.plant import Plant
+from takagi.models.plant_files.loader import PlantFile, load_plant
 from takagi.models.simulation import dynamics
 from takagi.models.simulation.turbine_plant import validation_plant
 from takagi.reports.code import sampling, targets
 from takagi.reports.code.baseline import baseline_program
 from takagi.reports.code.controller_program import ControllerProgram
+from takagi.reports.code.program_reading import read_controller
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.structured_text import block as block_file
 from takagi.reports.code.targets import ExportSettings
+from takagi.reports.gains_file.envelope import dump_gains
+from takagi.reports.gains_file.plant import plant_gain_file
 from tests.reports.code.bladed import Simulator, built, edited
 from tests.reports.code.compiled import STRICT, Compiled
 from tests.reports.code.design_program import recorded_program
@@ -141,3 +153,122 @@ def test_why_it_is_refused(program: ControllerProgram, time: float, swings: bool
     deviation = float(np.std(sent[len(sent) // 2 :]))
     assert math.isfinite(deviation)
     assert deviation > 1000 if swings else deviation < 10
+
+
+# ------------------------------------------------------------------ plants
+
+TANKS = """
+format = 1
+kind = "plant"
+name = "Two tanks"
+units = "unchecked"
+measured = ["h2"]
+[parameters]
+c = { value = 0.1, unit = "m^2" }
+[states]
+h1 = { unit = "m", range = [0.5, 1.5], rest = 1 }
+h2 = { unit = "m", range = [0.5, 1.5], rest = 1 }
+[inputs]
+q = { unit = "m^3/s", range = [0, 0.3], rest = 0.1 }
+[equations]
+h1 = "q - c*sqrt(h1)"
+h2 = "c*sqrt(h1) - c*sqrt(h2)"
+"""
+LINEAR = """
+format = 1
+kind = "plant"
+name = "one state"
+units = "unchecked"
+[states]
+x = { range = [-1, 1] }
+[inputs]
+u = { }
+[equations]
+x = "x + u"
+[outputs]
+y = { expression = "x" }
+"""
+
+
+def linear_plant(folder: Path) -> tuple[Plant, TSModel]:
+    (folder / "plant.toml").write_text(LINEAR, encoding="utf-8")
+    plant = load_plant(folder / "plant.toml")
+    return plant, sector_model(plant)
+
+
+def test_the_longest_of_a_plant_halves_the_decay(tmp_path: Path) -> None:
+    """x' = x + u, u = -2 x: 2 - e^T from sample to sample, e^-T in continuous time."""
+    plant, model = linear_plant(tmp_path)
+    right = brentq(lambda T: math.exp(T) - 2 - math.exp(-T / 2), 0.1, 2)
+
+    found = longest_sample.longest_of_plant(plant, model, {"K": [[[2.0]]]})
+
+    assert found is not None and float(found.time) == pytest.approx(right - 0.005, abs=0.0051)
+    proved = longest_sample.longest_of_plant(plant, model, {"K": [[[2.0]]]}, 1.5)
+    assert proved is not None and proved.time == Decimal("1.5") and "proved" in proved.reason
+    assert longest_sample.longest_of_plant(plant, model, {"K": [[[0.5]]]}) is None
+
+
+def test_the_longest_with_an_observer_is_shorter(tmp_path: Path) -> None:
+    """Its Euler step of the error is 1 - 50 T: no T above 2/50 can do."""
+    plant, model = linear_plant(tmp_path)
+    observer = {"measured": ["y"], "L": [[[51.0]]]}
+    law = {"K": [[[2.0]]], "observer": observer}
+
+    found = longest_sample.longest_of_plant(plant, model, law)
+
+    assert found is not None and 0.02 < float(found.time) < 0.04
+
+
+@pytest.fixture(scope="module")
+def tanks(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlantDesign]:
+    """The folder of plant.toml and gains.json, and the design."""
+    folder = tmp_path_factory.mktemp("tanks")
+    (folder / "plant.toml").write_text(TANKS, encoding="utf-8")
+    source = PlantFile.of(folder / "plant.toml")
+    found = design_plant(source.model, files=source.files)
+    assert isinstance(found, PlantDesign) and found.proved
+    (folder / "gains.json").write_text(dump_gains(plant_gain_file(found)), encoding="utf-8")
+    return folder, found
+
+
+def test_a_plant_s_file_states_it_and_exports_refuse_more(
+    tanks: tuple[Path, PlantDesign], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, _ = tanks
+    gains = folder / "gains.json"
+    stated = json.loads(gains.read_text("utf-8"))["sampling"]["longest"]
+    program = read_controller(gains)
+    for one in targets.TARGETS:
+        if one.word not in ("csv", "discon"):
+            with pytest.raises(ModelError, match=f"at most {stated} s is needed"):
+                targets.exported(one.word, program, ExportSettings(sample_time=1.01 * stated))
+    law = Compiled(program, tmp_path, flags=("-O1", *STRICT))
+    assert law.init(stated) == 0 and law.init(2 * stated) == law.c.status_bits[LONG]
+    asked = ["simulate", str(folder / "plant.toml"), "--gains", str(gains)]
+    assert main([*asked, "--sample-time", str(3 * stated), "--start", "h1=1.4,h2=0.6"]) == 0
+    said = capsys.readouterr().out
+    assert f"the longest sample time of the law, {stated:g} s" in " ".join(said.split())
+
+
+@pytest.mark.parametrize("level", [-0.5, 0.0, 0.6, 3.0])
+def test_estimates_stay_where_the_premises_have_values(
+    level: float, tanks: tuple[Path, PlantDesign]
+) -> None:
+    """At ten times the longest sample time, and with a reading of a level that cannot be."""
+    run = ProgramRun(read_controller(tanks[0] / "gains.json"))
+    for _ in range(40):
+        sent = run.sample(60.0, {"h2_measured": level})
+        assert 0 <= sent["q"] <= 0.3
+        assert all(0.5 <= value <= 1.5 for value in run.kept.values())
+
+
+def test_a_file_from_before_is_compared_as_it_was(tanks: tuple[Path, PlantDesign]) -> None:
+    """Without ``sampling`` its program holds no estimate: so did those that exist."""
+    document = tanks[1].document
+    own = {key: value for key, value in document["controller"].items() if key != "sampling"}
+
+    old = gain_file_of(bound(document, own))
+
+    kept = [one["next"] for one in old["programs"][0]["keep"]]
+    assert "sampling" not in old and not any(one.startswith("limit(") for one in kept)

@@ -1,0 +1,227 @@
+r"""The longest time from sample to sample with which a law is run: measured, not proved.
+
+A turbine's, by the parts that its programs have:
+
+    band-stop   six samples in a period of its frequency w:   T <= 2 pi / (6 w)
+    observer    an Euler step of half its time constant:      T <= 1 / (2 l_1)
+    baseline    the same of its low-pass with corner c:       T <= 1 / (2 c)
+
+A band-stop that is sampled more rarely neither stops the drivetrain's mode nor leads: sampling
+turns the mode into a slow one that the law then moves.  On the validation plant the program of the
+NREL 5-MW turbine (w = 9.3 rad/s) is quiet up to 0.2 s, and oscillates from 0.3 s on.  The observer
+takes Euler steps, and becomes unstable near 2 / l_1; the low-pass of the published baseline
+controller likewise at 2 / c.
+
+A plant's, by the linear loop at each vertex of its model with the gains of that vertex: the command
+is held from sample to sample (A, B give e^{AT} and its integral), and what the program keeps
+itself (estimate, integral, effort) takes Euler steps.  With M(T) from sample to sample and a decay
+alpha in continuous time, it is the longest T up to which
+
+    rho(M(T)) <= e^{-alpha T / 2},   T <= 1 / alpha.
+
+So at a vertex the loop decays at least half as fast as in continuous time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from decimal import ROUND_DOWN, Decimal
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from takagi.models.arrays import Floats
+    from takagi.models.plant.plant import Plant
+    from takagi.models.ts.model import TSModel
+
+SAMPLES_A_PERIOD = 6
+# Of the time constant of what takes Euler steps: the observer's is 1 / l_1.
+EULER_SHARE = 0.5
+# A plant's: share of the decay in continuous time; shortest time tried, as a share of the fastest
+# mode's; the factor from one time to the next, and that at which bisection ends.
+DECAY_SHARE, SHORTEST, FACTOR, ENOUGH = 0.5, 1e-4, 1.2, 1.002
+# So many vertices are looked at, evenly spread: more take seconds.
+MOST_VERTICES = 128
+SLOW = "with a longer one the loop at a vertex decays less than half as fast as in continuous time"
+CONSTANT = "it is the time constant of the loop's slowest mode"
+
+
+@dataclass(frozen=True, slots=True)
+class LongestSample:
+    """The longest sample time: ``time`` [s], two digits, and ``reason`` in words."""
+
+    time: Decimal
+    reason: str
+
+    @property
+    def words(self) -> str:
+        """The meaning of a status bit for a longer one."""
+        return f"the sample time is longer than {self.time} s: {self.reason}"
+
+    @property
+    def member(self) -> dict[str, Any]:
+        """The member ``sampling`` of a gain file."""
+        return {"longest": float(self.time), "reason": self.reason}
+
+
+def longest_of_turbine(document: Mapping[str, Any], programs: Collection[str]) -> Any:
+    """Return the longest sample time of a turbine's programs; None without such a part.
+
+    Parameters
+    ----------
+    document : with the members ``measurement``, ``observer`` and ``law`` of a gain file.
+    programs : names of the programs that are run.
+    """
+    found: list[tuple[float, str]] = []
+    stop = document.get("measurement", {}).get("torsion_filter")
+    if "speed filter" in programs and stop:
+        frequency = float(stop["frequency"])
+        found.append(
+            (
+                2 * pi / (SAMPLES_A_PERIOD * frequency),
+                f"the band-stop at {frequency:g} rad/s needs {SAMPLES_A_PERIOD} samples a period",
+            )
+        )
+    if "observer" in programs:
+        gain = float(document["observer"]["l1"])
+        found.append(
+            (
+                EULER_SHARE / gain,
+                f"the observer, with l1 = {gain:g} 1/s, takes steps of at most half its time "
+                "constant",
+            )
+        )
+    law = document["law"]
+    if law["name"] == "baseline" and "law" in programs:
+        corner = float(law["speed_filter"])
+        found.append(
+            (
+                EULER_SHARE / corner,
+                f"its low-pass at {corner:g} rad/s takes steps of at most half its time constant",
+            )
+        )
+    return LongestSample(_two_digits(min(found)[0]), min(found)[1]) if found else None
+
+
+def longest_of_plant(
+    plant: Plant, model: TSModel, law: Mapping[str, Any], proved: float | None = None
+) -> LongestSample | None:
+    """Return the longest sample time of a plant's law; None where no vertex's loop decays.
+
+    Parameters
+    ----------
+    law : as the certificate states it.
+    proved : a sample time [s] at which the sampled loop is proved; the answer is not below it.
+    """
+    import numpy as np
+
+    if model.sample_time is not None:
+        return LongestSample(Decimal(repr(model.sample_time)), "the law is in discrete time")
+    loops = [one for one in _loops(plant, model, law) if one.decay > 0]
+    if not loops:
+        return None
+    last = 1 / min(one.decay for one in loops)
+    good, bad = SHORTEST / max(one.fastest for one in loops), 0.0
+    while not bad and good < last:
+        longer = min(FACTOR * good, last)
+        good, bad = (longer, 0.0) if all(one.holds(longer) for one in loops) else (good, longer)
+    while bad > ENOUGH * good:
+        middle = float(np.sqrt(good * bad))
+        good, bad = (middle, bad) if all(one.holds(middle) for one in loops) else (good, middle)
+    if proved is not None and proved >= good:
+        return LongestSample(Decimal(repr(proved)), "the loop is proved at this sample time")
+    return LongestSample(_two_digits(good), SLOW if bad else CONSTANT)
+
+
+def sampling_member(found: LongestSample | None) -> dict[str, Any]:
+    """Return the member ``sampling`` of a plant's gain file."""
+    if found is None:
+        return {"longest": None, "reason": "no loop at a vertex decays"}
+    return found.member
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Loop:
+    """The linear loop at a vertex.
+
+    Attributes
+    ----------
+    A, B : of the plant.   K : u = -K x.   kept : (n,), the states that the program integrates.
+    C, L : of an observer of the other states; None without one.
+    decay, fastest : [1/s] of the slowest mode in continuous time; size of the fastest.
+    """
+
+    A: Floats
+    B: Floats
+    K: Floats
+    kept: Any
+    C: Floats | None
+    L: Floats | None
+    decay: float
+    fastest: float
+
+    def holds(self, step: float) -> bool:
+        """Return whether the loop decays fast enough when it is sampled every ``step`` [s]."""
+        import numpy as np
+
+        radius = float(np.abs(np.linalg.eigvals(self._sampled(step))).max())
+        return bool(radius <= np.exp(-DECAY_SHARE * self.decay * step))
+
+    def _sampled(self, step: float) -> Floats:
+        import numpy as np
+        from scipy.linalg import expm
+
+        n, m = self.B.shape
+        whole = np.zeros((n + m, n + m))
+        whole[:n] = np.hstack([self.A, self.B])
+        # What the program keeps is constant within a sample.
+        whole[:n][self.kept] = 0
+        moved = expm(step * whole)[:n]
+        moved[self.kept] += step * np.hstack([self.A, self.B])[self.kept]
+        A, B = moved[:, :n], moved[:, n:]
+        if self.C is None or self.L is None:
+            return np.asarray(A - B @ self.K)
+        # The law takes estimates, but what it keeps itself it knows.
+        known, free = np.diag(self.kept.astype(float)), np.eye(n)[:, ~self.kept]
+        rate = (self.A - self.B @ self.K)[~self.kept] - self.L @ self.C
+        own = np.eye(free.shape[1]) + step * rate @ free
+        seen = step * (rate @ known + self.L @ self.C)
+        return np.block([[A - B @ self.K @ known, -B @ self.K @ free], [seen, own]])
+
+
+def _loops(plant: Plant, model: TSModel, law: Mapping[str, Any]) -> list[_Loop]:
+    import numpy as np
+
+    K, r = np.asarray(law["K"], dtype=np.float64), len(model.A)
+    pairs = [(i, i if len(K) == r else 0) for i in range(r)]
+    if len(K) not in (1, r):
+        pairs = [(i, j) for i in range(r) for j in range(len(K))]
+    integrated = {one["integral"] for one in law.get("references", ())}
+    integrated |= {law["blending"]["effort"]} if "blending" in law else set()
+    kept = np.array([v.name in integrated for v in plant.states])
+    observer, rows, L = law.get("observer"), [], np.zeros((0, 0, 0))
+    if observer is not None:
+        outputs = [y.name for y in plant.outputs]
+        rows = [outputs.index(name) for name in observer["measured"]]
+        L = np.asarray(observer["L"], dtype=np.float64)
+    found = []
+    for i, j in pairs[:: -(-len(pairs) // MOST_VERTICES)]:
+        A, B = model.A[i], model.B[i]
+        modes = np.linalg.eigvals(A - B @ K[j])
+        C, own = None, None
+        if observer is not None:
+            C, own = model.C[i][rows], L[i if len(L) == r else 0]
+            own = own if len(own) < len(kept) else own[~kept]
+            error = A[~kept][:, ~kept] - own @ C[:, ~kept]
+            modes = np.concatenate([modes, np.linalg.eigvals(error)])
+        decay, fastest = -float(modes.real.max()), float(np.abs(modes).max())
+        found.append(_Loop(A, B, K[j], kept, C, own, decay, fastest))
+    return found
+
+
+def _two_digits(time: float) -> Decimal:
+    exact = Decimal(repr(time))
+    unit = Decimal((0, (1,), exact.adjusted() - 1))
+    # As a float prints it, so that a file and a text agree on the digits.
+    return Decimal(repr(float(exact.quantize(unit, rounding=ROUND_DOWN))))
