@@ -140,6 +140,7 @@ class Answer:
     objective_unit : what the condition's objective means in the user's units; None where nothing
         is minimised.
     diagnosis : in words, which item binds and what to relax; empty for a candidate.
+    note : in words, what is unusual about a candidate, such as very large entries; else empty.
     tries : every solver call, in order.
     """
 
@@ -158,6 +159,7 @@ class Answer:
     feasible: Mapping[str, Floats] = field(default_factory=dict)
     objective_unit: ObjectiveUnit | None = None
     diagnosis: str = ""
+    note: str = ""
     tries: tuple[Try, ...] = ()
 
     @property

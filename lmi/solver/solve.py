@@ -37,6 +37,8 @@ from takagi.models.arrays import Floats
 
 # The largest ratio of the scales of LMIs, and of those of variables.
 FARTHEST = 2.0**40
+# Squares of scales stay within this and its inverse, where nothing overflows.
+SMALLEST = 2.0**-400
 
 
 class Scaling:
@@ -81,7 +83,7 @@ def scaling_of(program: ConeProgram, raw: Raw) -> Scaling | None:
         )
         # d itself is a power of two, so that all products d_i d_j are, and the scaling rounds
         # nothing.
-        d = np.exp2(np.round(np.log2(d2) / 2))
+        d = np.exp2(np.round(np.log2(np.clip(d2, SMALLEST, 1 / SMALLEST)) / 2))
         rows[part] = (d[:, row] * d[:, column]).ravel()
     return Scaling(program, variables, rows)
 

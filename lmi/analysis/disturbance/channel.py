@@ -9,11 +9,14 @@ from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.argument_checks import Vertices, sample_time_of, vertex_stack
-from takagi.lmi.cone.balance import motion, nearest_power
+from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.decision.outcome import Outcome
 from takagi.models.arrays import Floats, Indices
 from takagi.models.errors import ModelError
 from takagi.models.ts.vertex_arrays import vertex_arrays
+
+# What of a gain's size is zero, and the share of its size that is left of an output without one.
+ZERO, SHARE = 1e-10, 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,9 +91,9 @@ class ChannelUnits:
         plain = channel.scaled(cls(states, rate, 1.0, 1.0))
         share = 1.0 if step is None else speed
         reach, shown = float(np.abs(plain.B).max()) / share**0.5, float(np.abs(plain.C).max())
-        gain = largest_response(plain)
-        if gain == 0.0 or not np.isfinite(gain):
-            gain = reach * shown / share**0.5 or 1.0
+        gain, most = largest_response(plain), reach * shown / share**0.5
+        if gain <= ZERO * most or not np.isfinite(gain):
+            gain = most or 1.0
         # w scaled by d and y by c multiply the gain by d / c and P by c / d.
         ratio = np.sqrt(shown / reach) if reach and shown else 1.0
         disturbance = _power(ratio / np.sqrt(gain))
@@ -166,6 +169,28 @@ def near_least(outcome: Outcome) -> bool:
     satisfy the condition show a bound too, but it may be a thousand times the least one.
     """
     return outcome.status == "candidate"
+
+
+def hiding_states(channel: DisturbanceChannel) -> Floats | None:
+    """Return T of x = T xhat in which the output is small, where no disturbance reaches it.
+
+    The states that w reaches at any vertex are not seen in y; those across them are counted in a
+    share of their units, so that a function of order one shows a gain of that share.  None where w
+    reaches the output.
+    """
+    s = state_units(channel.A, None, step=channel.sample_time)
+    A, C = channel.A * s / s[:, None], channel.C * s
+    reached = np.concatenate(list(channel.B / s[:, None]), axis=1)
+    V = np.zeros((len(s), 0))
+    while reached.shape[1]:
+        left, sizes, _ = np.linalg.svd(reached - V @ (V.T @ reached), full_matrices=False)
+        new = left[:, sizes > ZERO * max(float(np.linalg.norm(reached, 2)), 1e-300)]
+        V = np.linalg.qr(np.hstack([V, new]))[0] if new.shape[1] else V
+        reached = np.concatenate(list(A @ new), axis=1)
+    if np.abs(C @ V).max(initial=0.0) > ZERO * np.abs(C).max():
+        return None
+    across = np.linalg.qr(V, mode="complete")[0][:, V.shape[1] :] if V.shape[1] else np.eye(len(s))
+    return np.asarray(s[:, None] * np.hstack([V, SHARE * across]))
 
 
 def _power(value: float) -> float:

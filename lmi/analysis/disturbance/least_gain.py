@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.analysis.common_quadratic import common_lyapunov
-from takagi.lmi.analysis.disturbance.channel import ChannelUnits, DisturbanceChannel, near_least
+from takagi.lmi.analysis.disturbance.channel import (
+    ChannelUnits,
+    DisturbanceChannel,
+    hiding_states,
+    near_least,
+)
 from takagi.lmi.analysis.slow_modes import slow_vertex
 from takagi.lmi.answer import Answer, ObjectiveUnit, Try
 from takagi.lmi.condition.term import Condition
@@ -67,6 +72,11 @@ def least_gain(
     why = _hopeless_vertex(path, s, decay_rate) or infinite
     if why:
         return Answer(status="infeasible", margin=-np.inf, coordinates=s, diagnosis=why)
+    T = hiding_states(path)
+    if T is not None:
+        hidden = gain_of_hidden(path.in_states(T), T, pose, measure, decay_rate, noise=noise)
+        if hidden is not None:
+            return hidden
     question = _Question(path, pose, measure, noise, tolerance)
     P = guess(path) if guess is not None and scales is None else None
     T = None if P is None else states_of(P)
@@ -81,6 +91,40 @@ def least_gain(
     if found.gain is None:
         return _answer_without(path, s, found, decay_rate)
     return found if sure else question.confirmed(found)
+
+
+def gain_of_hidden(
+    inside: DisturbanceChannel,
+    T: Floats,
+    pose: Pose,
+    measure: Measure,
+    decay_rate: float,
+    *,
+    noise: bool = False,
+) -> Answer | None:
+    """Return a gain of zero but for rounding, of a path in ``hiding_states``; None without a P.
+
+    Nothing is near a least gain of zero by a share of it, so nothing is minimised.
+    """
+    ones = np.ones(len(T))
+    units = ChannelUnits.of(inside, ones, noise=noise)
+    scaled = inside.scaled(units)
+    step = inside.sample_time
+    stable = common_lyapunov(
+        scaled.A, decay_rate=decay_rate / units.rate, scales=ones, sample_time=step
+    )
+    if stable.P is None:
+        return None
+    gain, P = measure(scaled, units, {"P": stable.P[None]})
+    back = np.linalg.inv(T)
+    return replace(
+        stable,
+        P=back.T @ P @ back,
+        decay_rate=None,
+        gain=gain,
+        coordinates=None,
+        condition=pose(scaled, units),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -42,9 +42,15 @@ from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
     disturbance_channel,
+    hiding_states,
 )
 from takagi.lmi.analysis.disturbance.guessed_function import OneVertex
-from takagi.lmi.analysis.disturbance.least_gain import least_gain, motion_of, states_of
+from takagi.lmi.analysis.disturbance.least_gain import (
+    gain_of_hidden,
+    least_gain,
+    motion_of,
+    states_of,
+)
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term
@@ -236,6 +242,10 @@ def peak_gain(
     """
     path = disturbance_channel(model, B, C, D, sample_time=sample_time)
     given = None if decay_rate is None else positive_rate(decay_rate)
+    T = hiding_states(path)
+    hidden = None if T is None else _of_hidden(path.in_states(T), T, given)
+    if hidden is not None:
+        return hidden
     search = _Search.of(path, state_units(path.A, scales, step=path.sample_time))
     rate = search.best() if given is None else search.at(given)
     answer = least_gain(
@@ -249,6 +259,20 @@ def peak_gain(
         return replace(answer, decay_rate=None, coordinates=None)
     back = np.linalg.inv(search.states)
     return replace(answer, P=back.T @ answer.P @ back, decay_rate=rate, coordinates=None)
+
+
+def _of_hidden(inside: DisturbanceChannel, T: Floats, given: float | None) -> Answer | None:
+    """Return the peak's gain of a path that shows none; None without a common decay rate."""
+    ones = np.ones(len(T))
+    fast = fast_decay(inside.A, tolerance=1e-2, scales=ones, sample_time=inside.sample_time)
+    rate = (fast.decay_rate or 0.0) / 2 if given is None else given
+    if inside.sample_time is not None:
+        rate = min(rate, FASTEST / inside.sample_time)
+    if not rate > 0:
+        return None
+    pose, measure = partial(_condition, rate=rate), partial(_gain_and_P, rate=rate)
+    found = gain_of_hidden(inside, T, pose, measure, rate)
+    return None if found is None else replace(found, decay_rate=rate)
 
 
 def peak_bound(channel: DisturbanceChannel, P: Floats, rate: float) -> tuple[float, Floats]:

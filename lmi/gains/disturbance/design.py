@@ -4,27 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
 
 from takagi.lmi.analysis.disturbance.channel import near_least
 from takagi.lmi.answer import Answer, Design, ObjectiveUnit, Try
-from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, margin
+from takagi.lmi.condition.evaluate import SMALLEST_MARGIN, holds, margin
+from takagi.lmi.condition.statements import condition_of
+from takagi.lmi.condition.statements import pose as pose_statements
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.decision.decide import optimise
-from takagi.lmi.decision.outcome import Outcome, binding_items, not_least
+from takagi.lmi.condition.unknown import Unknown
+from takagi.lmi.decision.decide import decide, optimise
+from takagi.lmi.decision.outcome import Outcome, binding_items, not_least, objective_at
+from takagi.lmi.expressions.expression import block, trace
 from takagi.lmi.gains.disturbance.coordinates import (
     WEIGHTS,
     DisturbanceCoordinates,
+    Regulator,
     guessed_regulator,
     is_definite,
 )
-from takagi.lmi.gains.disturbance.request import DisturbanceRequest
+from takagi.lmi.gains.disturbance.decoupling import decoupling
+from takagi.lmi.gains.disturbance.request import DisturbanceRequest, positive_number
 from takagi.lmi.parameter_search.least_over_rate import least_objective
+from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.time_limit import out_of_time
 from takagi.models.arrays import Floats
 
+# Shares of its size that the output has left where a disturbance is kept from it, the objective
+# that is looked for there.
+APART, LOOSE = (1e-12, 1e-9, 1e-6), 100.0
+# Shares of the rate of the loop at the mean vertex, at which a peak is bounded.
+RATES = (0.5, 0.1, 0.02)
+# How much larger than a regulator's gains are absurd, how much smaller others must be, and by how
+# much the effort may be above its least.
+ABSURD, FAR, PER_CENT = 1e6, 10.0, 0.01
+# Of the size of a regulator's norm, below which a norm is zero.
+LEAST_SHARE = 1e-4
 # Other coordinates are tried so often, when what they claim differs by more than this.
 ROUNDS, AGREED = 3, 1e-5
 # Other sizes are tried so often, each by so few solvers.
@@ -65,6 +83,52 @@ class _Solved:
     def P(self) -> Floats:
         """Return P of x' P x = xhat' Q^-1 xhat in the model's states."""
         return self.units.quadratic(self.outcome.values["Q"][0])
+
+
+def asked_or_least(
+    task: DisturbanceRequest,
+    pose: Pose,
+    meaning: Meaning,
+    norm_below: float | None,
+    known: Callable[[], Known | None] = lambda: None,
+) -> Design:
+    """Return gains with a norm of at most what is asked for, where it is, else with the least."""
+    if norm_below is not None:
+        return below(task, pose, meaning, positive_number("norm_below", norm_below))
+    done = hidden(task, pose, meaning) or designed(task, pose, meaning, known())
+    return tamed(task, meaning, done, lambda value: below(task, pose, meaning, value))
+
+
+def tamed(
+    task: DisturbanceRequest, meaning: Meaning, done: Design, again: Callable[[float], Design]
+) -> Design:
+    """Return the design with a note where its gains are absurd; others where its norm is zero.
+
+    Parameters
+    ----------
+    again : the gains with a norm of at most a value.
+    """
+    natural = guessed_regulator(task.plant, 1.0)
+    size = 0.0 if natural is None else _size_of(task, natural, done)
+    if natural is None or done.gain is None or not size > ABSURD:
+        return done
+    value = None if out_of_time() else _zero(task, meaning)
+    other = done if value is None else again(value)
+    if other.found and _size_of(task, natural, other) < size / FAR:
+        return _noted(other, f"a least norm of zero is approached alone; {ASK}")
+    return _noted(done, f"the gains are {size:.0e} times a regulator's; {ASK}")
+
+
+def _noted(design: Design, note: str) -> Design:
+    return replace(design, answer=replace(design.answer, note=note))
+
+
+def _size_of(task: DisturbanceRequest, natural: Regulator, done: Design) -> float:
+    """Return the largest gain where those of a regulator are of order one."""
+    if done.gains is None:
+        return 0.0
+    units = DisturbanceCoordinates.of(task.plant, natural.P, noise=task.noise)
+    return float(np.abs(units.scaled_gains(done.gains)).max())
 
 
 def designed(
@@ -113,7 +177,139 @@ def designed(
                 _design(task, _confirmed(task, pose, meaning, found), meaning), tries
             )
     assert plain is not None
-    return _with_tries(_without(task, found, meaning), tries)
+    return _with_tries(_nearly_zero(task, pose, meaning) or _without(task, found, meaning), tries)
+
+
+def _nearly_zero(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Design | None:
+    """Return gains with a norm that is zero but for the tolerance; None where none were found.
+
+    A tolerance relative to a least norm of zero is none, so it is a share of what a regulator that
+    weighs states and inputs alike would leave of the disturbance.
+    """
+    value = _zero(task, meaning)
+    done = None if value is None else below(task, pose, meaning, value)
+    note = f"a least norm of zero is approached alone; {ASK}"
+    return _noted(done, note) if done is not None and done.found else None
+
+
+def _zero(task: DisturbanceRequest, meaning: Meaning) -> float | None:
+    """Return the norm that is zero but for the tolerance; None without a regulator."""
+    natural = guessed_regulator(task.plant, 1.0)
+    if natural is None:
+        return None
+    units = DisturbanceCoordinates.of(task.plant, natural.P, noise=task.noise)
+    nothing, size = meaning.gain(units, 0.0), meaning.gain(units, 1.0)
+    return nothing + max(task.tolerance, LEAST_SHARE) * (size - nothing)
+
+
+def hidden(task: DisturbanceRequest, pose: Pose, meaning: Meaning) -> Design | None:
+    """Return gains that keep the disturbance from the output; None without such, or with limits.
+
+    The least norm is zero then, and nothing is near it by a share of it.
+    """
+    apart = None if task.limits is not None else decoupling(task.plant)
+    if apart is None:
+        return None
+    plant = task.plant
+    # The LMIs of a peak need a rate.
+    free = task.peak is not None and task.decay_rate == 0
+    rates = [share * apart.rate for share in RATES] if free else [task.decay_rate]
+    held = replace(plant, A=plant.A - plant.B @ apart.gains, C=plant.C - plant.D12 @ apart.gains)
+    natural = DisturbanceCoordinates.of(plant, apart.quadratic(1.0), noise=task.noise).output
+    for share, rate in product(APART, rates):
+        posed = replace(task, plant=held, guess=None, decay_rate=rate)
+        units, _ = _in_coordinates(posed, pose, apart.quadratic(share), None)
+        shown = float(np.abs(held.C @ units.states).max())
+        units = replace(units, output=max(shown, share * natural))
+        for leaving in (np.eye(plant.B.shape[2]), apart.leaving):
+            limit = meaning.gain(units, LOOSE)
+            found = _bounded(posed, pose, meaning, units, limit, leaving=leaving)
+            if found.outcome.status == "candidate":
+                done = _design(posed, found, meaning, before=apart.gains)
+                if done.found:
+                    return done
+    return None
+
+
+def below(task: DisturbanceRequest, pose: Pose, meaning: Meaning, value: float) -> Design:
+    """Return gains with a norm of at most the value and the largest margin, or why there are none.
+
+    Raises
+    ------
+    ModelError : a value that no norm has, such as one below the direct path's.
+    """
+    tries: tuple[Try, ...] = ()
+    plain: Design | None = None
+    for P, feedback in ((None, None), *_guesses(task)):
+        if P is None:
+            plain = task.plain() if plain is None else plain
+            if plain.P is None:
+                return plain
+            P = plain.P
+        if not is_definite(P):
+            continue
+        units, _ = _in_coordinates(task, pose, P, feedback)
+        found = _bounded(task, pose, meaning, units, value)
+        tries += found.outcome.tries
+        if found.outcome.status == "candidate":
+            done = _design(task, found, meaning)
+            if done.found:
+                return _with_tries(done, tries)
+        if found.outcome.status == "infeasible" or out_of_time():
+            break
+    return _with_tries(_without(task, found, meaning, value), tries)
+
+
+def _bounded(
+    task: DisturbanceRequest,
+    pose: Pose,
+    meaning: Meaning,
+    units: DisturbanceCoordinates,
+    value: float,
+    *,
+    leaving: Floats | None = None,
+) -> _Solved:
+    """Return what is found with a norm of at most the value, the output in units of that.
+
+    Parameters
+    ----------
+    leaving : (k, m), of inputs that are not to be used: leaving M = 0.
+    """
+    unit = ObjectiveUnit.of("norm", lambda objective: meaning.gain(units, objective))
+    limit = unit.objective(value)
+    if task.limits is None:
+        units = replace(units, output=units.output * limit ** (1 / unit.power))
+        limit = 1.0
+    condition = pose(task, units)
+    limited = objective_below(condition, limit)
+    if leaving is not None:
+        M = next(unknown for unknown in condition.unknowns if unknown.name == "M")
+        kept = (leaving * units.inputs) @ M == 0
+        limited = replace(limited, equalities=condition_of(kept, "gains").equalities)
+    outcome = decide(limited)
+    if outcome.status == "candidate" and leaving is None:
+        outcome = _mildest(limited, outcome)
+    outcome = replace(outcome, objective=objective_at(condition, outcome.values))
+    return _Solved(units, condition if outcome.status == "candidate" else limited, outcome)
+
+
+def _mildest(condition: Condition, found: Outcome) -> Outcome:
+    """Return unknowns with about the least K_i Q K_i', the input where V is 1; else the same."""
+    Q, M = (next(one for one in condition.unknowns if one.name == name) for name in "QM")
+    S = Unknown("effort", M.rows, M.rows, symmetric=True)
+    effort = pose_statements((block([[S, M], [M.T, Q]]) >> 0).named("effort"), minimise=trace(S))
+    more = replace(
+        condition,
+        unknowns=(*condition.unknowns, S),
+        lmis=(*condition.lmis, *effort.lmis),
+        objective=effort.objective,
+    )
+    mild = optimise(more, slack=PER_CENT, most=FEW)
+    values = mild.values if mild.status == "candidate" else {}
+    held = margin(condition, values) if values else -np.inf
+    if not holds(condition, held):
+        return replace(found, tries=(*found.tries, *mild.tries))
+    return replace(found, values=values, margin=held, tries=(*found.tries, *mild.tries))
 
 
 def _in_own_size(task: DisturbanceRequest, pose: Pose, plain: Design) -> _Solved | None:
@@ -218,10 +414,14 @@ def _confirmed(task: DisturbanceRequest, pose: Pose, meaning: Meaning, found: _S
     return found
 
 
-def _design(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Design:
+def _design(
+    task: DisturbanceRequest, found: _Solved, meaning: Meaning, before: Floats | None = None
+) -> Design:
+    """Return the design; its gains come on top of those ``before``, (r, m, n), in the plant."""
     outcome, units = found.outcome, found.units
     gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
-    held = _held(found, gains)
+    gains = gains if before is None else before + gains
+    held = _held(found, gains if before is None else gains - before)
     good = held > SMALLEST_MARGIN
     answer = replace(
         outcome.as_answer(found.condition, None),
@@ -254,23 +454,29 @@ def _held(found: _Solved, gains: Floats) -> float:
     return margin(found.condition, {**found.outcome.values, "M": K @ Q})
 
 
-def _without(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Design:
+def _without(
+    task: DisturbanceRequest, found: _Solved, meaning: Meaning, value: float | None = None
+) -> Design:
     """Return a no, or doubt, about the disturbed loop, where the plain one has gains."""
     outcome = found.outcome
     # Without limits a large enough gain is always shown; then the solver has met its own.
-    no = outcome.status == "infeasible" and task.limits is not None
-    diagnosis = UNSETTLED
+    no = outcome.status == "infeasible" and (task.limits is not None or value is not None)
+    asked = "" if value is None else f"a norm of at most {value:g}"
+    diagnosis = f"gains exist, but no solver {f'settled {asked}' if asked else NOT_NEAR}; {WHY}"
     if outcome.feasible:
         both = (outcome.objective, outcome.least)
         shown = (meaning.gain(found.units, max(one, 0.0)) for one in both)
-        diagnosis = f"gains exist, but {not_least(*shown)}; {WHY_UNSETTLED}"
+        diagnosis = f"gains exist, but {not_least(*shown)}; ask for norm_below; {WHY}"
     if no:
         names = [lmi.name for lmi in found.condition.lmis if lmi.strict]
         names.remove("Q positive definite")
         binding = binding_items(found.condition, outcome.multipliers, *names)
+        keep = "exist" if task.limits is None else "keep the limits"
+        with_it = f" has {asked}" if asked else " with it"
         diagnosis = (
-            f"gains keep the limits without disturbance, but by {task.relaxation} none with it: "
-            f"{binding}; allow for less disturbance, widen the limits, or take a richer relaxation"
+            f"gains {keep} without disturbance, but by {task.relaxation} none{with_it}: {binding}; "
+            f"{'ask for a larger norm' if asked else 'allow for less disturbance'}, widen the "
+            "limits, or take a richer relaxation"
         )
     answer = Answer(
         status="infeasible" if no else "unknown",
@@ -287,12 +493,13 @@ def _without(task: DisturbanceRequest, found: _Solved, meaning: Meaning) -> Desi
     )
 
 
-WHY_UNSETTLED = (
+ASK = "smaller gains have a larger norm, which norm_below asks for"
+WHY = (
     "the vertices or the output differ too much in size, or these rules can hardly be stabilised; "
     "weigh every state and input a little in the output, allow a larger tolerance, or take a "
     "richer relaxation"
 )
-UNSETTLED = f"gains exist, but no solver came near the least objective: {WHY_UNSETTLED}"
+NOT_NEAR = "came near the least objective"
 ROUNDED = (
     "gains were found, but rounded as they are they do not withstand their check: they are too "
     "large for it; allow a larger tolerance, or give a gain bound"

@@ -38,7 +38,7 @@ from takagi.lmi.argument_checks import number, rate_parameter
 from takagi.lmi.condition.term import Condition, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
-from takagi.lmi.gains.disturbance.design import Meaning, designed
+from takagi.lmi.gains.disturbance.design import Meaning, asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -171,6 +171,7 @@ def hinf_pdc(
     initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
+    norm_below: float | None = None,
     tolerance: float = 1e-4,
     sample_time: float | None = None,
     time_limit: float | None = None,
@@ -193,6 +194,8 @@ def hinf_pdc(
         all states that disturbances of that energy reach from rest, and those that the undisturbed
         loop reaches from the initial box and ball.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
+    norm_below : gamma of at most this is enough: the gains are those with the largest margin, and
+        "infeasible" means that by this relaxation none reach it; None asks for the least.
     tolerance : how far above the least gamma the gains may be, relative.  The least one is often
         approached only as the gains grow without bound; 1e-2 usually makes them a thousand times
         smaller.  Of many rules or states it may be a thousandth where less was asked for.
@@ -243,7 +246,7 @@ def hinf_pdc(
     meaning = Meaning(
         gain=partial(_energy_gain, squared=task.level), size=_unit_size if task.level else _storage
     )
-    return designed(task, _condition, meaning)
+    return asked_or_least(task, _condition, meaning, norm_below)
 
 
 def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:

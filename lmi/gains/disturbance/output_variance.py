@@ -34,7 +34,7 @@ from takagi.lmi.argument_checks import number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term, positive
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
-from takagi.lmi.gains.disturbance.design import Meaning, designed
+from takagi.lmi.gains.disturbance.design import Meaning, asked_or_least
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -202,6 +202,7 @@ def h2_pdc(
     relaxation: str = "wang-tanaka-griffin",
     decay_rate: float = 0.0,
     gain_bound: float | None = None,
+    norm_below: float | None = None,
     tolerance: float = 1e-4,
     sample_time: float | None = None,
     time_limit: float | None = None,
@@ -219,6 +220,8 @@ def h2_pdc(
     relaxation : as for ``pdc``.
     decay_rate : alpha in 1/s that the undisturbed loop must also show.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
+    norm_below : sqrt(nu) of at most this is enough: the gains are those with the largest margin,
+        and "infeasible" means that by this relaxation none reach it; None asks for the least.
     tolerance : how far above the least sqrt(nu) the gains may be, relative; see ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
     time_limit : seconds for all solver calls together, as they come; an answer stopped by it is
@@ -254,8 +257,10 @@ def h2_pdc(
         raise ModelError(why)
     # The objective is nu, the square.
     task = replace(task, tolerance=2 * task.tolerance, noise=True)
-    known = regulated(task, _condition)
-    return designed(task, _condition, Meaning(gain=_deviation, size=_cost), known)
+    meaning = Meaning(gain=_deviation, size=_cost)
+    return asked_or_least(
+        task, _condition, meaning, norm_below, lambda: regulated(task, _condition)
+    )
 
 
 def _condition(task: DisturbanceRequest, units: DisturbanceCoordinates) -> Condition:

@@ -44,7 +44,14 @@ from takagi.lmi.gains.disturbance.coordinates import (
     guessed_regulator,
     is_definite,
 )
-from takagi.lmi.gains.disturbance.design import Meaning, designed
+from takagi.lmi.gains.disturbance.design import (
+    Meaning,
+    asked_or_least,
+    below,
+    designed,
+    hidden,
+    tamed,
+)
 from takagi.lmi.gains.disturbance.disturbed_plant import (
     Disturbed,
     DisturbedPlant,
@@ -189,6 +196,7 @@ def peak_pdc(
     initial_ball: ArrayLike | None = None,
     state_box: ArrayLike | None = None,
     gain_bound: float | None = None,
+    norm_below: float | None = None,
     tolerance: float = 1e-6,
     sample_time: float | None = None,
     time_limit: float | None = None,
@@ -210,6 +218,8 @@ def peak_pdc(
     input_limit, initial_box, initial_ball, state_box : as for ``pdc``, on x' P x <= 1, which no
         state leaves for |w| <= disturbance_peak.
     gain_bound : bound on the spectral norm of every K_i, by a sufficient condition.
+    norm_below : gamma of at most this is enough: the gains are those with the largest margin, and
+        "infeasible" means that by this relaxation none reach it; None asks for the least.
     tolerance : how far above the least gamma of its alpha the gains may be, relative; see
         ``hinf_pdc``.
     sample_time : T in s where the model cannot say.
@@ -256,10 +266,21 @@ def peak_pdc(
     direct = float(np.linalg.norm(task.plant.D11, 2, axis=(1, 2)).max())
     meaning = Meaning(gain=partial(_peak_gain, direct=direct), size=_unit_size)
     if rate is not None:
-        return designed(task, _condition, meaning)
+        return asked_or_least(task, _condition, meaning, norm_below)
+    apart = hidden(task, _condition, meaning) if norm_below is None else None
+    if apart is not None:
+        return apart
     search = _Search(task)
+    if norm_below is not None:
+        return _below(search, meaning, positive_number("norm_below", norm_below), direct)
     if search.best() is None:
         return _without_rate(task, search.rates(FINE))
+    done = _least(search, meaning)
+    return tamed(task, meaning, done, lambda value: _below(search, meaning, value, direct))
+
+
+def _least(search: _Search, meaning: Meaning) -> Design:
+    """Return gains with the least peak of the rates that were looked at."""
     tried: list[Design] = []
     # Gains with the least bound of all may be too large to be told: then others are near it.
     for look in sorted(search.seen, key=lambda look: look.gain)[:AGAIN]:
@@ -267,6 +288,19 @@ def peak_pdc(
         if tried[-1].found or out_of_time():
             return tried[-1]
     return tried[0]
+
+
+def _below(search: _Search, meaning: Meaning, value: float, direct: float) -> Design:
+    """Return gains with at most this peak, at the rate whose least one is nearest to it."""
+    if not search.seen:
+        search.best()
+    looks = sorted(search.seen, key=lambda look: look.gain)
+    near = [look for look in looks if look.gain + direct <= value][::-1] or looks[:1]
+    for look in near[:AGAIN]:
+        done = below(search.task_at(look), _condition, meaning, value)
+        if done.found or out_of_time():
+            return done
+    return done if near else _without_rate(search.task, search.rates(FINE))
 
 
 class _Look(NamedTuple):

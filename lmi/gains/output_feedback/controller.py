@@ -16,6 +16,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,8 @@ import numpy as np
 from takagi.lmi.analysis.disturbance.guessed_function import norm_seen
 from takagi.lmi.answer import Answer, ObjectiveUnit, Status, Try
 from takagi.lmi.cone.balance import state_units
-from takagi.lmi.decision.decide import optimise
+from takagi.lmi.decision.decide import decide, optimise
+from takagi.lmi.gains.disturbance.request import positive_number
 from takagi.lmi.gains.output_feedback.condition import (
     controller_matrices,
     hinf_output_feedback_condition,
@@ -34,8 +36,19 @@ from takagi.lmi.gains.output_feedback.generalised_plant import (
     StateSpace,
     state_space,
 )
+from takagi.lmi.gains.output_feedback.moderate import (
+    central_controllers,
+    entry_size,
+    in_even_states,
+    loop_norm,
+    nearer_controller,
+    plain_controller,
+    rounded_rows,
+    without_fast_poles,
+)
+from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.solve import quick
-from takagi.lmi.solver.time_limit import limited
+from takagi.lmi.solver.time_limit import limited, out_of_time
 from takagi.lmi.stabilisability import fixed_mode
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -43,6 +56,11 @@ from takagi.models.errors import ModelError
 # How far above the least gamma the controller is taken, relative: at the least one X and Y^-1 meet,
 # and the controller's numbers grow without bound.
 ABOVE = 1e-3
+# Entries so much larger than a plain controller's are absurd; what smaller ones may cost of gamma,
+# and of a plain loop's norm where gamma is zero.
+ABSURD, PER_CENT, ZERO = 1e5, 0.01, 1e-4
+# Norms that differ by less are the same.
+AGREED = 1e-6
 # Other coordinates are tried so often, where the loop misses the gain that the LMIs promise.
 ROUNDS = 4
 # What is added to weights that may be singular in the Riccati equations of the first coordinates.
@@ -84,26 +102,36 @@ class OutputFeedback(ControllerFound):
 
 @limited
 def hinf_output_feedback(
-    plant: GeneralisedPlant, *, tolerance: float = ABOVE, time_limit: float | None = None
+    plant: GeneralisedPlant,
+    *,
+    norm_below: float | None = None,
+    tolerance: float = ABOVE,
+    time_limit: float | None = None,
 ) -> OutputFeedback:
     """Return a controller u = K(s) y with the least |z|_2 <= gamma |w|_2, within the tolerance.
 
     Parameters
     ----------
     plant : the generalised plant, in continuous time.
+    norm_below : a gamma of at most this is enough, and the controller is a mild one; None asks for
+        the least.
     tolerance : how far above the least gamma the controller may be, relative.  Nearer to it the
         controller gets faster poles.
     time_limit : seconds for all solver calls together.
 
     Returns
     -------
-    An ``OutputFeedback``.  ``gain`` is the largest gain of its loop over a grid of frequencies with
+    An ``OutputFeedback``.  Where its entries would be absurd, fast poles are replaced by their
+    gains, or gamma is a per cent above the least; ``answer.note`` says so, and how far gamma is
+    above the bound where no solver came within the tolerance.
+
+    ``gain`` is the largest gain of its loop over a grid of frequencies with
     a search about each maximum, from the matrices that are handed back, whose loop is stable by its
     eigenvalues.  Nothing is proved here: ``certify`` of the loop, with ``L2Gain``, is a proof.
 
     Raises
     ------
-    ModelError : a tolerance that is not positive.
+    ModelError : a tolerance or ``norm_below`` that is not positive.
 
     Not promised: a controller of lower order, or without fast poles.
 
@@ -117,7 +145,9 @@ def hinf_output_feedback(
         return OutputFeedback(
             controller=None, gain=None, least=np.inf, plant=plant, loop=None, answer=no
         )
-    T = _first_states(plant)
+    T = first = _first_states(plant)
+    if norm_below is not None:
+        return _below(plant, T, positive_number("norm_below", norm_below))
     best: OutputFeedback | None = None
     tries: tuple[Try, ...] = ()
     for _ in range(ROUNDS):
@@ -132,7 +162,101 @@ def hinf_output_feedback(
             break
         T = T @ balanced
     assert best is not None  # there is a round
-    return replace(best, answer=replace(best.answer, tries=tries))
+    best = _improved(replace(best, answer=replace(best.answer, tries=tries)), first, tolerance)
+    return _moderate(best, first, tolerance)
+
+
+def _improved(best: OutputFeedback, T: Floats, tolerance: float) -> OutputFeedback:
+    """Return the central controller where the LMIs' is not near the bound and it is nearer."""
+    plain = plain_controller(best.plant, T) if best.gain is None and not out_of_time() else None
+    if plain is not None:
+        best = _with_controller(best, plain)
+    if best.gain is None or best.gain <= (1 + 2 * tolerance) * best.least:
+        return best
+    low = max(best.least, 0.0)
+    nearer = nearer_controller(best.plant, low, best.gain, tolerance / 10)
+    if nearer is not None:
+        best = _with_controller(best, nearer[0])
+    assert best.gain is not None  # of either
+    if best.gain <= (1 + 2 * tolerance) * best.least:
+        return best
+    note = "no bound shows how near the least gamma is"
+    if low > 0:
+        note = f"gamma is {best.gain / low - 1:.1%} above its bound; no solver came nearer"
+    return replace(best, answer=replace(best.answer, note=note))
+
+
+def _moderate(best: OutputFeedback, T: Floats, tolerance: float) -> OutputFeedback:
+    """Return a controller without absurd entries, where there is one; else a note."""
+    if best.controller is None or best.gain is None:
+        return best
+    plain = plain_controller(best.plant, T)
+    unit = 1.0 if plain is None else max(entry_size(plain), 1e-300)
+    if entry_size(best.controller) > ABSURD * unit:
+        best = _with_controller(best, in_even_states(best.controller))
+        size = 0.0 if plain is None else loop_norm(best.plant, plain)
+        best = _without_absurd(best, tolerance, ABSURD * unit, ZERO * size)
+    assert best.controller is not None and best.gain is not None  # of either
+    exact = rounded_rows(best.controller)
+    same = loop_norm(best.plant, exact) <= (1 + AGREED) * best.gain
+    return _with_controller(best, exact) if same else best
+
+
+def _without_absurd(
+    best: OutputFeedback, tolerance: float, most: float, zero: float
+) -> OutputFeedback:
+    """Return a controller with entries of at most ``most``, or the same with a note.
+
+    Parameters
+    ----------
+    zero : a norm that is zero but for the tolerance.
+    """
+    controller, gain = best.controller, best.gain
+    assert controller is not None and gain is not None  # asked by the caller
+    size = entry_size(controller)
+    for norm in ((1 + tolerance) * gain, gain + max(PER_CENT * gain, zero)):
+        central = central_controllers(best.plant, norm)
+        for known in chain([controller], central):
+            for one in chain([known], without_fast_poles(known)):
+                if entry_size(one) <= most and loop_norm(best.plant, one) <= norm:
+                    note = f"gamma = {gain:.5g} would need entries of {size:.1g}"
+                    within = norm <= (1 + tolerance) * gain
+                    return _with_controller(best, one, "" if within else note)
+        if out_of_time():
+            break
+    return _with_controller(
+        best, controller, f"the largest entry is {size:.1g}; a larger norm_below has smaller ones"
+    )
+
+
+def _with_controller(found: OutputFeedback, K: StateSpace, note: str = "") -> OutputFeedback:
+    """Return the result with another controller, its loop, and a note on top of what is noted."""
+    gain = loop_norm(found.plant, K)
+    notes = "; ".join(one for one in (found.answer.note, note) if one)
+    answer = replace(found.answer, status="candidate", gain=gain, note=notes, diagnosis="")
+    return replace(found, controller=K, gain=gain, loop=found.plant.closed(K), answer=answer)
+
+
+def _below(plant: GeneralisedPlant, T: Floats, value: float) -> OutputFeedback:
+    """Return a mild controller with at most this norm, or why there is none."""
+    condition = objective_below(hinf_output_feedback_condition(plant.in_states(T)), value)
+    outcome = decide(condition)
+    answer = replace(outcome.as_answer(condition, None), objective_unit=ObjectiveUnit("gain", 1.0))
+    nothing = OutputFeedback(
+        controller=None, gain=None, least=0.0, plant=plant, loop=None, answer=answer
+    )
+    if outcome.status == "infeasible":
+        why = f"no controller has a norm of at most {value:g}; ask for a larger one"
+        return replace(nothing, answer=replace(answer, diagnosis=why))
+    known = list(central_controllers(plant, value))
+    if outcome.values:
+        known.append(controller_of(plant.in_states(T), outcome.values))
+    fits = [one for one in known if loop_norm(plant, one) <= value]
+    if not fits:
+        why = outcome.unsettled(f"ask for a norm a little above {value:g}")
+        return replace(nothing, answer=replace(answer, status="unknown", diagnosis=why))
+    mild = min(fits, key=entry_size)
+    return _moderate(_with_controller(nothing, mild), T, ABOVE)
 
 
 def _first_states(plant: GeneralisedPlant) -> Floats:
@@ -200,7 +324,11 @@ def _in_states(
     if not values:
         why = outcome.unsettled("weigh u and the noise of y a little more")
         return replace(nothing, answer=replace(answer, diagnosis=why)), {}
-    controller = controller_of(moved, values)
+    try:
+        controller = controller_of(moved, values)
+    except np.linalg.LinAlgError:
+        why = "the controller was lost to rounding: I - X Y is singular"
+        return replace(nothing, answer=replace(answer, status="unknown", diagnosis=why)), values
     loop = plant.closed(controller)
     slowest = float(np.linalg.eigvals(loop.A).real.max())
     if not slowest < 0:
@@ -244,6 +372,7 @@ def mixed_sensitivity(
     W2: Any = None,
     W3: Any = None,
     *,
+    norm_below: float | None = None,
     tolerance: float = ABOVE,
     time_limit: float | None = None,
 ) -> OutputFeedback:
@@ -255,13 +384,13 @@ def mixed_sensitivity(
         D); p outputs, m inputs, in continuous time.
     W1, W2, W3 : weights of r - y (p columns), of u (m columns) and of y (p columns): as the plant,
         or a number for that number in every channel; at least one.  Stable and proper.
-    tolerance : how far above the least gamma the controller may be, relative.
+    norm_below, tolerance : as for ``hinf_output_feedback``.
     time_limit : seconds for all solver calls together.
 
     Returns
     -------
     An ``OutputFeedback``: ``controller`` from e = r - y to u, of the order of plant and weights
-    together, and ``gain``, gamma, recomputed from the closed loop.
+    together at most, and ``gain``, gamma, recomputed from the closed loop.
 
     Raises
     ------
@@ -285,7 +414,9 @@ def mixed_sensitivity(
     }
     if not given:
         raise ModelError("no weight was given; give at least one of W1, W2, W3")
-    return hinf_output_feedback(augmented(G, given), tolerance=tolerance, time_limit=time_limit)
+    return hinf_output_feedback(
+        augmented(G, given), norm_below=norm_below, tolerance=tolerance, time_limit=time_limit
+    )
 
 
 def augmented(G: StateSpace, weights: dict[str, StateSpace]) -> GeneralisedPlant:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Answer, hinf_norm, hinf_norm_condition
+from takagi.lmi import Answer, h2_norm, hinf_norm, hinf_norm_condition, peak_gain
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import gain_of, masses_and_spring, planar_pair
 from tests.lmi.norms import hamiltonian_norm, third_order
@@ -204,3 +204,24 @@ def test_scales_must_be_positive() -> None:
     """A scale of zero is no range."""
     with pytest.raises(ModelError, match=r"scales\[1\] is 0"):
         hinf_norm(two_vertices(), scales=[1.0, 0.0])
+
+
+@pytest.mark.parametrize("norm", [hinf_norm, h2_norm, peak_gain])
+@pytest.mark.parametrize("step", [None, 1.0])
+@pytest.mark.parametrize(
+    "A",
+    [
+        [np.diag([-0.5, -0.2])],
+        [np.array([[-0.5, 0.0], [1.0, -0.2]])],
+        [np.diag([-0.5, -0.2]), np.diag([-0.3, -0.6])],
+    ],
+)
+def test_a_disturbance_that_never_reaches_the_output(norm: Any, step: float | None, A: Any) -> None:
+    """x2 is pushed and x1 is seen: zero; with a share of x2 seen it is not."""
+    E = [[0.0], [1.0]]
+    found = norm(TSModel(A, E=E, C=[[1.0, 0.0]], sample_time=step))
+    seen = norm(TSModel(A, E=E, C=[[1.0, 1.0]], sample_time=step))
+
+    assert found.status == "candidate" and gain_of(found) < 1e-10
+    assert np.linalg.eigvalsh(found.P)[0] > 0
+    assert gain_of(seen) > 0.1

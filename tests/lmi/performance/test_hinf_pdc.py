@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,16 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi import expressed, hinf_norm, hinf_pdc, hinf_pdc_condition
+from takagi.lmi import (
+    Design,
+    expressed,
+    h2_pdc,
+    hinf_norm,
+    hinf_pdc,
+    hinf_pdc_condition,
+    peak_pdc,
+    rigorous_no,
+)
 from takagi.lmi.condition import margin
 from takagi.lmi.gains.disturbance.coordinates import DisturbanceCoordinates
 from takagi.models import ModelError, TSModel
@@ -303,3 +313,72 @@ def test_models_that_lack_something_are_refused() -> None:
     ):
         with pytest.raises(ModelError, match=message):
             hinf_pdc(model)
+
+
+# ------------------------------------------------------------------ a least norm of zero
+
+E = np.array([[0.0], [1.0]])
+ALL_SEEN = (np.array([[0.0, 1.0], [1.0, 0.0]]), [[1.0, 1.0]], [[1.0, 1.0]])
+ONE_SEEN = (np.eye(2), [[1.0, 0.0]], [[0.0, 0.0]])
+DESIGNS = [hinf_pdc, h2_pdc, peak_pdc]
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize("step", [None, 1.0])
+@pytest.mark.parametrize(
+    ("A", "rest"),
+    [
+        ([[[0.0, 1.0], [2.0, -1.0]]], ALL_SEEN),
+        ([[[0.0, 1.0], [2.0, -1.0]], [[0.0, 1.0], [4.0, -1.0]]], ALL_SEEN),
+        ([[[1.0, 1.0], [0.5, 1.0]]], ONE_SEEN),
+        ([[[1.0, 1.0], [0.5, 1.0]], [[1.0, 3.0], [0.5, 1.0]]], ONE_SEEN),
+        ([[[-0.5, 0.0], [0.0, -0.2]]], ([[1.0], [0.0]], [[1.0, 0.0], [0.0, 0.0]], [[0.0], [1.0]])),
+    ],
+)
+def test_a_disturbance_that_gains_keep_from_the_output(
+    design: Callable[..., Design], step: float | None, A: Any, rest: Any
+) -> None:
+    """The least norm is zero and is reached, with gains of order one (Wonham, theorem 4.2)."""
+    B, C, D = rest
+    found = design(TSModel(A, B, E=E, C=C, D=D, sample_time=step))
+    K = found.require()[0]
+
+    assert gain_of(found) < 1e-10 and np.abs(K).max() < 20
+    x = np.broadcast_to(E[:, 0], (len(K), 2))
+    for _ in range(8):
+        z = np.einsum("pn,rn->rp", C, x) - np.einsum("pm,rmn,rn->rp", D, K, x)
+        assert np.abs(z).max() < 1e-12 * np.abs(x).max()
+        x = np.einsum("rmn,rn->rm", np.array(A) - np.array(B) @ K, x)
+
+
+INTEGRATOR = TSModel([[[0.0, 1.0], [0.0, 0.0]]], E, E=E, C=[[1.0, 0.0]])
+
+
+@pytest.mark.slow
+def test_a_least_norm_of_zero_that_is_approached_alone() -> None:
+    """x1 of a double integrator: zero but for the tolerance, with a note."""
+    least = hinf_pdc(INTEGRATOR)
+
+    assert gain_of(least) < 1e-4 and "norm_below" in least.answer.note
+
+
+def test_a_norm_that_is_enough_has_the_gains_that_it_needs() -> None:
+    """The norm from w to x1 is 1 / k1 at least, where u = -k1 x1 - k2 x2."""
+    enough = hinf_pdc(INTEGRATOR, norm_below=0.01)
+
+    assert gain_of(enough) <= 0.01
+    assert 100 <= enough.require()[0][0, 0, 0] < 110
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_a_norm_that_is_asked_for(design: Callable[..., Design]) -> None:
+    """Above the least one there are milder gains, below it there are none, exactly."""
+    model = two_rules()
+    least = design(model)
+    enough, less = (design(model, norm_below=share * gain_of(least)) for share in (2.0, 0.5))
+
+    assert gain_of(enough) <= 2.0 * gain_of(least)
+    assert np.abs(enough.require()[0]).max() < np.abs(least.require()[0]).max() / 1.5
+    assert less.status == "infeasible" and rigorous_no(less) is not None
+    with pytest.raises(ModelError, match="norm_below"):
+        design(model, norm_below=0.0)
