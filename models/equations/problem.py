@@ -191,9 +191,7 @@ def problem_of_plant(
     )
 
 
-def _relations(
-    left: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]
-) -> dict[sp.Symbol, sp.Expr]:
+def _relations(left: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
     """Return the last of the symbols in each row that is linear in them, from row = 0."""
     import sympy as sp
 

@@ -294,9 +294,7 @@ def with_numbers_apart(
     return FactoredForm(tuple(p for p in form.premises if p not in places), entries)
 
 
-def _size_and_shape(
-    premise: sp.Expr, variables: Collection[sp.Symbol]
-) -> tuple[sp.Expr, object]:
+def _size_and_shape(premise: sp.Expr, variables: Collection[sp.Symbol]) -> tuple[sp.Expr, object]:
     """Return a number and the premise over it; proportional premises have one shape."""
     import sympy as sp
 
