@@ -69,7 +69,7 @@ class Comparison:
     def __init__(self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path) -> None:
         self.model, self.plant, self.file, self.path = model, plant, file, path
         self.algebra = Algebra(plant.graph, plant.tables)
-        self.ranges = Ranges(plant.evaluator, self.algebra, plant.box)
+        self.ranges = Ranges(plant.evaluator, self.algebra, plant.box, signs=plant.form == "sector")
         self.names: dict[str, int] = {}
         self.derived: dict[str, int] = {}
         self.unsolved: list[str] = []

@@ -24,7 +24,7 @@ from takagi.certificates.checker.plant.linear_sum import (
     vanishing_sums,
     with_variable,
 )
-from takagi.certificates.checker.plant.quotient_form import Form, parted
+from takagi.certificates.checker.plant.quotient_form import Form, parted, with_signs
 
 MOST_BOXES = 4_000  # for one bound
 MOST_IN_ALL = 40_000  # for all bounds of one ``Ranges``
@@ -44,9 +44,14 @@ class Ranges:
     box : range of each relevant variable; a variable without a range is unbounded.
     boxes : the number of boxes examined so far.
     removable : the variables at whose zero some quotient is defined by its limit.
+    signs : |v|/v is sign(v), with every value in [-1, 1] at v = 0; the caller has to show that it
+        matters nowhere which one it is.
     """
 
-    def __init__(self, evaluator: Evaluator, algebra: Algebra, box: Box) -> None:
+    def __init__(
+        self, evaluator: Evaluator, algebra: Algebra, box: Box, *, signs: bool = False
+    ) -> None:
+        self.signs = signs
         self.evaluator, self.algebra, self.box = evaluator, algebra, dict(box)
         self.graph = evaluator.graph
         self.boxes = 0
@@ -83,7 +88,7 @@ class Ranges:
 
     def form(self, root: int, what: str) -> Form:
         """Return N / x^k for a node, after proving that every part of N is defined on the box."""
-        root = self._with_sums(root, what)
+        root = self._with_sums(with_signs(self.graph, root) if self.signs else root, what)
         vanishing = frozenset(v for v, side in self.box.items() if side[0] <= 0 <= side[1])
         top, poles = parted(self.graph, root, vanishing)
         if len(poles) > MOST_POLES or sum(poles.values()) > MOST_POWERS:
@@ -182,7 +187,8 @@ class Ranges:
     ) -> None:
         """Prove the bounds, which are on the grid; ``limits`` are the exact bounds, if others."""
         limits = limits or (Fraction(bounds[0], ONE), Fraction(bounds[1], ONE))
-        left: list[dict[str, Interval]] = [{n: self._side(n, what) for n in form.variables}]
+        whole = {n: self._side(n, what) for n in form.variables}
+        left: list[dict[str, Interval]] = [whole]
         done = 0
         while left:
             box = left.pop()
@@ -205,7 +211,7 @@ class Ranges:
                     # With a sum as an extra variable this point may not belong to the box.
                     word = "may leave" if {*self._sums.values()} & box.keys() else "leaves"
                     raise Refused(f"{what} {word} its bounds {_near(box)}")
-            left += _halves(form, box, slopes, what)
+            left += _halves(form, box, slopes, whole, what)
 
 
 def _monotone_ends(
@@ -282,15 +288,22 @@ def _common(a: Interval, b: Interval) -> Interval:
 
 
 def _halves(
-    form: Form, box: dict[str, Interval], slopes: dict[str, Interval | None], what: str
+    form: Form,
+    box: dict[str, Interval],
+    slopes: dict[str, Interval | None],
+    whole: dict[str, Interval],
+    what: str,
 ) -> list[dict[str, Interval]]:
-    """Return both halves of the box, cut across the side along which the node changes most."""
+    """Return both halves of the box, cut across the side along which the node changes most.
 
-    def change(name: str) -> tuple[int, int]:
+    Without a slope it is the side that is the largest part of the ``whole`` one.
+    """
+
+    def change(name: str) -> tuple[int, Fraction]:
         width, slope = box[name][1] - box[name][0], slopes[name]
         if slope is None:
-            return (1 if width > 1 else 0), width
-        return 0, max(-slope[0], slope[1]) * width if width > 1 else 0
+            return (1 if width > 1 else 0), Fraction(width, max(1, whole[name][1] - whole[name][0]))
+        return 0, Fraction(max(-slope[0], slope[1]) * width if width > 1 else 0)
 
     if not box:
         raise Refused(f"{what} is not shown to stay in its bounds")
