@@ -68,7 +68,7 @@ def removable_points(model: TSModel) -> tuple[dict[str, list[dict[str, Any]]], t
 
 
 def _jumps(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> Iterator[dict[str, Any]]:
-    """Yield what replaces a premise that jumps at x = 0, as |x|/x: both sides, without the quotient.
+    """Yield what replaces a premise that jumps at x = 0, as |x|/x: its two sides.
 
     At x = 0 it is the value above; the premise is a factor of x alone.
     """

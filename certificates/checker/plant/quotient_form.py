@@ -249,7 +249,7 @@ def _products(graph: Graph, root: int) -> list[int]:
 
 
 def _without(graph: Graph, root: int, v: int, absolute: int, *, size: bool) -> int | None:
-    """Return the node over v, or over |v| for ``size``; None if not every term has such a factor."""
+    """Return the node over v, or |v| for ``size``; None if not every term has such a factor."""
     node, sign = graph[root], graph.sign(v)
     if root in (v, absolute):
         return graph.constant(1) if (root == absolute) == size else sign

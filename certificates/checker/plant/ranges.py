@@ -6,8 +6,9 @@ f(m) + sum_i f_i(X) (X_i - m_i) is used, f_i being partial derivatives.  A box t
 is halved, at 0 if a denominator vanishes there.  The search is part of the checker: a certificate
 states bounds, but no boxes.
 
-Where a vanishes the slope of |a| is taken as [-1, 1].  This is enough for monotonicity and for the
-mean-value form, since the function is absolutely continuous along each axis.
+Where a vanishes inside a box the slope of |a| is taken as [-1, 1], and where a vanishes at its edge
+as the slope beside it.  This is enough for monotonicity and for the mean-value form, since the
+function is absolutely continuous along each axis.
 """
 
 from __future__ import annotations
@@ -311,8 +312,10 @@ def _halves(
     low, high = box[name]
     if high - low < 2:
         raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
-    # Where x^k is divided out the box is cut at 0, so that neither half has the zero inside.
-    cut = 0 if name in form.poles and low < 0 < high else (low + high) // 2
+    # Where x^k is divided out the box is cut at 0, so that neither half has the zero inside; and
+    # where |x| or sign(x) has no slope.
+    at_zero = name in form.poles or slopes[name] is None
+    cut = 0 if at_zero and low < 0 < high else (low + high) // 2
     return [{**box, name: Interval(low, cut)}, {**box, name: Interval(cut, high)}]
 
 
