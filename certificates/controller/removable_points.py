@@ -64,8 +64,11 @@ def removable_points(
     if own is not None and all("expression" in premise for premise in own):
         expressions = _of_the_law(own, expressions, form.problem.sides, words)
     for name, written in expressions.items():
-        points = []
+        points = list(_jumps(written, form.problem.sides))
+        jumping = {point["of"] for point in points}
         for factor, symbol in _vanishing(written, form.problem.sides):
+            if text_data(factor) in jumping:
+                continue
             try:
                 points.append(_stand_in(written, factor, symbol, form.problem.sides))
             except ModelError as error:
@@ -94,6 +97,34 @@ def _of_the_law(
         except ModelError:
             words.append(f"premise {name}: whether it is 0/0 somewhere is not known")
     return found
+
+
+def _jumps(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> Iterator[dict[str, Any]]:
+    """Yield what replaces a premise that jumps at x = 0, as |x|/x: its two sides.
+
+    At x = 0 it is the value above; the premise is a factor of x alone.
+    """
+    import sympy as sp
+
+    from takagi.models.ranges.cell_search import Cell, parts_by_sign
+
+    for size in sorted(expression.atoms(sp.Abs), key=str):
+        symbol = size.args[0]
+        if not symbol.is_Symbol or not box[symbol].contains(0):
+            continue
+        if not expression.subs(symbol, 0).has(sp.nan, sp.zoo, sp.oo):
+            continue
+        sides = [written for written, _ in parts_by_sign(expression, [Cell({symbol: box[symbol]})])]
+        limits = [side.subs(symbol, 0) for side in sides]
+        if any(limit.has(sp.nan, sp.zoo, sp.oo) for limit in limits):
+            continue
+        below, above = text_data(sides[0]), text_data(sides[-1])
+        yield {
+            "of": symbol.name,
+            "within": NEAR * float(box[symbol].magnitude),
+            "formula": f"choose({symbol.name}, {below}, {above})",
+            "limit": text_data(limits[-1]),
+        }
 
 
 def _vanishing(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -131,6 +131,20 @@ class _Reader:
                 )
             found = found.times(wanted.power(Fraction(-order)))
         return found
+
+
+def without_matrix_row(expression: sp.Expr, variables: Collection[sp.Symbol]) -> sp.Expr:
+    """Return the expression without the numbers times variables of a row of a matrix.
+
+    Where every term is a number times a variable, as in -2 x + 0.5 v, the numbers are entries of A
+    or B in SI, with the unit that fits; a term with 1 or -1 stays.
+    """
+    import sympy as sp
+
+    pairs = [term.as_coeff_Mul() for term in sp.Add.make_args(expression)]
+    if not all(core in variables for _, core in pairs):
+        return expression
+    return sp.Add(*(share * core for share, core in pairs if abs(share) == 1))
 
 
 def short(expression: sp.Expr) -> str:

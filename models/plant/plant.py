@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 from takagi.models.errors import ModelError
 from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
-from takagi.models.plant.dimensions import ADVICE, dimension_of, short
+from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
 from takagi.models.plant.variables import Output, Parameter, Reference, Variable
 
 if TYPE_CHECKING:
@@ -205,7 +205,8 @@ def _check_units(plant: Plant) -> None:
     What is added must have one unit; arguments of sin, exp, ... are pure numbers or in rad; the
     derivative of a state has its unit per second (in discrete time: its unit); arguments and values
     of tables have the units that the table states.  Numbers in an expression are pure; 0 fits
-    everything.
+    everything, and so do numbers that are entries of a matrix: of M, or of a row of the equations
+    that is a sum of numbers times variables (1 and -1 are pure there too).
 
     The check reads the expressions as sympy stores them, so terms that cancel are not checked.
     """
@@ -214,7 +215,8 @@ def _check_units(plant: Plant) -> None:
     wanted = _rate_dimensions(plant, units, values)
     for variable, row, dimension in zip(plant.states, plant.equations, wanted, strict=True):
         place = f"equation of {variable.name}"
-        found = dimension_of(row, units, values, place=place)
+        checked = without_matrix_row(row, {v.symbol for v in plant.variables})
+        found = dimension_of(checked, units, values, place=place)
         if dimension is not None and found is not None and found != dimension:
             left = "the left side" if plant.mass is not None else _left(plant, variable.name)
             raise ModelError(
@@ -254,8 +256,10 @@ def _rate_dimensions(
         place = f"mass row of {variable.name}"
         seen: tuple[str, Dimension] | None = None
         for column, rate in enumerate(rates):
-            entry = dimension_of(plant.mass[row, column], units, values, place=place)
-            if entry is None:
+            written = plant.mass[row, column]
+            entry = dimension_of(written, units, values, place=place)
+            # A number that is an entry of the matrix is in SI, with the unit that fits.
+            if entry is None or (written.is_number and abs(written) != 1):
                 continue
             term = f"({short(plant.mass[row, column])}) {_left(plant, plant.states[column].name)}"
             total = entry.times(rate)

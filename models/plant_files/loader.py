@@ -253,7 +253,8 @@ class _Reader:
                     f"scheduling.{name}",
                     f"{name} has no range; vertices are made from it: add range = [low, high]",
                 )
-        found = self.variables("scheduling", self.entry.scheduling)
+        listed = {name: _in_its_range(given) for name, given in self.entry.scheduling.items()}
+        found = self.variables("scheduling", listed)
         return tuple(replace(variable, schedules=True) for variable in found)
 
     def variable(self, place: str, name: str, given: VariableEntry) -> Variable:
@@ -397,6 +398,17 @@ class _Reader:
     def sample_time(self) -> float | None:
         given = self.entry.sample_time
         return None if given is None else float(seconds(self.document, "sample_time", given))
+
+
+def _in_its_range(given: VariableEntry) -> VariableEntry:
+    """Return a signal that rests at the middle of its range, if it has no rest and 0 is outside.
+
+    The rest only fixes what its deviation is counted from.
+    """
+    low, high = given.range or (Decimal(0), Decimal(0))
+    if "rest" in given.model_fields_set or low <= 0 <= high:
+        return given
+    return given.model_copy(update={"rest": (low + high) / 2})
 
 
 def _symbol(name: str) -> sp.Symbol:

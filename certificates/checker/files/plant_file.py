@@ -69,7 +69,7 @@ class Comparison:
     def __init__(self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path) -> None:
         self.model, self.plant, self.file, self.path = model, plant, file, path
         self.algebra = Algebra(plant.graph, plant.tables)
-        self.ranges = Ranges(plant.evaluator, self.algebra, plant.box)
+        self.ranges = Ranges(plant.evaluator, self.algebra, plant.box, signs=plant.form == "sector")
         self.names: dict[str, int] = {}
         self.derived: dict[str, int] = {}
         self.unsolved: list[str] = []
@@ -79,7 +79,8 @@ class Comparison:
     def whole(self) -> str:
         self.sample_time()
         self.parameters()
-        outside = {**self.section("disturbances"), **self.section("scheduling")}
+        signals = {n: _resting_inside(given) for n, given in self.section("scheduling").items()}
+        outside = {**self.section("disturbances"), **signals}
         outside |= self.blend.errors | self.uncertain
         references = FileReferences.of(self.file, self.model, self.path)
         states = {**self.section("states"), **self.blend.states, **references.integrals}
@@ -358,3 +359,14 @@ def _get(entry: Any, key: str, otherwise: Any = None) -> Any:
 def _list(entry: Any, key: str) -> list[Any]:
     found = _get(entry, key, [])
     return found if isinstance(found, list) else []
+
+
+def _resting_inside(entry: Any) -> Any:
+    """Return a scheduling signal with its rest: without one, the middle of a range without 0."""
+    ends = _get(entry, "range", None)
+    if _get(entry, "rest", None) is not None or not isinstance(ends, list) or len(ends) != 2:
+        return entry
+    decimals = [Decimal(str(end)) for end in ends if isinstance(end, (int, float, Decimal))]
+    if len(decimals) < 2 or decimals[0] <= 0 <= decimals[1]:
+        return entry
+    return {**entry, "rest": Fraction(sum(decimals)) / 2}

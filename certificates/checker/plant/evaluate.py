@@ -167,7 +167,8 @@ class Evaluator:
         if op == "table":
             return self.tables[node.name].bounds(known, node.orders)
         low, high = known[0]
-        return Interval(ONE if low > 0 else -ONE, -ONE if high < 0 else ONE)
+        # At 0 alone the sign is its limit from the side on which the rest of the box lies.
+        return Interval(ONE if low >= 0 < high else -ONE, -ONE if low < 0 >= high else ONE)
 
     def _product(self, node: Node, parts: list[Interval]) -> Interval:
         """Return a product; a constant is multiplied exactly and rounded once."""

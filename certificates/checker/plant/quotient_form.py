@@ -18,7 +18,7 @@ from math import factorial
 
 from takagi.certificates.checker.arithmetic.interval import ZERO, Interval, hull
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.plant.derivative import derivative, substituted
+from takagi.certificates.checker.plant.derivative import derivative, rebuilt, substituted
 from takagi.certificates.checker.plant.evaluate import Box, Evaluator
 from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
@@ -199,3 +199,68 @@ def _common(a: Interval | None, b: Interval | None) -> Interval | None:
     if a is None or b is None:
         return b if a is None else a
     return Interval(max(a.low, b.low), min(a.high, b.high))
+
+
+def with_signs(graph: Graph, root: int) -> int:
+    """Return the node where |v|/v and v/|v| are sign(v), for variables v.
+
+    Both are equal where v is not 0.
+    """
+    found: dict[int, int] = {}
+    for number in graph.below([root]):
+        node = graph[number]
+        made = rebuilt(graph, number, tuple(found[part] for part in node.parts))
+        if node.op == "divide":
+            made = _signed(graph, *(found[part] for part in node.parts)) or made
+        found[number] = made
+    return found[root]
+
+
+def jumps(graph: Graph, root: int) -> frozenset[str]:
+    """Return the variables at whose zero a node with signs may jump; "" for another argument."""
+    signs = [graph[graph[n].parts[0]] for n in graph.below([root]) if graph[n].op == "sign"]
+    return frozenset(a.name if a.op == "variable" else "" for a in signs)
+
+
+def _signed(graph: Graph, above: int, below: int) -> int | None:
+    """Return above/below after its factors v or |v| were divided out; None if there are none."""
+    rest, changed = graph.constant(1), False
+    for factor in _products(graph, below):
+        a = graph[factor]
+        size = a.op == "call" and a.name == "abs"
+        v = graph[a.parts[0]] if size else a
+        found = None
+        if v.op == "variable":
+            here = graph.variable(v.name)
+            found = _without(graph, above, here, graph.call("abs", here), size=size)
+        # Plain quotients such as x sin(x)/x stay as they are written.
+        if found is None or v.name not in jumps(graph, found) | ({v.name} if size else set()):
+            rest = graph.multiply(rest, factor)
+        else:
+            above, changed = found, True
+    return graph.divide(above, rest) if changed else None
+
+
+def _products(graph: Graph, root: int) -> list[int]:
+    node = graph[root]
+    if node.op == "multiply":
+        return [factor for part in node.parts for factor in _products(graph, part)]
+    return [root]
+
+
+def _without(graph: Graph, root: int, v: int, absolute: int, *, size: bool) -> int | None:
+    """Return the node over v, or |v| for ``size``; None if not every term has such a factor."""
+    node, sign = graph[root], graph.sign(v)
+    if root in (v, absolute):
+        return graph.constant(1) if (root == absolute) == size else sign
+    if node.op == "add":
+        parts = [_without(graph, part, v, absolute, size=size) for part in node.parts]
+        first, second = parts
+        return None if first is None or second is None else graph.add(first, second)
+    if node.op in ("multiply", "divide"):
+        for place, part in enumerate(node.parts[: 1 if node.op == "divide" else 2]):
+            found = _without(graph, part, v, absolute, size=size)
+            if found is not None:
+                pair = (found, node.parts[1]) if place == 0 else (node.parts[0], found)
+                return graph.divide(*pair) if node.op == "divide" else graph.multiply(*pair)
+    return None

@@ -6,8 +6,9 @@ f(m) + sum_i f_i(X) (X_i - m_i) is used, f_i being partial derivatives.  A box t
 is halved, at 0 if a denominator vanishes there.  The search is part of the checker: a certificate
 states bounds, but no boxes.
 
-Where a vanishes the slope of |a| is taken as [-1, 1].  This is enough for monotonicity and for the
-mean-value form, since the function is absolutely continuous along each axis.
+Where a vanishes inside a box the slope of |a| is taken as [-1, 1], and where a vanishes at its edge
+as the slope beside it.  This is enough for monotonicity and for the mean-value form, since the
+function is absolutely continuous along each axis.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from takagi.certificates.checker.plant.linear_sum import (
     vanishing_sums,
     with_variable,
 )
-from takagi.certificates.checker.plant.quotient_form import Form, parted
+from takagi.certificates.checker.plant.quotient_form import Form, parted, with_signs
 
 MOST_BOXES = 4_000  # for one bound
 MOST_IN_ALL = 40_000  # for all bounds of one ``Ranges``
@@ -44,9 +45,14 @@ class Ranges:
     box : range of each relevant variable; a variable without a range is unbounded.
     boxes : the number of boxes examined so far.
     removable : the variables at whose zero some quotient is defined by its limit.
+    signs : |v|/v is sign(v), with every value in [-1, 1] at v = 0; the caller has to show that it
+        matters nowhere which one it is.
     """
 
-    def __init__(self, evaluator: Evaluator, algebra: Algebra, box: Box) -> None:
+    def __init__(
+        self, evaluator: Evaluator, algebra: Algebra, box: Box, *, signs: bool = False
+    ) -> None:
+        self.signs = signs
         self.evaluator, self.algebra, self.box = evaluator, algebra, dict(box)
         self.graph = evaluator.graph
         self.boxes = 0
@@ -83,7 +89,7 @@ class Ranges:
 
     def form(self, root: int, what: str) -> Form:
         """Return N / x^k for a node, after proving that every part of N is defined on the box."""
-        root = self._with_sums(root, what)
+        root = self._with_sums(with_signs(self.graph, root) if self.signs else root, what)
         vanishing = frozenset(v for v, side in self.box.items() if side[0] <= 0 <= side[1])
         top, poles = parted(self.graph, root, vanishing)
         if len(poles) > MOST_POLES or sum(poles.values()) > MOST_POWERS:
@@ -182,7 +188,8 @@ class Ranges:
     ) -> None:
         """Prove the bounds, which are on the grid; ``limits`` are the exact bounds, if others."""
         limits = limits or (Fraction(bounds[0], ONE), Fraction(bounds[1], ONE))
-        left: list[dict[str, Interval]] = [{n: self._side(n, what) for n in form.variables}]
+        whole = {n: self._side(n, what) for n in form.variables}
+        left: list[dict[str, Interval]] = [whole]
         done = 0
         while left:
             box = left.pop()
@@ -205,7 +212,7 @@ class Ranges:
                     # With a sum as an extra variable this point may not belong to the box.
                     word = "may leave" if {*self._sums.values()} & box.keys() else "leaves"
                     raise Refused(f"{what} {word} its bounds {_near(box)}")
-            left += _halves(form, box, slopes, what)
+            left += _halves(form, box, slopes, whole, what)
 
 
 def _monotone_ends(
@@ -282,15 +289,22 @@ def _common(a: Interval, b: Interval) -> Interval:
 
 
 def _halves(
-    form: Form, box: dict[str, Interval], slopes: dict[str, Interval | None], what: str
+    form: Form,
+    box: dict[str, Interval],
+    slopes: dict[str, Interval | None],
+    whole: dict[str, Interval],
+    what: str,
 ) -> list[dict[str, Interval]]:
-    """Return both halves of the box, cut across the side along which the node changes most."""
+    """Return both halves of the box, cut across the side along which the node changes most.
 
-    def change(name: str) -> tuple[int, int]:
+    Without a slope it is the side that is the largest part of the ``whole`` one.
+    """
+
+    def change(name: str) -> tuple[int, Fraction]:
         width, slope = box[name][1] - box[name][0], slopes[name]
         if slope is None:
-            return (1 if width > 1 else 0), width
-        return 0, max(-slope[0], slope[1]) * width if width > 1 else 0
+            return (1 if width > 1 else 0), Fraction(width, max(1, whole[name][1] - whole[name][0]))
+        return 0, Fraction(max(-slope[0], slope[1]) * width if width > 1 else 0)
 
     if not box:
         raise Refused(f"{what} is not shown to stay in its bounds")
@@ -298,8 +312,10 @@ def _halves(
     low, high = box[name]
     if high - low < 2:
         raise Refused(f"{what} is not shown to stay in its bounds {_near(box)}")
-    # Where x^k is divided out the box is cut at 0, so that neither half has the zero inside.
-    cut = 0 if name in form.poles and low < 0 < high else (low + high) // 2
+    # Where x^k is divided out the box is cut at 0, so that neither half has the zero inside; and
+    # where |x| or sign(x) has no slope.
+    at_zero = name in form.poles or slopes[name] is None
+    cut = 0 if at_zero and low < 0 < high else (low + high) // 2
     return [{**box, name: Interval(low, cut)}, {**box, name: Interval(cut, high)}]
 
 

@@ -310,10 +310,10 @@ class _Reading:
         found.numbers = self.premises(own_numbers, f"{where}.numbers", scope, MOST_NUMBERS)
         if found.numbers and found.form != "sector":
             raise CertificateError(f"{where}.numbers: only of the form 'sector'")
-        for fixed in found.numbers:
+        for constant in found.numbers:
             # One value, though it is not known exactly: nothing that moves may stand in it.
-            if not self.graph.variables(fixed.node) <= self.balls.keys():
-                raise CertificateError(f"{where}.numbers: {fixed.name} depends on a variable")
+            if not self.graph.variables(constant.node) <= self.balls.keys():
+                raise CertificateError(f"{where}.numbers: {constant.name} depends on a variable")
         names: dict[str, int] = {}
         for p in (*found.premises, *found.numbers):
             self.add(p.name, self.graph.variable(p.name), self.symbols, "embedding.premises")

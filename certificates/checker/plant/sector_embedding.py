@@ -33,6 +33,11 @@ vanishes, the premise is defined by its limit; step 3 proves that the limit exis
 formula, see ``quotient_form``).  The identity of step 2 holds where it is not 0, which is dense in
 the box; both sides are continuous, so that it holds on the whole box.  An equation with such a
 quotient is also defined by its limit there.
+
+A second exception is |v|/v or v/|v| of a state v that rests at 0, which is sign(v) except at v = 0.
+A premise with it jumps there.  It is bounded on both sides, with sign(v) anywhere in [-1, 1], and
+is an entry in the column of v alone.  So A(z) dx is continuous across v = 0, where the entry is
+multiplied by 0 and any value in the bounds gives the equation, also the one that the law computes.
 """
 
 from __future__ import annotations
@@ -51,6 +56,7 @@ from takagi.certificates.checker.plant.balls import prove_balls, relations, resi
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.known_signals import check_known
+from takagi.certificates.checker.plant.quotient_form import jumps, with_signs
 from takagi.certificates.checker.plant.ranges import Ranges
 from takagi.certificates.checker.plant.reading import PlantNodes, Rows, read_plant
 from takagi.certificates.checker.plant.trim import compared_trim
@@ -199,7 +205,8 @@ def check_unknown(plant: PlantNodes, model: Any, gains: Any) -> None:
 def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
     """Return the ranges used in the proof; Refused names the step that could not be proved."""
     algebra = Algebra(plant.graph, plant.tables)
-    ranges = Ranges(plant.evaluator, algebra, plant.box)
+    ranges = Ranges(plant.evaluator, algebra, plant.box, signs=True)
+    _check_jumps(plant, entries)
     if plant.balls:
         prove_balls(plant, algebra, ranges)
     for state, node in zip(plant.states, plant.f, strict=True):
@@ -216,6 +223,27 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
         what = f"premise {premise.name}"
         ranges.prove_within(premise.node, premise.lower, premise.upper, what)
     return ranges
+
+
+def _check_jumps(plant: PlantNodes, entries: Mapping[str, Entries]) -> None:
+    """Refuse a premise that jumps at v = 0, as |v|/v, in another column than that of the state v.
+
+    In that column it is multiplied by 0 there.
+    """
+    for premise in plant.premises:
+        found = jumps(plant.graph, with_signs(plant.graph, premise.node))
+        if not found:
+            continue
+        for letter, rows in entries.items():
+            for row in rows:
+                for column, entry in enumerate(row):
+                    carried = letter in "AC" and found == {plant.states[column].symbol}
+                    if not carried and any(premise.name in members for members in entry):
+                        at = ", ".join(sorted(found - {""})) or "a zero"
+                        raise Refused(
+                            f"premise {premise.name} jumps at {at} = 0 and stands in {letter}, in "
+                            "a column of another variable"
+                        )
 
 
 def _check_identities(plant: PlantNodes, algebra: Algebra, entries: Mapping[str, Entries]) -> None:

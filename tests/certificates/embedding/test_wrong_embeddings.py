@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,11 @@ import pytest
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError, check_document
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
+from takagi.certificates.checker.replay.claim_kinds import replay
+from takagi.certificates.checker.replay.model_loop import read_model_loop
+from takagi.certificates.cross_check.kernel.reading import loads as read_numbers
+from takagi.certificates.cross_check.opinion import obligations
+from takagi.certificates.cross_check.plant.plant import read_loop
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import plant_data
 from tests.certificates.embedding.plants import as_read, changed, library_model, one_state, said_of
@@ -118,7 +124,8 @@ SINGULAR = {
     "a pole at the end": one_state("x/(2 - x)", "1/(2 - x)", 0, 10**9),
     "a pole at the origin": one_state("1", "1/x", -(10**9), 10**9),
     "a pole that is no removable one": one_state("sin(x)/x", "sin(x)/x^2", -(10**6), 10**6),
-    "|x|/x has no limit": one_state("abs(x)", "abs(x)/x", -1, 1),
+    "|x|/x beyond its bounds": one_state("abs(x)", "abs(x)/x", -0.99, 1),
+    "|x|/x that is not continuous": one_state("abs(x)/x", "abs(x)/x^2", -(10**6), 10**6),
     "log of 0": one_state("x*log(x + 1)", "log(x + 1)", -(10**6), 2),
     "root of what is negative": one_state("x*sqrt(x)", "sqrt(x)", -2, 2),
     "a power of what is negative": one_state("x*x^(1/3)", "x^(1/3)", -2, 2),
@@ -149,6 +156,96 @@ def test_a_singular_plant_is_not_proved(what: str) -> None:
     except CertificateError:
         return
     assert found.verdict is Verdict.UNDECIDED, found.text
+
+
+def first_word(data: Data) -> str:
+    """Return the first checker's verdict on one claim about the model's loop."""
+    read = as_read(data)
+    found = replay(read["claim"], None, read_model_loop(read["model"], None), [], "claim")
+    return found.verdict.name
+
+
+def second_word(data: Data) -> str:
+    """Return the second checker's verdict."""
+    read = read_numbers(json.dumps(data))
+    model, claim = read["model"], read["claim"]
+    loop = read_loop(model, None)
+    found = obligations(claim, claim["kind"], loop, model, None)
+    return "PROVED" if found and all(one.holds for one in found) else "UNDECIDED"
+
+
+JUMP = "sqrt(2 - x/abs(x)*y)"
+
+
+def valve(equation: str, entries: list[str], premise: str = JUMP) -> Data:
+    """Return x' = equation = entries (x, y), y' = -y, with 1 <= z <= 2 on |x|, |y| <= 1."""
+    names = [{"name": n, "unit": "-", "rest": 0, "range": [-1, 1]} for n in "xy"]
+    listed = [{"name": "z", "expression": premise, "lower": 0.9999999, "upper": 1.7320509}]
+    embedding = {"premises": listed, "A": [entries, ["0", "-1"]]}
+    return {
+        "kind": "plant", "sample_time": None, "states": names,
+        "equations": [equation, "-y"], "embedding": embedding,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("equation", "entries", "premise", "proved"),
+    [
+        (f"x*{JUMP}", ["z", "0"], JUMP, True),
+        (
+            "x*(sqrt(2-y)+sqrt(2+y))/2 + abs(x)*(sqrt(2-y)-sqrt(2+y))/2",
+            ["z", "0"],
+            "(sqrt(2-y)+sqrt(2+y) + abs(x)/x*(sqrt(2-y)-sqrt(2+y)))/2",
+            True,
+        ),
+        (f"y*{JUMP}", ["0", "z"], JUMP, False),  # x' jumps where x = 0
+        (f"(x + y)*{JUMP}", ["z", "z"], JUMP, False),
+        ("x*sqrt(2 - (x + y)/abs(x + y)*y)", ["z", "0"], "sqrt(2 - (x + y)/abs(x + y)*y)", False),
+        (f"x*{JUMP}", ["z", "0"], "sqrt(1.99 - x/abs(x)*y)", False),
+    ],
+)
+def test_a_premise_that_jumps_is_proved_in_the_column_of_its_zero(
+    equation: str, entries: list[str], premise: str, proved: bool
+) -> None:
+    """x sqrt(2 - y sign x) is continuous, and any z in the bounds gives it at x = 0."""
+    found = said_of(valve(equation, entries, premise))
+
+    assert found.verdict is (Verdict.PROVED if proved else Verdict.UNDECIDED)
+
+
+def turning(**number: object) -> Data:
+    """Return x' = -c x with the number c = 1/pi, or as changed."""
+    data = one_state("-x/pi", "1", 1, 1)
+    listed = {"name": "c", "expression": "1/pi", "lower": "0.3183", "upper": "0.3184"}
+    data["embedding"] |= {"premises": [], "numbers": [listed | number], "A": [["-c"]]}
+    return data
+
+
+@pytest.mark.parametrize("wrong", [{"lower": 0.31831}, {"upper": 0.3183}, {"expression": "1/3"}])
+def test_a_number_that_is_no_fraction_stands_in_an_entry(wrong: Data) -> None:
+    """With proved bounds; a name that moves, a square and a form of secants are refused."""
+    assert said_of(turning()).verdict is Verdict.PROVED
+    assert said_of(turning(**wrong)).verdict is Verdict.UNDECIDED
+    for bad in (
+        turning(expression="x"),
+        changed(turning(), entry("A", 0, 0, "-c^2")),
+        changed(turning(), lambda data: data["embedding"].update({"form": "secant"})),
+    ):
+        with pytest.raises(CertificateError):
+            said_of(bad)
+
+
+@pytest.mark.parametrize("judged", [first_word, second_word])
+def test_a_claim_about_the_loop_holds_at_all_ends_of_a_number(
+    judged: Callable[[Data], str],
+) -> None:
+    """x' = -c x decays at the rate 0.318 for every c in its bounds, and at no greater one."""
+    claim = {"name": "decay", "kind": "decay", "P": [[1]], "decay_rate": 0.318}
+
+    assert judged({"model": turning(), "claim": claim}) == "PROVED"
+    assert judged({"model": turning(upper=0.5), "claim": claim}) == "PROVED"
+    assert judged({"model": turning(lower=0.31), "claim": claim}) == "UNDECIDED"
+    assert judged({"model": turning(), "claim": claim | {"decay_rate": 0.31835}}) == "UNDECIDED"
 
 
 def test_a_singular_mass_matrix_entry_is_not_proved() -> None:

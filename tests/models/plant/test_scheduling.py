@@ -89,13 +89,21 @@ def test_what_enters_linearly_is_told_apart(tmp_path: Path) -> None:
     assert np.any(model.E[:, 1, 1] != 0)
 
 
+def test_without_a_rest_it_is_counted_from_the_middle_of_its_range(tmp_path: Path) -> None:
+    """No rest of the plant needs one: [100, 400] Pa is 250 +- 150 Pa."""
+    plant, model = wing(tmp_path, WING.replace("rest = 200, ", ""))
+
+    assert plant.disturbances[-1].rest == 250
+    assert model.box["delta_q [Pa]"] == (-150, 150)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ("range = [100, 400], ", "", r"wing.toml:17: field 'scheduling.q': q has no range"),
         ("q = {", "gust = {", r"scheduling.gust.*in \[disturbances\] already"),
         ("+ gust", "+ gust + q*k/J", "at rest .*q = 200.*not 0"),
-        ("rest = 200, ", "", "q rests at 0 .*, outside its range"),
+        ("rest = 200, ", "rest = 50, ", "q rests at 50 .*, outside its range"),
         ("[scheduling]", "[schedule]", "schedule.* is not known.*did you mean 'scheduling'"),
     ],
 )

@@ -8,6 +8,7 @@ from math import pi
 import pytest
 import sympy as sp
 
+from takagi.certificates.checker.files.table_file import in_si
 from takagi.models import (
     Interval,
     ModelError,
@@ -45,6 +46,9 @@ def test_a_turbine_file_converts_the_same_units_by_the_same_factors(text: str) -
         ("%", "-", "-"),
         ("V", "V", "kg m^2/(s^3 A)"),
         ("N*m", "N*m", "kg m^2/s^2"),
+        ("cm^2.5/s", "m^2.5/s", "m^2.5/s"),
+        ("s/m^(1/3)", "s/m^(1/3)", "s/m^(1/3)"),
+        ("L/(min bar^0.5)", "m^3/(s Pa^0.5)", "m^3.5/kg^0.5"),
     ],
 )
 def test_a_unit_has_dimensions_and_a_name_in_si(text: str, si: str, dimension: str) -> None:
@@ -63,6 +67,17 @@ def test_derived_units_hang_together(product: str, unit: str) -> None:
     assert parse_unit(product).dimension == parse_unit(unit).dimension
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["cm^2.5/s", "s/cm^(1/3)", "L/(min bar^0.5)", "m^0.5/cm^0.5", "rpm/min^0.5", "kPa^-0.5", "mm"],
+)
+def test_the_checker_converts_a_root_to_the_same_decimal(text: str) -> None:
+    """Exactly where the root is a fraction, as of 100 cm in 1 m; else to 15 digits."""
+    for value in (Fraction("15.3"), Fraction("-2e-9"), Fraction(0)):
+        assert in_si(value, text) == parse_unit(text).to_si(value)
+    assert in_si(Fraction(15), "cm^2.5/s") == Fraction("0.00015")
+
+
 def test_conversion_is_exact_and_to_twelve_decimals_with_pi() -> None:
     assert parse_unit("mm").to_si(Fraction(1, 3)) == Fraction(1, 3000)
     assert parse_unit("deg").to_si(Fraction(180)) == Fraction("3.141592653590")
@@ -78,6 +93,10 @@ def test_conversion_is_exact_and_to_twelve_decimals_with_pi() -> None:
         ("1", "'-'"),
         ("", "'-'"),
         ("m^99", "power 99"),
+        ("m^0.0", "power 0"),
+        ("m^(1/0)", "not known"),
+        ("m^1:2", "not known"),
+        ("deg^0.5", "with rad"),
         ("m^s", "not known"),
         ("9**9**9", "not known"),
     ],
@@ -121,6 +140,7 @@ def friction() -> object:
         F - K * L * (X / L) ** 3,
         F - K * sp.sqrt(X**2 + L**2),
         sp.Integer(0),
+        3 * F - 2 * X - V / 4,  # a row of a matrix, whose numbers have the units that fit
         F - friction()(V),  # type: ignore[operator]
         F - friction()(V).diff(V) * V,  # type: ignore[operator]
         F * sp.exp(-X / L) + sp.Abs(F),
@@ -140,6 +160,7 @@ def test_equations_that_fit_are_accepted(force: sp.Expr) -> None:
             "equation of v: the argument of sin, x, has the unit m",
         ),
         ({"equations": (V, F + 1)}, "equation of v: "),
+        ({"equations": (V, 2 * F + 3 * sp.sin(X / L))}, "equation of v: .* are added"),
         ({"equations": (V, F * 2**X)}, "the exponent of 2, x, has the unit m"),
         ({"equations": (V, K * X**sp.pi)}, "must be a rational number"),
         ({"equations": (V, F - friction()(X))}, "argument 1 of the table friction, x, has"),  # type: ignore[operator]
