@@ -129,16 +129,19 @@ LEVEL = Entry(
     call="attraction_level",
     builder="attraction_level_condition",
     use=(
-        "For polynomial equations, without any box or model in between: $(x^\\top x)^k (V - c) - "
-        "\\lambda \\dot V$ and $\\lambda$ are sums of squares, and $V$ is positive. Where $V < c$ "
-        "it falls. The identity is solved over the rationals, so that `proved` rests on exact "
+        "For polynomial equations, without any box or model in between: $r\\,(V - c) - "
+        "\\lambda \\dot V$ and $\\lambda$ are sums of squares, and $V$ is positive. The weight $r "
+        "\\ge 0$ is known: $(x^\\top x)^k$ if the linearisation decays. Where $V < c$ and $r > 0$ "
+        "it falls. Where $r$ is 0 away from 0, LaSalle's theorem decides, by polynomial "
+        "elimination; without it only `invariant_level` is given. `level` is infinite if every "
+        "level is proved. The identity is solved over the rationals: `proved` rests on exact "
         "arithmetic. Continuous time only: $V(f(x))$ has the degree of $V$ times that of $f$."
     ),
     cases=(
         Case(
             title="Continuous time, van der Pol's oscillator, $\\lambda$ of degree 2",
             pose=_level,
-            lmis="3",
+            lmis="4",
             variables="55",
             where="$p_{kij}$, $q_k$ are the coefficients of the monomial $x^k$",
             sizes=SQUARES,

@@ -42,6 +42,10 @@ def lmi_value(
             total[:, column, row] += value.transpose(0, 2, 1)
     for term in lmi.terms:
         item, member, left, right = term.spread(lmi.count)
+        if dtype is np.float64:
+            # Products of Fractions with floats are floats too, a hundred times as slow.
+            left = left.astype(np.float64, copy=False)
+            right = None if right is None else right.astype(np.float64, copy=False)
         X = values[term.unknown.name][member]
         block = X * left if right is None else left @ X @ right
         if term.parameter is not None:

@@ -2,27 +2,38 @@ r"""The largest level of a polynomial function that is shown to lie in the regio
 
 For x' = f(x) with f(0) = 0, and V with V(0) = 0, both polynomials,
 
-    (x'x)^k (V - c) - lambda(x) V'(x) = m(x)' S m(x)        for all x,
-    lambda(x) = l(x)' Lambda l(x),   S >= 0,   Lambda >= 0,
+    r(x) (V - c) - lambda(x) V'(x) = m(x)' S m(x)        for all x,
+    lambda(x) = l(x)' Lambda l(x),   S >= 0,   Lambda >= 0,   c > 0,
     V(x) = v(x)' W v(x),  W > 0,
 
-and c largest: equalities of coefficients and LMIs in S, Lambda, W and c together.  Then, where
-V < c and x is not 0, the first line says lambda V' <= (x'x)^k (V - c) < 0, so lambda > 0 and V'
-< 0. W > 0 with all monomials of the degrees 1 to d in v gives V > 0 and bounded levels.  So every
-solution from {V < c} stays in it and tends to 0 (Lyapunov, LaSalle).  The condition contains no
-product of unknowns, because c is multiplied by a known polynomial.
+and c largest: equalities of coefficients and LMIs in S, Lambda, W and c together.  The weight r is
+known and never negative (``decrease``): (x'x)^k if the linearisation decays.  Where V < c and r is
+not 0, the first line says lambda V' <= r (V - c) < 0, so lambda > 0 and V' < 0; where r is 0, V'
+<= 0 because it is continuous.  W > 0 with a power of each state in v gives V > 0 and bounded
+levels.  Therefore
+
+    invariance : no solution from {V < c} leaves it;
+    attraction : if r > 0 except at 0, or 0 is the only solution that stays where r is 0, every
+                 solution from {V < c} also tends to 0 (Lyapunov, LaSalle).
+
+Every level is shown at once if -r - lambda V' = m(x)' S m(x).  The conditions contain no product of
+unknowns, because c is multiplied by a known polynomial.
+
+Monomials that S cannot hold are left out of m.  Where exact multipliers Z show that the LMIs can
+still only be touched, S Z = 0, and m is reduced to the null space of Z (facial reduction).
 
 There is no version for discrete time: V(f(x)) has the degree of V times that of f.
 
 Source: Chesi (2011), Domain of Attraction, sections 3.3 and 4.1 (the level by a squares program);
 Parrilo (2000), thesis, section 7.3; Tan and Packard (2008), IEEE Trans. Automatic Control 53, for
-the multipliers.
+the multipliers; Borwein and Wolkowicz (1981), Permenter and Parrilo (2018), Mathematical
+Programming 171, for facial reduction.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from types import MappingProxyType
 
@@ -31,21 +42,38 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.argument_checks import number
-from takagi.lmi.condition.term import LMI, Condition, Constant, Equality, Term
+from takagi.lmi.condition.term import LMI, Array, Condition, Constant, Equality, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import decide, optimise
-from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution
+from takagi.lmi.decision.outcome import Outcome
+from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution, parametrised
+from takagi.lmi.refutation.alternative import Alternative
 from takagi.lmi.refutation.indefinite import is_definite, is_semidefinite
+from takagi.lmi.refutation.refutation import exact_no
 from takagi.lmi.solver.solve import quick
 from takagi.lmi.solver.time_limit import limited
-from takagi.lmi.sums_of_squares.polynomial import Exponent, StatePolynomial, identity, monomials
+from takagi.lmi.sums_of_squares.decrease import Decrease
+from takagi.lmi.sums_of_squares.polynomial import (
+    StatePolynomial,
+    identity,
+    monomials,
+    without_idle,
+)
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
 SOURCE = "Chesi (2011), Domain of Attraction, sections 3.3 and 4.1; Parrilo (2000), section 7.3"
-# The level is lowered by these shares until the rounded Gram matrices are exactly definite.
+# The level is lowered by these shares until the rounded Gram matrices are exactly definite; by the
+# last ones only if no bound of the level is known.
 BACK_OFF = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+FURTHER = (0.5, 0.9, 0.99, 0.999, 1 - 1e-4, 1 - 1e-6, 1 - 1e-8)
+# A level nearer to its upper bound than this share is called the largest.
+NEAR = 0.02
+# How often the monomials are reduced by multipliers.
+FACES = 4
+
+Bases = Mapping[str, tuple[StatePolynomial, ...]]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -54,27 +82,43 @@ class AttractionLevel:
 
     Attributes
     ----------
-    status : "candidate" when c was found; "infeasible" or "unknown" as of an ``Answer``.
-    level : c, recomputed so that ``exact`` holds where ``proved``; None unless a candidate.
-    bound : upper bound of c with these degrees, to solver accuracy.
+    status : "candidate" when ``level`` was found; "infeasible" when no c > 0 satisfies the
+        condition, by ``ray`` or by ``no`` in exact arithmetic, which does not say that 0 attracts
+        nothing; "unknown" otherwise.
+    level : c, recomputed so that ``exact`` holds where ``proved``; inf if every solution tends to
+        0.  None unless a candidate.  A larger one may exist, unless ``largest``.
+    invariant_level : c for which exact arithmetic proves that no solution leaves
+        {V < c}, which is bounded, and that V does not rise in it.  If ``level`` is None, it is not
+        proved that solutions tend to 0.
+    bound : upper bound of c by this condition, to solver accuracy; inf if none is known.
     function, field : V and f.
     multiplier_degree : of lambda.
-    proved : whether the identity and every sum of squares hold in exact arithmetic at ``level``.
+    proved : whether exact arithmetic proves that every solution from {V < level} tends to 0.
     condition : what was solved.
-    exact : the unknowns as rationals at ``level``; None unless proved.
-    diagnosis : why there is none.
+    orders : axis i of I -> the power L_i in r.
+    bases : the polynomials m, l and v by the name of their Gram matrix, in the coordinates of
+        ``decrease``.
+    exact : the unknowns as rationals at ``invariant_level``; None unless proved.
+    ray : a direction d, exact: for all small t > 0, V(t d) <= 0 or V'(t d) > 0.
+    no : exact multipliers that exclude every c > 0 with these degrees.
+    diagnosis : why there is no level, or why it is only a lower bound of the largest.
     tries : every solver call.
     """
 
     status: Status
-    level: float | None
-    bound: float
+    level: float | None = None
+    invariant_level: float | None = None
+    bound: float = np.inf
     function: StatePolynomial
     field: tuple[StatePolynomial, ...]
     multiplier_degree: int
     proved: bool = False
-    condition: Condition
+    condition: Condition | None = None
+    orders: Mapping[int, int] = field(default_factory=dict)
+    bases: Bases = field(default_factory=dict)
     exact: ExactSolution | None = None
+    ray: tuple[Fraction, ...] | None = None
+    no: Alternative | None = None
     diagnosis: str = ""
     tries: tuple[Try, ...] = ()
 
@@ -83,33 +127,43 @@ class AttractionLevel:
         """Return whether there is a level."""
         return self.status == "candidate"
 
+    @property
+    def largest(self) -> bool:
+        """Return whether the level is the largest of this condition, to solver accuracy."""
+        return self.level is not None and self.level >= (1 - NEAR) * self.bound
+
     def fault(self) -> str:
-        """Return why the sums of squares do not prove ``level``; empty if they do.
+        """Return why nothing proves ``invariant_level``, and ``level`` if there is one; or "".
 
         Everything is worked out again from V, f and the Gram matrices by expanding polynomials over
         the rationals, without the condition that was solved.
         """
-        if self.exact is None or self.level is None:
+        c = self.invariant_level
+        if self.exact is None or c is None:
             return "there are no exact sums of squares"
-        n, values = self.function.n, self.exact.values
-        k, low, high, inner = _degrees(self.function, self.field, self.multiplier_degree)
-        grams = {
-            "S": (values["S"][0], monomials(n, range(low, high + 1))),
-            "Lambda": (values["Lambda"][0], monomials(n, range(inner + 1))),
-            "W": (values["W"][0], monomials(n, range(1, self.function.degree // 2 + 1))),
-        }
-        shown = {name: _expanded(G, basis, n) for name, (G, basis) in grams.items()}
-        level = StatePolynomial(n, {(0,) * n: -Fraction(self.level)})
-        left = _radius(n).power(k) * (self.function + level)
-        left = left + (shown["Lambda"] * self.function.along(self.field)).times(-1)
-        if (left + shown["S"].times(-1)).terms:
-            return "the identity of the polynomials does not hold"
-        if (self.function + shown["W"].times(-1)).terms:
-            return "V is not the polynomial of its Gram matrix"
+        case = replace(Decrease.of(self.field, self.function), orders=dict(self.orders))
+        values, n = self.exact.values, self.function.n
+        if not self.orders or any(power % 2 or power < 2 for power in self.orders.values()):
+            return "r is not a sum of even powers"
         for name, test in (("S", is_semidefinite), ("Lambda", is_semidefinite), ("W", is_definite)):
-            G = grams[name][0]
+            G = values[name][0]
             if np.any(G != G.T) or not test(G):
                 return f"{name} is not positive {'definite' if name == 'W' else 'semidefinite'}"
+        shown = {name: _expanded(values[name][0], basis) for name, basis in self.bases.items()}
+        level = case.function + StatePolynomial(n, {(0,) * n: -Fraction(c)}) if c < np.inf else None
+        left = _weight(case, self.multiplier_degree, level is None)
+        left = left.times(-1) if level is None else left * level
+        if (left + (shown["Lambda"] * case.slope + shown["S"]).times(-1)).terms:
+            return "the identity of the polynomials does not hold"
+        if (case.function + shown["W"].times(-1)).terms:
+            return "V is not the polynomial of its Gram matrix"
+        own = self.bases["W"]
+        if any(len(m.terms) != 1 for m in own) or {
+            k for m in own for a in m.terms for k in range(n) if a[k] == sum(a) > 0
+        } != set(range(n)):
+            return "the monomials of V have no power of each state"
+        if self.level is not None and (self.level != c or not case.only_zero_stays()):
+            return "it is not shown that solutions tend to 0"
         return ""
 
 
@@ -133,12 +187,15 @@ def attraction_level_condition(
 
     Raises
     ------
-    ModelError : as ``attraction_level``.
+    ModelError : as ``attraction_level``; V has no level, which a ray shows.
 
     Source: Chesi (2011), Domain of Attraction, sections 3.3 and 4.1.
     """
     f, V, degree = _asked(field, function, states, multiplier_degree)
-    return _condition(f, V, degree)
+    case = Decrease.of(f, V)
+    if why := _without_level(case):
+        raise ModelError(why)
+    return _condition(case, degree, _bases(case, degree, False), False)
 
 
 @limited
@@ -165,9 +222,11 @@ def attraction_level(
 
     Returns
     -------
-    An ``AttractionLevel``.  ``proved`` says that the identity and the sums of squares hold in exact
-    arithmetic, for the numbers in ``level`` and ``exact``; ``fault()`` decides it anew by expanding
-    the polynomials.
+    An ``AttractionLevel``.  ``proved`` says that every solution from {V < level} tends to 0, by an
+    identity and sums of squares in exact arithmetic, for the numbers in ``level`` and ``exact``;
+    ``fault()`` decides it anew by expanding the polynomials.  ``level`` is inf where this is proved
+    for every level.  If only invariance is proved, as for V' = -y^2 where LaSalle's theorem does
+    not apply, ``invariant_level`` has the number and ``level`` is None.
 
     Raises
     ------
@@ -180,72 +239,162 @@ def attraction_level(
     # V in units of its largest coefficient, a power of two, which rounds nothing.
     largest = max(abs(c) for c in V.terms.values())
     size = Fraction(float(nearest_power(np.array([float(largest)]))[0]))
-    condition = _condition(f, V.times(1 / size), degree)
-    outcome = optimise(condition, slack=1e-6, most=quick())
+    case = Decrease.of(f, V.times(1 / size))
+    none = AttractionLevel(status="unknown", function=V, field=f, multiplier_degree=degree)
+    if why := _without_level(case):
+        status: Status = "unknown" if case.ray is None else "infeasible"
+        return replace(none, status=status, ray=case.ray, diagnosis=why)
+    found = none
+    for every in (False,) if case.seems_to_rise() else (True, False):
+        answers = []
+        for one in case.with_other_weights():
+            found = replace(none, orders=one.orders, tries=found.tries)
+            answers.append(_sought(found, one, size, every))
+            found = answers[-1]
+            if found.invariant_level is not None:
+                return found
+    order: tuple[Status, ...] = ("candidate", "unknown", "infeasible")
+    best = min(answers, key=lambda answer: order.index(answer.status))
+    return replace(best, tries=found.tries)
+
+
+def _sought(found: AttractionLevel, case: Decrease, size: Fraction, every: bool) -> AttractionLevel:
+    """Return what is shown of every level, or of the largest, with V in units of ``size``."""
+    condition, bases, outcome, no = _solved(case, found.multiplier_degree, every)
+    found = replace(found, condition=condition, bases=bases, tries=found.tries + outcome.tries)
     values = outcome.values if outcome.status == "candidate" else outcome.feasible
-    found = AttractionLevel(
-        status="candidate" if values else outcome.status,
-        level=None,
-        bound=-outcome.least * float(size) if np.isfinite(outcome.least) else np.inf,
-        function=V,
-        field=f,
-        multiplier_degree=degree,
-        condition=condition,
-        tries=outcome.tries,
-    )
-    if not values:
-        return _none(
-            found, outcome.unsettled("take another multiplier degree, or states of like size")
+    if every:
+        exact = exact_solution(condition, values) if values else None
+        return found if exact is None else _shown(found, case, exact, size, np.inf)
+    if values:
+        # The bound of multipliers that are far from any solution bounds nothing.
+        bound = -outcome.least * float(size) if outcome.status == "candidate" else np.inf
+        return _proved(replace(found, bound=bound), case, values["c"].item(), size)
+    if no is None:
+        advice = "take another multiplier degree, another V, or states of like size"
+        return replace(found, diagnosis=outcome.unsettled(advice))
+    what = "W > 0 of V" if _title("c") not in no.multipliers else "c > 0 with these degrees"
+    why = f"exact multipliers exclude every {what}; take another V, or a larger multiplier degree"
+    return replace(found, status="infeasible", no=no, diagnosis=why)
+
+
+def _without_level(case: Decrease) -> str:
+    """Return why no level needs to be sought; empty if one does."""
+    if case.ray is None:
+        return "" if case.orders else "V' is 0 along every axis of the states; take another V"
+    what = "V rises" if case.rises else "V is not positive"
+    along = ", ".join(str(entry) for entry in case.ray)
+    return f"{what} from 0 along the ray ({along}), so it has no level; take another V"
+
+
+def _solved(
+    case: Decrease, degree: int, every: bool
+) -> tuple[Condition, Bases, Outcome, Alternative | None]:
+    """Return the condition with a solution, or exact multipliers if none exists, if found."""
+    bases = _bases(case, degree, every)
+    for _ in range(FACES):
+        condition = _condition(case, degree, bases, every)
+        outcome = (
+            decide(condition, most=quick())
+            if every
+            else optimise(condition, slack=1e-6, most=quick())
         )
-    best = float(values["c"][0, 0, 0])
-    if best <= 0:
-        return _none(found, "no positive level: V does not fall near 0; take another V")
-    return _proved(found, condition, best, size)
+        if outcome.status == "candidate" or outcome.feasible:
+            return condition, bases, outcome, None
+        smaller, no = _reduced(condition, outcome.multipliers, bases)
+        if smaller is None:
+            break
+        bases = smaller
+    return condition, bases, outcome, no
 
 
-def _none(found: AttractionLevel, why: str) -> AttractionLevel:
-    status: Status = "unknown" if found.status == "candidate" else found.status
-    return replace(found, status=status, diagnosis=why)
+def _reduced(
+    condition: Condition, multipliers: Mapping[str, Floats], bases: Bases
+) -> tuple[Bases | None, Alternative | None]:
+    """Return fewer polynomials for S and Lambda, or a proof that no solution exists."""
+    free = parametrised(condition)
+    no = None if free is None else exact_no(free.condition, multipliers)
+    if no is None or not no.multipliers:
+        return None, None
+    # The proof that counts lets S and Lambda be singular.
+    touched = tuple(
+        replace(lmi, weight=0.0) if lmi.name in (_title("S"), _title("Lambda")) else lmi
+        for lmi in no.condition.lmis
+    )
+    weaker = Alternative(condition=replace(no.condition, lmis=touched), multipliers=no.multipliers)
+    if weaker.holds:
+        return None, weaker
+    smaller = dict(bases)
+    for name in ("S", "Lambda"):
+        if _title(name) in no.multipliers:
+            smaller[name] = _of_null_space(no.multipliers[_title(name)][0], bases[name])
+    return (smaller if all(smaller.values()) else None), None
 
 
-def _proved(
-    found: AttractionLevel, condition: Condition, best: float, size: Fraction
+def _of_null_space(Z: Array, basis: tuple[StatePolynomial, ...]) -> tuple[StatePolynomial, ...]:
+    """Return the combinations u'm with Z u = 0."""
+    import flint
+
+    vectors, count = (
+        flint.fmpq_mat([[flint.fmpq(c.numerator, c.denominator) for c in row] for row in Z])
+        .numer_denom()[0]
+        .nullspace()
+    )
+    found = []
+    for j in range(count):
+        total = StatePolynomial(basis[0].n, {})
+        largest = max(abs(int(vectors[i, j])) for i in range(len(basis)))
+        for i, one in enumerate(basis):
+            total = total + one.times(Fraction(int(vectors[i, j]), largest))
+        found.append(total)
+    return tuple(found)
+
+
+def _shown(
+    found: AttractionLevel, case: Decrease, exact: ExactSolution, size: Fraction, c: float
 ) -> AttractionLevel:
-    """Return a level slightly below the best, at which the rounded Gram matrices are definite."""
-    tries = found.tries
-    for share in BACK_OFF:
-        c = best * (1 - share)
-        fixed = _at_level(condition, c)
-        inside = decide(fixed, most=quick())
-        tries += inside.tries
-        if inside.status != "candidate":
-            continue
-        exact = exact_solution(fixed, inside.values)
-        if exact is None or not exact.holds:
-            continue
-        scaled = {
-            name: value * (size if name in ("S", "W") else 1)
-            for name, value in exact.values.items()
-        }
-        solution = ExactSolution(condition=fixed, values=MappingProxyType(scaled))
-        done = replace(
-            found,
-            level=c * float(size),
-            exact=solution,
-            tries=tries,
+    """Return what exact numbers prove at a level in units of ``size``; nothing if they do not."""
+    units = {"S": size, "W": size} if c < np.inf else {"Lambda": 1 / size, "W": size}
+    values = {name: value * units.get(name, 1) for name, value in exact.values.items()}
+    solution = ExactSolution(condition=exact.condition, values=MappingProxyType(values))
+    done = replace(found, invariant_level=c * float(size), exact=solution)
+    if done.fault():
+        return found
+    done = replace(done, status="candidate", level=done.invariant_level, proved=True)
+    if done.fault():
+        why = (
+            "no solution leaves {V < invariant_level}; that solutions tend to 0 is not shown, "
+            "because V' may be 0 away from 0: take another V"
         )
-        if not done.fault():
-            return replace(done, proved=True)
-    return replace(
-        found,
-        level=best * (1 - BACK_OFF[-1]) * float(size),
-        tries=tries,
-        diagnosis="the sums of squares did not hold in exact arithmetic: take states of like size",
-    )
+        return replace(done, status="unknown", level=None, proved=False, diagnosis=why)
+    if done.largest:
+        return done
+    why = "a lower bound: neither every level nor an upper bound was proved; raise the degree"
+    return replace(done, diagnosis=f"the level is {why} of the multiplier")
+
+
+def _proved(found: AttractionLevel, case: Decrease, best: float, size: Fraction) -> AttractionLevel:
+    """Return a level slightly below the best, at which the rounded Gram matrices are definite."""
+    assert found.condition is not None
+    for share in BACK_OFF if found.bound < np.inf else (*BACK_OFF, *FURTHER):
+        c = best * (1 - share)
+        fixed = _at_level(found.condition, c)
+        inside = decide(fixed, most=quick())
+        found = replace(found, tries=found.tries + inside.tries)
+        exact = exact_solution(fixed, inside.values) if inside.status == "candidate" else None
+        if exact is not None:
+            done = _shown(found, case, exact, size, c)
+            if done.invariant_level is not None:
+                return done
+    why = "the sums of squares did not hold in exact arithmetic: take states of like size"
+    if found.bound < np.inf and case.only_zero_stays():
+        level = best * (1 - BACK_OFF[-1]) * float(size)
+        return replace(found, status="candidate", level=level, diagnosis=why)
+    return replace(found, diagnosis=why)
 
 
 def _at_level(condition: Condition, c: float) -> Condition:
-    """Return the condition at a fixed level, S with a margin."""
+    """Return the condition at a fixed level."""
     C = next(unknown for unknown in condition.unknowns if unknown.name == "c")
     one = np.ones((1, 1, 1))
     level = Term(unknown=C, left=one, right=one, at=(0, 1))
@@ -258,72 +407,79 @@ def _at_level(condition: Condition, c: float) -> Condition:
     return replace(condition, objective={}, equalities=(*condition.equalities, fixed))
 
 
-def _condition(f: Sequence[StatePolynomial], V: StatePolynomial, degree: int) -> Condition:
-    n = V.n
-    k, low, high, inner = _degrees(V, f, degree)
-    outer, within = monomials(n, range(low, high + 1)), monomials(n, range(inner + 1))
-    own = monomials(n, range(1, V.degree // 2 + 1))
-    S = Unknown("S", len(outer), len(outer), symmetric=True)
-    Lambda = Unknown("Lambda", len(within), len(within), symmetric=True, latex=r"\Lambda")
-    W = Unknown("W", len(own), len(own), symmetric=True)
-    c = Unknown("c", 1, 1)
-    radius = _radius(n).power(k)
-    one = {(0,) * n: Fraction(1)}
-    level = identity(
-        "level set",
-        [
-            (S, outer, one),
-            (Lambda, within, V.along(f).terms),
-            (c, ((0,) * n,), radius.terms),
-        ],
-        (radius * V).terms,
+def _condition(case: Decrease, degree: int, bases: Bases, every: bool) -> Condition:
+    """Return the identity and the LMIs for the largest level, or for every level."""
+    V, r = case.function, _weight(case, degree, every)
+    S, Lambda, W = (
+        Unknown(name, len(bases[name]), len(bases[name]), symmetric=True, latex=latex)
+        for name, latex in (("S", "S"), ("Lambda", r"\Lambda"), ("W", "W"))
     )
-    function = identity("function", [(W, own, one)], V.terms)
+    c = Unknown("c", 1, 1)
+    one = V.power(0)
+    parts = [(S, bases["S"], one), (Lambda, bases["Lambda"], case.slope)]
+    level = (
+        identity("every level", parts, r.times(-1))
+        if every
+        else identity("level set", [*parts, (c, (one,), r)], r * V)
+    )
+    unknowns = (S, Lambda, W) if every else (S, Lambda, W, c)
     return Condition(
         name=f"level of a function of degree {V.degree} in the region of attraction",
-        unknowns=(S, Lambda, W, c),
-        lmis=tuple(_square(unknown) for unknown in (S, Lambda, W)),
-        equalities=(level, function),
-        objective={"c": -np.ones((1, 1, 1))},
+        unknowns=unknowns,
+        lmis=tuple(_square(unknown) for unknown in unknowns),
+        equalities=(level, identity("function", [(W, bases["W"], one)], V)),
+        objective={} if every else {"c": -np.ones((1, 1, 1))},
         source=SOURCE,
     )
 
 
+def _title(name: str) -> str:
+    return f"{name} positive" if name == "c" else f"{name} positive definite"
+
+
 def _square(G: Unknown) -> LMI:
     one = np.eye(G.rows)[None]
-    return LMI(
-        name=f"{G.name} positive definite",
-        blocks=(G.rows,),
-        terms=(Term(unknown=G, left=one, right=one),),
-    )
+    return LMI(name=_title(G.name), blocks=(G.rows,), terms=(Term(unknown=G, left=one, right=one),))
 
 
-def _degrees(
-    V: StatePolynomial, f: Sequence[StatePolynomial], multiplier: int
-) -> tuple[int, int, int, int]:
-    """Return k, the least and largest degree of the monomials m, and the degree of l.
-
-    k is the least with which (x'x)^k V has the degree of lambda V'.
-    """
-    moved = V.along(f).degree + multiplier
-    k = max(1, -(-(moved - V.degree) // 2))
-    return k, 1, (2 * k + V.degree) // 2, multiplier // 2
+def _weight(case: Decrease, multiplier: int, every: bool) -> StatePolynomial:
+    """Return r, for one level with the least k with which r V has the degree of lambda V'."""
+    if every:
+        return case.weight(1)
+    highest = [max(a[i] for a in case.function.terms if a[i] == sum(a)) for i in case.orders]
+    short = case.slope.degree + multiplier - min(highest) - min(case.orders.values())
+    return case.weight(1 + max(0, -(-short // 2)))
 
 
-def _radius(n: int) -> StatePolynomial:
-    """Return x'x."""
-    return StatePolynomial(
-        n, {tuple(2 * int(j == k) for j in range(n)): Fraction(1) for k in range(n)}
-    )
+def _bases(case: Decrease, multiplier: int, every: bool) -> Bases:
+    """Return the monomials m, l and v that the sums of squares can hold."""
+    V, n = case.function, case.function.n
+    r = _weight(case, multiplier, every)
+    l = monomials(n, range(multiplier // 2 + 1))  # noqa: E741
+    products = {tuple(p + q for p, q in zip(a, b, strict=True)) for a in l for b in l}
+    support = set(r.terms) | set(() if every else (r * V).terms)
+    support |= {
+        tuple(p + q for p, q in zip(a, b, strict=True)) for a in products for b in case.slope.terms
+    }
+    highest = max(sum(a) for a in support) // 2
+    found = {
+        "S": without_idle(monomials(n, range(1, highest + 1)), support),
+        "Lambda": l,
+        "W": without_idle(monomials(n, range(1, V.degree // 2 + 1)), V.terms),
+    }
+    return {
+        name: tuple(StatePolynomial(n, {a: Fraction(1)}) for a in basis)
+        for name, basis in found.items()
+    }
 
 
-def _expanded(G: Floats, basis: Sequence[Exponent], n: int) -> StatePolynomial:
-    found: dict[Exponent, Fraction] = {}
+def _expanded(G: Array, basis: Sequence[StatePolynomial]) -> StatePolynomial:
+    total = StatePolynomial(basis[0].n, {})
     for i, a in enumerate(basis):
         for j, b in enumerate(basis):
-            place = tuple(p + q for p, q in zip(a, b, strict=True))
-            found[place] = found.get(place, Fraction(0)) + G[i, j]
-    return StatePolynomial(n, {a: value for a, value in found.items() if value})
+            if G[i, j]:
+                total = total + (a * b).times(G[i, j])
+    return total
 
 
 def _asked(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import combinations_with_replacement
+from itertools import combinations, combinations_with_replacement
 from math import comb, factorial, prod
 from typing import Any
 
@@ -17,6 +17,7 @@ from takagi.lmi.condition.term import Array, Constant, Equality, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.expressions.parser import Scope, parse_expression
 
 Exponent = tuple[int, ...]
 # Most monomials of a Gram matrix: a matrix of this size is solved in about a minute.
@@ -95,7 +96,8 @@ class StatePolynomial:
     def of(cls, expression: object, states: Sequence[str]) -> StatePolynomial:
         """Return the polynomial of a text or of a sympy expression, e.g. ``"-x1 + x1**2*x2"``.
 
-        A decimal in a text is the decimal, exactly.
+        A text is read by the grammar of plant files: nothing in it is executed, and a decimal is
+        that decimal, exactly.
 
         Raises
         ------
@@ -103,19 +105,21 @@ class StatePolynomial:
         """
         import sympy as sp
 
-        symbols = [sp.Symbol(name) for name in states]
+        known = {name: sp.Symbol(name) for name in states}
         try:
-            known = {name: symbol for name, symbol in zip(states, symbols, strict=True)}
-            read = (
-                sp.sympify(expression, locals=known, rational=True)
-                if isinstance(expression, (str, int, float))
-                else sp.nsimplify(sp.sympify(expression), rational=True)
-            )
+            if isinstance(expression, str):
+                read = parse_expression(expression, Scope(known))
+            else:
+                read = sp.nsimplify(sp.sympify(expression, strict=True), rational=True)
             renamed = read.subs({s: known[s.name] for s in read.free_symbols if s.name in known})
-            poly = sp.Poly(renamed, *symbols, domain="QQ")
+            poly = sp.Poly(renamed, *known.values(), domain="QQ")
         except (sp.SympifyError, sp.PolynomialError, sp.CoercionFailed, TypeError) as error:
             raise ModelError(
                 f"{expression!r} is no polynomial in {', '.join(states)} with rational coefficients"
+            ) from error
+        except ModelError as error:
+            raise ModelError(
+                f"{expression!r} is no polynomial in {', '.join(states)}: {error}"
             ) from error
         terms = {
             tuple(int(power) for power in a): Fraction(int(c.p), int(c.q)) for a, c in poly.terms()
@@ -169,6 +173,16 @@ class StatePolynomial:
             found = found * self
         return found
 
+    def composed(self, lines: Sequence[StatePolynomial]) -> StatePolynomial:
+        """Return p(q_1(z), ..., q_n(z))."""
+        total = StatePolynomial(self.n, {})
+        for a, c in self.terms.items():
+            one = StatePolynomial(self.n, {(0,) * self.n: c})
+            for line, power in zip(lines, a, strict=True):
+                one = one * line.power(power)
+            total = total + one
+        return total
+
     def along(self, field: Sequence[StatePolynomial]) -> StatePolynomial:
         """Return the derivative along x' = f(x): sum_k dp/dx_k f_k."""
         total = StatePolynomial(self.n, {})
@@ -217,19 +231,39 @@ def vanishing(basis: Sequence[Exponent], sizes: Array) -> Array:
     return np.array(found).reshape(len(found), len(basis), len(basis))
 
 
-Coefficients = Mapping[Exponent, Fraction]
+def without_idle(basis: Sequence[Exponent], support: Iterable[Exponent]) -> tuple[Exponent, ...]:
+    """Return the monomials m_i that m' S m with S >= 0 can hold, if its terms are in the support.
+
+    The square of a monomial has a positive coefficient.  If it is not in the support and is no
+    product of two other monomials, the monomial's row of S is 0.  This is repeated; what stays lies
+    in half the Newton polytope of the support.
+
+    Source: Reznick (1978), Duke Mathematical Journal 45; Loefberg (2009), IEEE Transactions on
+    Automatic Control 54, section IV (diagonal inconsistency).
+    """
+    there, kept = set(support), list(basis)
+    while True:
+        products = {_product(a, b) for a, b in combinations(kept, 2)} | there
+        fewer = [a for a in kept if _product(a, a) in products]
+        if len(fewer) == len(kept):
+            return tuple(kept)
+        kept = fewer
+
+
+def _product(a: Exponent, b: Exponent) -> Exponent:
+    return tuple(p + q for p, q in zip(a, b, strict=True))
 
 
 def identity(
     name: str,
-    parts: Sequence[tuple[Unknown, Sequence[Exponent], Coefficients]],
-    known: Coefficients,
+    parts: Sequence[tuple[Unknown, Sequence[StatePolynomial], StatePolynomial]],
+    known: StatePolynomial,
 ) -> Equality:
     """Return sum_k p_k(x) m_k(x)' X_k m_k(x) = q(x) for all x: one equation for each monomial.
 
     Parameters
     ----------
-    parts : (X_k, monomials m_k, p_k), p_k by its coefficients.
+    parts : (X_k, polynomials m_k, p_k).
     known : q.
     """
     place: dict[Exponent, int] = {}
@@ -238,11 +272,10 @@ def identity(
         entries = []
         for i, a in enumerate(basis):
             for j, b in enumerate(basis):
-                for c, value in factor.items():
-                    product = tuple(p + q + r for p, q, r in zip(a, b, c, strict=True))
+                for product, value in (a * b * factor).terms.items():
                     entries.append((place.setdefault(product, len(place)), i, j, value))
         rows.append((unknown, entries))
-    for product in known:
+    for product in known.terms:
         place.setdefault(product, len(place))
     count = len(place)
     terms = []
@@ -262,13 +295,13 @@ def identity(
             )
         )
     constant = np.full((count, 1, 1), Fraction(0), dtype=object)
-    for product, number in known.items():
+    for product, number in known.terms.items():
         constant[place[product], 0, 0] = -number
     return Equality(
         name=name,
         shape=(1, 1),
         terms=tuple(terms),
-        constants=(Constant(value=constant, at=(0, 1), latex="-q_k"),) if known else (),
+        constants=(Constant(value=constant, at=(0, 1), latex="-q_k"),) if known.terms else (),
         count=count,
         labels=tuple(f"{name}, monomial {a}" for a in place),
         index=r"x^k \text{ a monomial}",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -138,8 +139,11 @@ def test_forged_sums_of_squares_are_refused(oscillator: AttractionLevel, name: s
 
     assert damaged(oscillator, name, Fraction(1, 10**40)).fault() != ""
     assert oscillator.level is not None
-    raised = replace(oscillator, level=oscillator.level * 1.01)
+    c = oscillator.level * 1.01
+    raised = replace(oscillator, level=c, invariant_level=c)
     assert raised.fault() == "the identity of the polynomials does not hold"
+    assert replace(oscillator, level=c).fault() != ""
+    assert replace(oscillator, orders={}).fault() != ""
 
 
 def test_an_indefinite_gram_matrix_that_keeps_the_identity_is_refused() -> None:
@@ -174,11 +178,107 @@ def test_what_is_no_such_question_is_refused(field: Any, function: Any, message:
         attraction_level(field, function, states=STATES)
 
 
-def test_an_indefinite_function_has_no_level() -> None:
-    """V = x1^2 - x2^2 is no Lyapunov function: an answer, not an error."""
-    answer = attraction_level(["-x1", "-x2"], "x1**2 - x2**2", states=STATES)
+SUM = "x1**2 + x2**2"
+DEGENERATE: list[tuple[list[str], Any, float]] = [
+    # Strict decrease, though not to first order.
+    (["-x1**3"], "x1**2", np.inf),
+    (["-1e6*x1**7"], [[1e-9]], np.inf),
+    (["-x1**3", "-x2"], SUM, np.inf),
+    (["-4*(x1 + x2)**3 - x1 + x2", "-4*(x1 + x2)**3 + x1 - x2"], SUM, np.inf),
+    (["-x1**3 - x1**5", "-x2 - x2**3"], "x1**4 + x2**2", np.inf),
+    (["4*x1*x2 - 8*x1**3", "2*x1**2 - 2*x2"], "x2**2 - 2*x2*x1**2 + 2*x1**4", np.inf),
+    (["-x1**3 + x1**5"], "x1**2", 1.0),
+    # V' = 0 on a line on which only 0 stays; the second is Parrilo's, the last Carr's (1981).
+    (["x2", "-x1 - x2**3"], SUM, np.inf),
+    (["-x1 + (1 + x1)*x2", "-(1 + x1)*x1"], SUM, np.inf),
+    (["x2", "-x1**3 - x2"], "x1**4/2 + x2**2", np.inf),
+    (["x2", "-x1 - x2**3 + x2**5"], SUM, 1.0),
+    (["x1*x2", "-x2 - x1**2"], SUM, np.inf),
+    # Textbook: Lorenz below its bifurcation, with every level; Slotine and Li (1991), example 3.13.
+    (["10*(x2 - x1)", "0.5*x1 - x2 - x1*x3", "x1*x2 - 8/3*x3"], "x1**2/10+x2**2+x3**2", np.inf),
+    (["-x1 - x1**3"], None, np.inf),
+    (["x1*(x1**2 + x2**2 - 2) - 4*x1*x2**2", "4*x1**2*x2 + x2*(x1**2 + x2**2 - 2)"], SUM, 2.0),
+]
 
-    assert not answer.found and not answer.proved
+
+@pytest.mark.parametrize(("field", "function", "level"), DEGENERATE)
+def test_levels_where_the_linearisation_is_marginal_or_every_level_holds(
+    field: list[str], function: Any, level: float
+) -> None:
+    """Each level follows from V' by hand; a finite one is reached from below to 1e-5."""
+    answer = attraction_level(field, function, states=["x1", "x2", "x3"][: len(field)])
+
+    assert answer.found and answer.proved and answer.largest and answer.fault() == ""
+    assert answer.level == answer.invariant_level == pytest.approx(level, rel=1e-5)
+    assert answer.level is not None and (answer.level == np.inf or answer.level < level)
+
+
+@pytest.mark.parametrize(
+    ("field", "function"),
+    [
+        (["x2", "-x1", "-x3"], "x1**2 + x2**2 + x3**2"),  # an undamped oscillation
+        (["-x1 + x2*x3", "-2*x1*x3", "x1*x2"], "x1**2 + x2**2 + x3**2"),  # a body may spin
+        # Two more equilibria, at x1 = 0.625 and 0.8: attraction is false for large levels.
+        (["x2", "-2*x1 + 5.7*x1**2 - 4*x1**3 - x2"], "x1**2 - 1.9*x1**3 + x1**4 + x2**2/2"),
+    ],
+)
+def test_invariance_is_not_called_attraction(field: list[str], function: str) -> None:
+    """V never rises, but solutions need not tend to 0."""
+    answer = attraction_level(field, function, states=["x1", "x2", "x3"][: len(field)])
+
+    assert (answer.status, answer.level, answer.proved) == ("unknown", None, False)
+    assert answer.invariant_level == np.inf and answer.fault() == ""
+    assert replace(answer, level=np.inf).fault() != ""
+
+
+def test_a_number_that_may_not_be_the_largest_is_called_a_lower_bound() -> None:
+    """With a constant multiplier no solver bounds it; with the usual degree every level holds."""
+    field = ["-x1*(1 - x1*x2)**2", "-x2"]
+
+    answer = attraction_level(field, SUM, states=STATES, multiplier_degree=0)
+
+    assert answer.proved and not answer.largest and "lower bound" in answer.diagnosis
+
+
+@pytest.mark.slow
+def test_gram_matrices_that_are_singular_off_the_axes_are_reduced() -> None:
+    """V' = -2 (x1 - 2 x2)^4 - 2 (x1 + x2)^6: S has null vectors that are no monomials."""
+    field = ["-(x1 - 2*x2)**3 - (x1 + x2)**5", "2*(x1 - 2*x2)**3 - (x1 + x2)**5"]
+
+    answer = attraction_level(field, SUM, states=STATES, multiplier_degree=2)
+
+    assert answer.proved and answer.fault() == ""
+    assert max(len(m.terms) for m in answer.bases["S"]) > 1
+
+
+@pytest.mark.parametrize(
+    ("field", "function", "by_ray"),
+    [
+        (["-x1", "-x2"], "x1**2 - x2**2", True),
+        (["x1**3", "-x2"], SUM, True),
+        (["-4.5*x1 + 2.25*x2", "2.25*x1 - x2"], SUM, False),  # V' > 0 between the rays looked at
+    ],
+)
+def test_infeasible_has_an_exact_reason(field: list[str], function: str, by_ray: bool) -> None:
+    """V <= 0 or V' > 0 along a ray, or exact multipliers that exclude every positive level."""
+    answer = attraction_level(field, function, states=STATES)
+
+    assert answer.status == "infeasible" and answer.level is None and not answer.proved
+    if by_ray:
+        assert answer.ray is not None
+        near = np.array([float(entry) for entry in answer.ray]) / 1000
+        assert answer.function(near) <= 0 or answer.function.along(answer.field)(near) > 0
+    else:
+        assert answer.no is not None and answer.no.holds and "c positive" in answer.no.multipliers
+
+
+def test_a_text_is_read_and_not_executed(tmp_path: Path) -> None:
+    """Text of a caller is a polynomial by the grammar of plant files, or refused."""
+    file = tmp_path / "made"
+
+    with pytest.raises(ModelError, match="no polynomial"):
+        StatePolynomial.of(f"x1*len(str(open({str(file)!r}, 'w')))", STATES)
+    assert not file.exists()
 
 
 def test_decimals_in_texts_are_decimals() -> None:
