@@ -4,7 +4,8 @@ Run it by ``python benchmarks/gallery.py``: some minutes.  It designs every plan
 tests/gallery/plants by ``takagi design FILE``, simulates what was found with the plants read anew
 (tests/gallery/textbook_loop.py), and writes docs/gallery.md and docs/figures/gallery.  Names of
 files as arguments draw these plants alone and leave the page; with ``--rows`` before them their
-rows are written too, and the other rows stay as they are on the page.
+rows are written too, and the other rows stay as they are on the page.  ``--turbines``, and names
+behind it, designs and simulates wind turbines of tests/gallery/turbines and writes their rows.
 """
 
 from __future__ import annotations
@@ -77,6 +78,24 @@ COLUMNS = """
 
 The default law is made for a large set, not for a fast loop: `--settle` and `--decay-rate` ask for
 more.
+"""
+TURBINES = ROOT / "tests" / "gallery" / "turbines"
+TURBINE_HEAD = """
+## Turbines
+
+Two wind turbines of public files, which name them; neither has a reference controller or a
+published frozen wake in its file. `takagi design FILE --out build/NAME`, then `takagi simulate FILE
+--law-from build/NAME/gains.json --scenario ramp`.
+
+| turbine | verdict | winds [m/s] | wind class [m/s] | rotor speed | decay | time [s] | ramp |
+|---|---|---|---|---|---|---|---|
+"""
+TURBINE_COLUMNS = """
+- **wind class**: how far the wind may be from the schedule wind, at the weakest and best wind.
+- **rotor speed**: over rated, at most, from any start in the certified set; **decay**: in constant
+  wind, at least [1/s].
+- **ramp**: simulated on the [validation plant](validation-plant.md), wind 8 to 14 to 8 m/s in
+  180 s; largest overspeed, pitch travel.
 """
 PICTURES = """
 ## Pictures
@@ -303,7 +322,56 @@ def page(members: list[Measured], rows: dict[str, str]) -> str:
         for m in proved
     )
     columns = COLUMNS.format(cores=cores, shared=shared)
-    return HEAD + said + table + columns + "".join(lost) + pictures
+    turbines = TURBINE_HEAD + "\n".join(kept_turbines()) + "\n" + TURBINE_COLUMNS
+    return HEAD + said + table + columns + "".join(lost) + turbines + pictures
+
+
+def kept_turbines() -> list[str]:
+    """Return the turbines' rows of the page."""
+    lines = PAGE.read_text(encoding="utf-8").splitlines()
+    return [line for line in lines if "(../tests/gallery/turbines/" in line]
+
+
+def turbine_row(file: Path, folder: Path) -> str:
+    """Return the row of a turbine: its design, and a ramp through rated wind, by the command."""
+    takagi, start = str(Path(sys.executable).parent / "takagi"), time.perf_counter()
+
+    def told(*words: str) -> dict[str, Any]:
+        done = subprocess.run(
+            [takagi, *words, "--json"], stdout=subprocess.PIPE, text=True, check=True
+        )
+        return dict(json.loads(done.stdout))
+
+    found = told("design", str(file), "--out", str(folder))
+    wall, name = time.perf_counter() - start, tomllib.loads(file.read_text("utf-8"))["name"]
+    gains = str(folder / "gains.json")
+    run = told("simulate", str(file), "--law-from", gains, "--scenario", "ramp")["rows"][0]
+    cells = (
+        f"[{name}](../tests/gallery/turbines/{file.name})",
+        found["verdict"],
+        f"{found['wind'][0]:g} to {found['wind'][1]:g} in {found['cells']} cells",
+        " to ".join(at_least(error) for error in found["wind_error"]),
+        f"{100 * found['overspeed']:.1f} %",
+        at_least(found["decay_rate"]),
+        f"{wall:.0f}",
+        f"{run['overspeed']:.1f} %, {run['pitch_travel']:.0f} deg",
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def write_turbines(asked: list[str]) -> None:
+    """Design and simulate turbines, all or those named, and write their rows into the page."""
+    rows = {line.partition("turbines/")[2].partition(".")[0]: line for line in kept_turbines()}
+    with tempfile.TemporaryDirectory() as folder:
+        for file in sorted(TURBINES.glob("*.toml")):
+            if file.stem in asked or not asked:
+                rows[file.stem] = turbine_row(file, Path(folder) / file.stem)
+    text = PAGE.read_text(encoding="utf-8")
+    first = TURBINE_HEAD if TURBINE_HEAD in text else PICTURES
+    pictures = text.partition(PICTURES)[2]
+    table = "\n".join(rows[name] for name in sorted(rows))
+    section = f"{TURBINE_HEAD}{table}\n{TURBINE_COLUMNS}"
+    PAGE.write_text(text.partition(first)[0] + section + PICTURES + pictures, encoding="utf-8")
 
 
 def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
@@ -323,6 +391,9 @@ def kept(asked: list[str]) -> tuple[list[Measured], dict[str, str]]:
 def main() -> None:
     """Design, run, draw; write the page where all plants, or rows, were asked for."""
     FIGURES.mkdir(parents=True, exist_ok=True)
+    if sys.argv[1:2] == ["--turbines"]:
+        write_turbines(sys.argv[2:])
+        return
     asked = [name for name in sys.argv[1:] if name != "--rows"]
     adds = len(asked) < len(sys.argv) - 1
     members, rows = kept(asked) if adds else ([], {})

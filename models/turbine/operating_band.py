@@ -350,7 +350,9 @@ class _Tube:
         except ModelError as error:
             if box[0].width > SHORT:
                 return None
-            lowered = float(max(self.curve.rotor_speed)) < (1 - 1e-6) * (
+            # In full load the speed is the set-point.
+            full = float(max(self.curve.pitch)) > self.turbine.pitch_min
+            lowered = full and float(max(self.curve.rotor_speed)) < (1 - 1e-6) * (
                 self.turbine.rated_rotor_speed
             )
             raise ModelError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from fractions import Fraction
 
@@ -19,6 +20,7 @@ from takagi.certificates.claims.turbine.effort_sharing import (
 from takagi.certificates.design.turbine.effort_sharing_gains import (
     EffortSharingGainDesign,
     effort_sharing_gain_design,
+    wind_by_wind_law,
 )
 from takagi.certificates.design.turbine.settings import Synthesis
 from takagi.certificates.document.certificate_file import (
@@ -27,9 +29,10 @@ from takagi.certificates.document.certificate_file import (
     turbine_data,
 )
 from takagi.lmi.turbine.one_step import iteration as one_step_climb
-from takagi.models import Interval, ModelError, nrel5mw
+from takagi.models import Interval, ModelError, Turbine, nrel5mw
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.loop_cell import LoopUncertainty
+from takagi.models.turbine.data import FrozenWake
 from takagi.models.turbine.loader import model_files
 from tests.certificates.conftest import Built
 
@@ -145,6 +148,34 @@ def test_no_function_at_the_start_is_told_with_its_wind(built: Built) -> None:
             box=DEFAULT_BOX,
             uncertainty=LoopUncertainty(Interval.of("0.2", "3"), frozen_wake=True),
         )
+
+
+@pytest.mark.slow
+def test_a_cell_without_a_wind_error_is_told_with_what_would_do(built: Built) -> None:
+    """A frozen wake that is too strong near rated wind: the cell, the reason, the pitch tried."""
+    wake, asked = built.turbine.frozen_wake, DesignSettings()
+    columns = (wake.wind[2:], wake.pitch[2:], wake.power_sensitivity[2:])
+    strong = replace(built.turbine, frozen_wake=FrozenWake(*columns, "from 13 m/s on"))
+
+    def law(turbine: Turbine) -> EffortSharingLaw:
+        return part_of(wind_by_wind_law(turbine, asked)[1], 10.9, 12.1)
+
+    def designed(turbine: Turbine) -> EffortSharingGainDesign:
+        return effort_sharing_gain_design(
+            turbine,
+            law(turbine),
+            box=asked.box,
+            uncertainty=asked.uncertainty,
+            synthesis="two-step",
+            remade=law,
+        )
+
+    with pytest.raises(ModelError, match=r"no wind error in 1 of .* cells: 11\.4509 to") as caught:
+        designed(strong)
+    found = re.search(r"smallest pitch of (\S+) deg would do", str(caught.value))
+    assert found is not None
+    made = designed(replace(strong, pitch_min=np.radians(float(found[1]))))
+    assert made.candidate.wind_error.min() > 0
 
 
 def test_a_synthesis_that_does_not_exist_is_refused() -> None:

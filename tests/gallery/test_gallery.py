@@ -13,15 +13,27 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from takagi.certificates import Verdict
+from takagi.certificates.checker import check_document
+from takagi.certificates.claims.turbine.loop_claims import loop_document
 from takagi.certificates.design.design import NoDesign
 from takagi.certificates.design.plant.design import design_plant
-from takagi.models import Plant, load_model, sector_model
+from takagi.certificates.design.turbine.effort_sharing_gains import (
+    effort_sharing_gain_design,
+    wind_by_wind_law,
+)
+from takagi.certificates.design.turbine.scale import default_settings
+from takagi.certificates.design.turbine.settings import check_limits
+from takagi.models import Plant, load_model, partial_load_model, sector_model
 from takagi.models.files.library import built_in_kinds
+from takagi.models.turbine.loader import load_turbine, model_files
+from takagi.models.turbine.partial_load import lowest_wind
 from tests.gallery.textbook_loop import textbook_loop
 
 HERE = Path(__file__).resolve().parent
 FILES = {file.stem: file for file in sorted((HERE / "plants").glob("*.toml"))}
 PAGE = (HERE.parents[1] / "docs/gallery.md").read_text(encoding="utf-8")
+TURBINES = sorted((HERE / "turbines").glob("*.toml"))
 QUICK = ("chua", "jet_engine")
 PROVED = sorted(FILES)
 # Determinants of mass matrices, and sums of several exponentials, take sympy seconds; the rows of
@@ -144,3 +156,37 @@ def test_a_plant_is_proved_and_settles(name: str, reduced: bool) -> None:
     if reduced and name not in REDUCED:
         pytest.skip("the whole gallery takes minutes: without TAKAGI_REDUCED")
     is_proved_and_settles(name)
+
+
+@pytest.mark.parametrize("file", TURBINES, ids=lambda file: file.stem)
+def test_a_turbine_of_public_files_is_read(file: Path) -> None:
+    """Nothing but what its files have: no reference controller, a frozen wake by the rule."""
+    turbine = load_turbine(file)
+    check_limits(turbine, default_settings(turbine))
+
+    assert turbine.baseline is None and "computed" in turbine.frozen_wake.source
+    assert f"[{turbine.name}](../tests/gallery/turbines/{file.name}) | PROVED |" in PAGE
+
+
+def test_a_band_that_just_fits_into_the_table_is_bounded() -> None:
+    """From the lowest wind: over a piece of wind, speed and wind do not meet at their ends."""
+    turbine = load_turbine(HERE / "turbines" / "nrel2p8.toml")
+    first = lowest_wind(turbine, speed_band="0.1", wind_band="0.5")
+
+    assert len(partial_load_model(turbine, wind_range=(first, first + 0.25)).rules) == 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", TURBINES, ids=lambda file: file.stem)
+def test_a_turbine_of_public_files_is_proved(file: Path) -> None:
+    """Its loop without the observer, and the claims that follow; the page has the whole design."""
+    turbine = load_turbine(file)
+    asked = default_settings(turbine)
+    law = wind_by_wind_law(turbine, asked)[1]
+    made = effort_sharing_gain_design(
+        turbine, law, box=asked.box, uncertainty=asked.uncertainty, synthesis="two-step"
+    )
+    document = loop_document(turbine, law, made.candidate, asked, files=model_files(file))
+
+    assert check_document(document).verdict is Verdict.PROVED
+    assert len(document["claims"]) == 3

@@ -246,8 +246,8 @@ def why_not_proved(candidate: EffortSharingCandidate) -> str:
     if not bad:
         return ""
     return (
-        "the common quadratic function allows no wind error in "
-        f"{_count(bad, len(candidate.cells))}, at wind {', '.join(map(_span, bad[:3]))} m/s"
+        f"the common quadratic function allows no wind error in {len(bad)} of "
+        f"{len(candidate.cells)} wind cells: {', '.join(map(_span, bad[:3]))} m/s"
         f"{' and more' if len(bad) > 3 else ''}"
     )
 
