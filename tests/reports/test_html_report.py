@@ -18,7 +18,7 @@ from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import running_search
 from takagi.reports.margins.turbine_loops import LocalGains, closed_loop_poles
-from takagi.reports.page.text import at_least, at_most, powers, significant, with_decimals
+from takagi.reports.page.text import at_least, at_most
 from takagi.reports.sections.turbine.cells import cells_section
 from takagi.reports.sections.turbine.verdict import verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of
@@ -221,17 +221,3 @@ def test_proved_decay_is_below_the_poles(turbine_design: TurbineDesign) -> None:
 
     for found, decay, fine in zip(poles, summary.decay_rates, summary.proved, strict=True):
         assert not fine or decay <= -found.real.max()
-
-
-@pytest.mark.slow
-def test_numbers_read_well() -> None:
-    """True minus signs, no exponents where they hinder, bounds rounded to the safe side."""
-    assert with_decimals(-0.0001, 2) == "0.00"
-    assert with_decimals(float("inf"), 1) == "∞"
-    assert significant(-2.2154e-6, 3) == "−2.22·10⁻⁶"
-    assert significant(43093.55, 3) == "43094"
-    assert at_most(3.5512, 2) == "3.56"
-    assert at_most(8.0, 1) == "8.0"
-    assert at_least(0.0039799) == "0.00397"
-    assert at_least(0.004) == "0.00400"
-    assert powers("m/s^2 and kg^-1") == "m/s² and kg⁻¹"
