@@ -19,9 +19,10 @@ from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import running_search
 from takagi.reports.margins.turbine_loops import LocalGains, closed_loop_poles
 from takagi.reports.page.text import at_least, at_most
+from takagi.reports.sections.turbine import responses
 from takagi.reports.sections.turbine.cells import cells_section
 from takagi.reports.sections.turbine.verdict import verdict_section
-from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of
+from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of, unsettled
 
 FIGURES = {
     "wind-class", "power-coefficient", "trim", "gains-partial-load", "gains-full-load", "gains",
@@ -37,12 +38,13 @@ SECTIONS = (
 
 @pytest.fixture(scope="module")
 def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
-    """The whole folder of the shared design; its margins are searched at every second wind.
+    """The whole folder of the shared design: short responses, and margins at four winds.
 
     That they are found between these winds is tested in ``test_margin_search``.
     """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running_search, "FINE", 2.0)
+    with unsettled() as patch:
+        patch.setattr(running_search, "FINE", 11.0)
+        patch.setattr(responses, "DURATION", 30.0)
         return design_files(turbine_design)
 
 
