@@ -17,7 +17,7 @@ from takagi.reports.loops.plant_motion import around, motions, plant_rate, settl
 from takagi.reports.sections.plant.loops import motion_section
 from tests.reports.plant_designs import design_of
 
-PENDULUM, DISCRETE, ANALYSIS = "cart_pole", "truck_trailer", "dayawansa_martin"
+PENDULUM, DISCRETE, ANALYSIS = "cart_pole_2rules", "truck_trailer", "dayawansa_martin"
 
 
 def linear_loop(step: float | None = None) -> PlantLoop:
