@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError
@@ -14,7 +16,6 @@ from takagi.cli.main import main
 from takagi.models import ModelError
 from takagi.models.laws.effort_sharing.law import EffortGains, EffortSharingLaw
 from takagi.models.laws.effort_sharing.schedule import effort_schedule
-from takagi.models.turbine.data import Turbine
 from takagi.models.turbine.loader import nrel5mw
 from takagi.models.turbine.trim import derated
 from takagi.reports.simulation import laws
@@ -23,16 +24,22 @@ Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--scenario", "step", "--duration", "4", "--json")
 
 
-def gain_file(turbine: Turbine, folder: Path) -> Path:
-    """Return a gain file with a law for this turbine, and the observer's gains."""
+@cache
+def content(rated: float) -> dict[str, Any]:
+    """Return a gain file with a law for the turbine at this torque, and the observer's gains."""
+    turbine = derated(nrel5mw(), rated) if rated < nrel5mw().rated_torque else nrel5mw()
     schedule = effort_schedule(turbine)
     count = len(schedule.wind)
     gains = EffortGains([0.6] * count, [0.15] * (count - 1))  # type: ignore[arg-type]
     law = effort_sharing_law_data(EffortSharingLaw.of(turbine, schedule, gains))
-    observer = {"l1": 1.8, "l2": 49.0}
-    content = {"format": "takagi-gains", "version": 2, "law": law, "observer": observer}
+    return {"format": "takagi-gains", "version": 2, "law": law}
+
+
+def gain_file(folder: Path, rated: float = np.inf, **observer: Any) -> Path:
+    """Write it, with what the observer states beside its gains."""
     path = folder / "gains.json"
-    path.write_text(json.dumps(content), encoding="utf-8")
+    stated = content(rated) | {"observer": {"l1": 1.8, "l2": 49.0, **observer}}
+    path.write_text(json.dumps(stated), encoding="utf-8")
     return path
 
 
@@ -44,7 +51,7 @@ def answer(capsys: Capture, *options: str) -> dict[str, Any]:
 
 def test_a_law_comes_from_its_file(tmp_path: Path, capsys: Capture) -> None:
     """It alone, or beside the reference's own controller; nothing is designed."""
-    path = str(gain_file(nrel5mw(), tmp_path))
+    path = str(gain_file(tmp_path))
 
     alone = answer(capsys, "--law-from", path)
     beside = answer(capsys, "--law-from", path, "--law", "baseline")
@@ -63,10 +70,7 @@ def test_the_observer_has_the_limits_of_its_file(
     A file without limits has an observer with those that follow from cut-in and cut-out.
     """
     turbine = nrel5mw()
-    path = gain_file(turbine, tmp_path)
-    content = json.loads(path.read_text(encoding="utf-8"))
-    content["observer"] |= {"wind_limits": limits} if limits else {}
-    path.write_text(json.dumps(content), encoding="utf-8")
+    path = gain_file(tmp_path, **({"wind_limits": limits} if limits else {}))
     seen: Any = laws.filed_laws(turbine, path)[1].observer
     assert seen.limits == (tuple(limits) if limits else (1.5, 37.5))
     assert seen.wind_estimate([1.2, 20.0]) == (12.0 if limits else 20.0)
@@ -74,18 +78,14 @@ def test_the_observer_has_the_limits_of_its_file(
 
 @pytest.mark.parametrize("limits", [[12.0, 2.0], [0.0, 12.0], [2.0], "all", None])
 def test_limits_of_the_estimate_that_are_none_are_refused(tmp_path: Path, limits: Any) -> None:
-    path = gain_file(nrel5mw(), tmp_path)
-    content = json.loads(path.read_text(encoding="utf-8"))
-    content["observer"]["wind_limits"] = limits
-    path.write_text(json.dumps(content), encoding="utf-8")
+    path = gain_file(tmp_path, wind_limits=limits)
     with pytest.raises((CertificateError, ModelError), match=r"wind.limits"):
         laws.filed_laws(nrel5mw(), path)
 
 
 def test_a_derated_law_gives_its_power(tmp_path: Path, capsys: Capture) -> None:
     """80 % of 5 MW above its rated wind; torque at its set-point is no fight of the actuators."""
-    turbine = nrel5mw()
-    path = str(gain_file(derated(turbine, 0.8 * turbine.rated_torque), tmp_path))
+    path = str(gain_file(tmp_path, 0.8 * nrel5mw().rated_torque))
 
     gust = ("--scenario", "gust", "--duration", "14.5")
     after = answer(capsys, "--law-from", path, *gust)["rows"][2]
@@ -130,7 +130,7 @@ def test_misuse_is_told_before_any_work(options: list[str], words: str, capsys: 
 
 def test_another_law_cannot_stand_beside_a_file(tmp_path: Path, capsys: Capture) -> None:
     """It would be designed anew, for the defaults."""
-    path = str(gain_file(nrel5mw(), tmp_path))
+    path = str(gain_file(tmp_path))
 
     assert main([*QUICK, "--law-from", path, "--law", "paper"]) == 2
     assert "simulate that in its own run" in capsys.readouterr().err

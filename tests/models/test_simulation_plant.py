@@ -21,7 +21,7 @@ from takagi.models.simulation.dynamics import (
 from takagi.models.simulation.equations import LEAST_FLOW, induction, wake_time
 from takagi.models.simulation.speed_filter import SpeedFilter
 from takagi.models.simulation.turbine_plant import SimulatedTurbine, design_plant, validation_plant
-from takagi.models.splines.scalar_surface import patch_coefficients, scalar_surface
+from takagi.models.splines.scalar_surface import scalar_surface
 from takagi.models.splines.surface import interpolate
 from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
 from takagi.models.turbine.data import DiscWake
@@ -85,16 +85,6 @@ def test_scalar_surface_holds_the_edge() -> None:
 
     assert fast(99.0, -9.0) == fast(surface.x_range[1], surface.y_range[0])
     assert fast(1.0, 0.1) == pytest.approx(float(surface(1.0, 0.1, clip=True)), abs=1e-13)
-
-
-def test_patches_meet_their_neighbours() -> None:
-    """The value at a cell's upper corner, by its own coefficients, is the neighbour's c_00."""
-    corners_x, corners_y, cells = patch_coefficients(nrel5mw().torque)
-    for i, j in ((0, 0), (10, 5), (20, 30)):
-        powers_x = (corners_x[i + 1] - corners_x[i]) ** np.arange(4)
-        powers_y = (corners_y[j + 1] - corners_y[j]) ** np.arange(4)
-
-        assert powers_x @ cells[i, j] @ powers_y == pytest.approx(cells[i + 1, j + 1, 0, 0])
 
 
 @settings(max_examples=50)

@@ -4,14 +4,29 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from html.parser import HTMLParser
+
+import pytest
 
 from takagi.certificates import Checked, Claim
 from takagi.certificates.checker.replay.certificate import concluded
+from takagi.reports.figures import style
 from takagi.reports.page.assembly import render
 from takagi.reports.page.text import Section
 
 VOID = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
+
+
+@contextmanager
+def unsettled() -> Iterator[pytest.MonkeyPatch]:
+    """Let figures be drawn where they are, for tests that do not look at their layout.
+
+    Making room for labels takes a quarter of a page's time; ``test_figures`` looks at it.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "_settle", lambda figure: figure.set_layout_engine(None))
+        yield patch
 
 
 class HtmlPage(HTMLParser):

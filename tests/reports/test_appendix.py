@@ -36,8 +36,10 @@ def design(turbine_design: TurbineDesign) -> TurbineDesign:
 
 @pytest.fixture(scope="module")
 def files(design: TurbineDesign) -> dict[str, bytes | str]:
-    """Its appendix."""
-    return appendix_files(design)
+    """Its appendix, figures as one word: drawing them takes long, ``test_appendix_tex`` does it."""
+    with pytest.MonkeyPatch.context() as patch:
+        undrawn(patch)
+        return appendix_files(design)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +50,7 @@ def body(files: dict[str, bytes | str]) -> str:
 
 @pytest.fixture(scope="module")
 def paper_files(design: TurbineDesign) -> dict[str, bytes | str]:
-    """The appendix of the published law, its figures as one word: drawing them takes long."""
+    """The appendix of the published law."""
     with pytest.MonkeyPatch.context() as patch:
         undrawn(patch)
         claim = {"name": HOSTILE, "kind": "other", "P": [[2.5, -0.125], [-0.125, 1]], "winds": "12"}
@@ -242,6 +244,7 @@ def test_the_verb_writes_the_same_files_for_the_same_design(
 
     monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: design)
     monkeypatch.setattr(STABILITY, lambda *_: ())
+    undrawn(monkeypatch)
 
     assert main(["appendix", "nrel5mw", "--out", str(tmp_path)]) == 0
     assert "pdflatex appendix.tex" in capsys.readouterr().out

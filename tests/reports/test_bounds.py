@@ -43,6 +43,11 @@ def test_the_page_rounds_by_the_same(value: float, digits: int) -> None:
         (at_most_to(-0.2532, 2), "-0.25"),
         (text.at_most(3.1600000001, 2), "3.17"),
         (text.at_least(0.3, 3), "0.300"),
+        (text.with_decimals(-0.0001, 2), "0.00"),
+        (text.with_decimals(float("inf"), 1), "∞"),
+        (text.significant(-2.2154e-6, 3), "−2.22·10⁻⁶"),
+        (text.significant(43093.55, 3), "43094"),
+        (text.powers("m/s^2 and kg^-1"), "m/s² and kg⁻¹"),
     ],
 )
 def test_known_numbers(shown: str, wanted: str) -> None:

@@ -18,10 +18,11 @@ from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import running_search
 from takagi.reports.margins.turbine_loops import LocalGains, closed_loop_poles
-from takagi.reports.page.text import at_least, at_most, powers, significant, with_decimals
+from takagi.reports.page.text import at_least, at_most
+from takagi.reports.sections.turbine import responses
 from takagi.reports.sections.turbine.cells import cells_section
 from takagi.reports.sections.turbine.verdict import verdict_section
-from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of
+from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of, unsettled
 
 FIGURES = {
     "wind-class", "power-coefficient", "trim", "gains-partial-load", "gains-full-load", "gains",
@@ -37,12 +38,13 @@ SECTIONS = (
 
 @pytest.fixture(scope="module")
 def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
-    """The whole folder of the shared design; its margins are searched at every second wind.
+    """The whole folder of the shared design: short responses, and margins at four winds.
 
     That they are found between these winds is tested in ``test_margin_search``.
     """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running_search, "FINE", 2.0)
+    with unsettled() as patch:
+        patch.setattr(running_search, "FINE", 11.0)
+        patch.setattr(responses, "DURATION", 30.0)
         return design_files(turbine_design)
 
 
@@ -221,17 +223,3 @@ def test_proved_decay_is_below_the_poles(turbine_design: TurbineDesign) -> None:
 
     for found, decay, fine in zip(poles, summary.decay_rates, summary.proved, strict=True):
         assert not fine or decay <= -found.real.max()
-
-
-@pytest.mark.slow
-def test_numbers_read_well() -> None:
-    """True minus signs, no exponents where they hinder, bounds rounded to the safe side."""
-    assert with_decimals(-0.0001, 2) == "0.00"
-    assert with_decimals(float("inf"), 1) == "∞"
-    assert significant(-2.2154e-6, 3) == "−2.22·10⁻⁶"
-    assert significant(43093.55, 3) == "43094"
-    assert at_most(3.5512, 2) == "3.56"
-    assert at_most(8.0, 1) == "8.0"
-    assert at_least(0.0039799) == "0.00397"
-    assert at_least(0.004) == "0.00400"
-    assert powers("m/s^2 and kg^-1") == "m/s² and kg⁻¹"

@@ -8,15 +8,8 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates.checker import CertificateError, check, read_text
-from takagi.certificates.checker.kernel import reader
-
-
-def sealed(document: dict[str, Any]) -> str:
-    """Return the text with the hashes of its parts, so that a comparison is reached."""
-    read = read_text(json.dumps(document), "certificate")
-    hashes = {part: reader.digest(read.get(part)) for part in ("model", "gains", "claims")}
-    return json.dumps(document | {"provenance": {"sha256": hashes}})
+from takagi.certificates.checker import CertificateError, check
+from tests.certificates.conftest import resealed
 
 
 @pytest.mark.parametrize("claims", [True, 1, None, "x", {}, [], [1], [None], [{}], [{"kind": 1}]])
@@ -34,7 +27,7 @@ def test_claims_of_another_type_beside_a_gain_file(
         "claims": claims,
         **controller,
     }
-    (tmp_path / "c.json").write_text(sealed(document), "utf-8")
+    (tmp_path / "c.json").write_text(json.dumps(resealed(document)), "utf-8")
     (tmp_path / "gains.json").write_text(json.dumps({"law": law}), "utf-8")
 
     with pytest.raises(CertificateError, match="claims"):

@@ -64,21 +64,6 @@ def test_one_vertex_has_the_norms_of_the_linear_system(
     assert variance == pytest.approx(sampled_gramian_norm(A, B, C, D), rel=1e-5)
 
 
-def test_python_control_has_the_same_norms() -> None:
-    """control.norm of the sampled third-order system, in infinity and 2, not counting T."""
-    control = pytest.importorskip("control")
-    A, B, C = third_order()
-    Ad, Bd = sampled(A, B, 0.2)
-    system = control.ss(Ad, Bd, C, np.zeros((2, 2)), 0.2)
-
-    assert gain_of(hinf_norm(Ad, Bd, C, sample_time=0.2)) == pytest.approx(
-        control.norm(system, "inf"), rel=3e-6
-    )
-    assert gain_of(h2_norm(Ad, Bd, C, sample_time=0.2)) == pytest.approx(
-        control.norm(system, 2), rel=3e-6
-    )
-
-
 @pytest.mark.parametrize("step", [1e-1, 1e-3, 1e-4])
 def test_fast_sampling_leads_to_the_continuous_norms(step: float) -> None:
     """gamma tends to that of x' = A x + B w; the variance per sample to T times its own."""

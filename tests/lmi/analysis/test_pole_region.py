@@ -19,7 +19,7 @@ from takagi.lmi import (
     exact_matrices,
     expressed,
 )
-from takagi.lmi.condition import Array
+from takagi.lmi.refutation import is_definite
 from takagi.models import ModelError
 
 Floats = NDArray[np.float64]
@@ -34,22 +34,11 @@ def holds_exactly(answer: Answer) -> bool:
     """Return whether every LMI of the answer holds in rationals; its scale is not a claim."""
     assert answer.condition is not None
     return all(
-        positive_definite(F)
+        is_definite(F)
         for lmi in answer.condition.lmis
         if lmi.strict
         for F in exact_matrices(answer.condition, lmi, answer.values)
     )
-
-
-def positive_definite(F: Array) -> bool:
-    """Return whether all pivots of a symmetric matrix of Fractions are positive."""
-    F = F.copy()
-    for k in range(len(F)):
-        if F[k, k] <= 0:
-            return False
-        for row in range(k + 1, len(F)):
-            F[row, k:] = F[row, k:] - F[row, k] / F[k, k] * F[k, k:]
-    return True
 
 
 @pytest.mark.parametrize(
@@ -88,7 +77,7 @@ def test_a_disc_below_the_farthest_eigenvalue_is_not_accepted_at_a_tolerance() -
     w = np.kron([1, -1], [1, -5, 25])
 
     assert d_stability(companion(), EigenvalueRegion.disc(4.983)).status == "infeasible"
-    assert not positive_definite(F)
+    assert not is_definite(F)
     assert w @ F @ w < 0  # sign F, so the LMI itself is positive along w
 
 
