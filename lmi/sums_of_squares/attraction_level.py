@@ -32,8 +32,9 @@ Programming 171, for facial reduction.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from types import MappingProxyType
 
@@ -114,8 +115,8 @@ class AttractionLevel:
     multiplier_degree: int
     proved: bool = False
     condition: Condition | None = None
-    orders: Mapping[int, int] = field(default_factory=dict)
-    bases: Bases = field(default_factory=dict)
+    orders: Mapping[int, int] = dataclasses.field(default_factory=dict)
+    bases: Bases = dataclasses.field(default_factory=dict)
     exact: ExactSolution | None = None
     ray: tuple[Fraction, ...] | None = None
     no: Alternative | None = None

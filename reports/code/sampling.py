@@ -25,7 +25,9 @@ def longest_sample(program: ControllerProgram) -> LongestSample | None:
     ModelError : the file states one that is no positive time.
     """
     if program.kind == "turbine":
-        return longest_of_turbine(program.document, {one.name for one in program.stages})
+        names = {stage.name for stage in program.stages}
+        longest: LongestSample | None = longest_of_turbine(program.document, names)
+        return longest
     stated = program.document.get("sampling")
     if program.sample_time is not None or stated is None or stated["longest"] is None:
         return None

@@ -94,8 +94,8 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
         }
         for ends in corners_of(plant.numbers)
     ]
-    loop = _loop(plant, model, corners, first)
-    return replace(loop, at_other_ends=tuple(replace(loop, **some) for some in others_ends))
+    others = tuple(_loop(plant, model, corners, stacks) for stacks in others_ends)
+    return replace(_loop(plant, model, corners, first), at_other_ends=others)
 
 
 def _loop(

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -166,10 +167,12 @@ def without_fast_poles(controller: StateSpace) -> Iterator[StateSpace]:
         if not speeds[kept] > 10.0 * slow:
             continue
         middle = float(np.sqrt(max(slow, 1e-300) * speeds[kept]))
-        S, Z, _ = schur(
+        # The stubs of scipy know ``sort`` for complex output alone.
+        arrange: Any = schur
+        S, Z, _ = arrange(
             controller.A,
             output="real",
-            sort=lambda re, im, middle=middle: np.hypot(re, im) <= middle,  # type: ignore[misc]
+            sort=lambda re, im, middle=middle: np.hypot(re, im) <= middle,
         )
         X = np.zeros((kept, controller.order - kept))
         if kept:

@@ -94,7 +94,7 @@ def test_without_a_rest_it_is_counted_from_the_middle_of_its_range(tmp_path: Pat
     plant, model = wing(tmp_path, WING.replace("rest = 200, ", ""))
 
     assert plant.disturbances[-1].rest == 250
-    assert model.box["delta_q [Pa]"] == (-150, 150)
+    assert model.box["delta_q [Pa]"] == (Fraction(-150), Fraction(150))
 
 
 @pytest.mark.parametrize(
