@@ -136,7 +136,7 @@ def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Flo
             X = (solve_discrete_are if discrete else solve_continuous_are)(A, B, one, np.eye(m))
             K = B.T @ X
             if discrete:
-                K = np.linalg.solve(np.eye(m) + B.T @ X @ B, B.T @ X @ A)
+                K = np.asarray(np.linalg.solve(np.eye(m) + B.T @ X @ B, B.T @ X @ A), float)
         loop = A - B @ K
         poles = np.linalg.eigvals(loop)
         if plant.sample_time is None:
