@@ -65,7 +65,9 @@ class LongestSample:
         return {"longest": float(self.time), "reason": self.reason}
 
 
-def longest_of_turbine(document: Mapping[str, Any], programs: Collection[str]) -> Any:
+def longest_of_turbine(
+    document: Mapping[str, Any], programs: Collection[str]
+) -> LongestSample | None:
     """Return the longest sample time of a turbine's programs; None without such a part.
 
     Parameters

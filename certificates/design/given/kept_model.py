@@ -82,7 +82,7 @@ def law_for(
     Raises
     ------
     CertificateError : the file is unreadable, has no law of a plant, or one for other states,
-        inputs, rest values or sample time.
+        inputs or sample time.
     """
     try:
         return GivenLaw(model, read_gains(path, model), None, ("gains were given",))
