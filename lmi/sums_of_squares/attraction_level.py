@@ -162,7 +162,7 @@ class AttractionLevel:
             k for m in own for a in m.terms for k in range(n) if a[k] == sum(a) > 0
         } != set(range(n)):
             return "the monomials of V have no power of each state"
-        if self.level is not None and (self.level != c or not case.only_zero_stays()):
+        if self.level is not None and self.level > min(c, case.attraction_end()):
             return "it is not shown that solutions tend to 0"
         return ""
 
@@ -360,13 +360,18 @@ def _shown(
     done = replace(found, invariant_level=c * float(size), exact=solution)
     if done.fault():
         return found
-    done = replace(done, status="candidate", level=done.invariant_level, proved=True)
-    if done.fault():
+    end = case.attraction_end()
+    if end <= 0:
         why = (
             "no solution leaves {V < invariant_level}; that solutions tend to 0 is not shown, "
             "because V' may be 0 away from 0: take another V"
         )
-        return replace(done, status="unknown", level=None, proved=False, diagnosis=why)
+        return replace(done, diagnosis=why)
+    done = replace(done, status="candidate", level=done.invariant_level, proved=True)
+    if end < c:
+        why = "the level ends where V' is 0 and solutions may stay; {V < invariant_level} is kept"
+        level = float(end) * (1 - BACK_OFF[0]) * float(size)
+        done = replace(done, level=level, bound=float(end * size), diagnosis=why)
     if done.largest:
         return done
     why = "a lower bound: neither every level nor an upper bound was proved; raise the degree"
@@ -387,7 +392,7 @@ def _proved(found: AttractionLevel, case: Decrease, best: float, size: Fraction)
             if done.invariant_level is not None:
                 return done
     why = "the sums of squares did not hold in exact arithmetic: take states of like size"
-    if found.bound < np.inf and case.only_zero_stays():
+    if found.bound < np.inf and case.attraction_end() >= best:
         level = best * (1 - BACK_OFF[-1]) * float(size)
         return replace(found, status="candidate", level=level, diagnosis=why)
     return replace(found, diagnosis=why)
