@@ -48,6 +48,7 @@ from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution, parametrised
+from takagi.lmi.refutation.adjoint import over_one_denominator
 from takagi.lmi.refutation.alternative import Alternative
 from takagi.lmi.refutation.indefinite import is_definite, is_semidefinite
 from takagi.lmi.refutation.refutation import exact_no
@@ -100,7 +101,8 @@ class AttractionLevel:
         ``decrease``.
     exact : the unknowns as rationals at ``invariant_level``; None unless proved.
     ray : a direction d, exact: for all small t > 0, V(t d) <= 0 or V'(t d) > 0.
-    no : exact multipliers that exclude every c > 0 with these degrees.
+    no : exact multipliers that exclude every c > 0 with these degrees, for the polynomials that
+        the exact reduction leaves.
     diagnosis : why there is no level, or why it is only a lower bound of the largest.
     tries : every solver call.
     """
@@ -335,19 +337,17 @@ def _of_null_space(Z: Array, basis: tuple[StatePolynomial, ...]) -> tuple[StateP
     """Return the combinations u'm with Z u = 0."""
     import flint
 
-    vectors, count = (
-        flint.fmpq_mat([[flint.fmpq(c.numerator, c.denominator) for c in row] for row in Z])
-        .numer_denom()[0]
-        .nullspace()
+    integers, _ = over_one_denominator(Z)
+    vectors, count = flint.fmpz_mat(integers.tolist()).nullspace()
+    columns = [[int(vectors[i, j]) for i in range(len(basis))] for j in range(count)]
+    zero = StatePolynomial(basis[0].n, {})
+    return tuple(
+        sum(
+            (m.times(Fraction(u, max(map(abs, one)))) for m, u in zip(basis, one, strict=True)),
+            zero,
+        )
+        for one in columns
     )
-    found = []
-    for j in range(count):
-        total = StatePolynomial(basis[0].n, {})
-        largest = max(abs(int(vectors[i, j])) for i in range(len(basis)))
-        for i, one in enumerate(basis):
-            total = total + one.times(Fraction(int(vectors[i, j]), largest))
-        found.append(total)
-    return tuple(found)
 
 
 def _shown(
