@@ -49,6 +49,7 @@ from takagi.lmi.cone.balance import nearest_power
 from takagi.lmi.decision.decide import decide, optimise
 from takagi.lmi.decision.outcome import Outcome
 from takagi.lmi.equalities.exact_solution import ExactSolution, exact_solution, parametrised
+from takagi.lmi.refutation.adjoint import over_one_denominator
 from takagi.lmi.refutation.alternative import Alternative
 from takagi.lmi.refutation.indefinite import is_definite, is_semidefinite
 from takagi.lmi.refutation.refutation import exact_no
@@ -101,7 +102,8 @@ class AttractionLevel:
         ``decrease``.
     exact : the unknowns as rationals at ``invariant_level``; None unless proved.
     ray : a direction d, exact: for all small t > 0, V(t d) <= 0 or V'(t d) > 0.
-    no : exact multipliers that exclude every c > 0 with these degrees.
+    no : exact multipliers that exclude every c > 0 with these degrees, for the polynomials that
+        the exact reduction leaves.
     diagnosis : why there is no level, or why it is only a lower bound of the largest.
     tries : every solver call.
     """
@@ -163,7 +165,7 @@ class AttractionLevel:
             k for m in own for a in m.terms for k in range(n) if a[k] == sum(a) > 0
         } != set(range(n)):
             return "the monomials of V have no power of each state"
-        if self.level is not None and (self.level != c or not case.only_zero_stays()):
+        if self.level is not None and self.level > min(c, case.attraction_end()):
             return "it is not shown that solutions tend to 0"
         return ""
 
@@ -336,19 +338,17 @@ def _of_null_space(Z: Array, basis: tuple[StatePolynomial, ...]) -> tuple[StateP
     """Return the combinations u'm with Z u = 0."""
     import flint
 
-    vectors, count = (
-        flint.fmpq_mat([[flint.fmpq(c.numerator, c.denominator) for c in row] for row in Z])
-        .numer_denom()[0]
-        .nullspace()
+    integers, _ = over_one_denominator(Z)
+    vectors, count = flint.fmpz_mat(integers.tolist()).nullspace()
+    columns = [[int(vectors[i, j]) for i in range(len(basis))] for j in range(count)]
+    zero = StatePolynomial(basis[0].n, {})
+    return tuple(
+        sum(
+            (m.times(Fraction(u, max(map(abs, one)))) for m, u in zip(basis, one, strict=True)),
+            zero,
+        )
+        for one in columns
     )
-    found = []
-    for j in range(count):
-        total = StatePolynomial(basis[0].n, {})
-        largest = max(abs(int(vectors[i, j])) for i in range(len(basis)))
-        for i, one in enumerate(basis):
-            total = total + one.times(Fraction(int(vectors[i, j]), largest))
-        found.append(total)
-    return tuple(found)
 
 
 def _shown(
@@ -361,13 +361,18 @@ def _shown(
     done = replace(found, invariant_level=c * float(size), exact=solution)
     if done.fault():
         return found
-    done = replace(done, status="candidate", level=done.invariant_level, proved=True)
-    if done.fault():
+    end = case.attraction_end()
+    if end <= 0:
         why = (
             "no solution leaves {V < invariant_level}; that solutions tend to 0 is not shown, "
             "because V' may be 0 away from 0: take another V"
         )
-        return replace(done, status="unknown", level=None, proved=False, diagnosis=why)
+        return replace(done, diagnosis=why)
+    done = replace(done, status="candidate", level=done.invariant_level, proved=True)
+    if end < c:
+        why = "the level ends where V' is 0 and solutions may stay; {V < invariant_level} is kept"
+        level = float(end) * (1 - BACK_OFF[0]) * float(size)
+        done = replace(done, level=level, bound=float(end * size), diagnosis=why)
     if done.largest:
         return done
     why = "a lower bound: neither every level nor an upper bound was proved; raise the degree"
@@ -388,7 +393,7 @@ def _proved(found: AttractionLevel, case: Decrease, best: float, size: Fraction)
             if done.invariant_level is not None:
                 return done
     why = "the sums of squares did not hold in exact arithmetic: take states of like size"
-    if found.bound < np.inf and case.only_zero_stays():
+    if found.bound < np.inf and case.attraction_end() >= best:
         level = best * (1 - BACK_OFF[-1]) * float(size)
         return replace(found, status="candidate", level=level, diagnosis=why)
     return replace(found, diagnosis=why)

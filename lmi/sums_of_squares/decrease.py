@@ -8,8 +8,8 @@ are axes of z.  Along the axis z_i let V' begin with the power L_i:
 r >= 0, and r = 0 only where z_i = 0 for all i in I.  If I has all axes, r > 0 except at 0.  If it
 has not, V' may be 0 where r is, and solutions that stay there decide.  On such a solution all
 derivatives of z_i, i in I, are 0: polynomials, of which a Groebner basis is computed over the
-rationals.  If 0 is their only real zero, solutions from a bounded set that stays invariant tend to
-0 (LaSalle's theorem).
+rationals.  If 0 is their only real zero with V < e, all solutions from an invariant set {V < c}, c
+<= e, tend to 0 (LaSalle's theorem).
 
 Source: Khalil (2002), Nonlinear Systems, theorems 4.1 and 4.4 with corollary 4.1; Cox, Little,
 O'Shea (2015), Ideals, Varieties, and Algorithms, section 3.1 (elimination).
@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
+from math import prod
 
 import numpy as np
 
@@ -32,6 +33,8 @@ POINTS = 2000
 ROUNDING = 1e-9
 # What is added to the powers L_i if they are not all 2 and no level is proved with them.
 LIFT = 2
+# Width of the intervals that hold the real zeros of a polynomial.
+ROOT = Fraction(1, 10**12)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -104,14 +107,12 @@ class Decrease:
         sizes = StatePolynomial(self.slope.n, {a: abs(c) for a, c in self.slope.terms.items()})
         return bool((self.slope(x) > ROUNDING * sizes(np.abs(x))).any())
 
-    def only_zero_stays(self) -> bool:
-        """Return whether no solution but 0 stays where r = 0; False where this is not shown."""
+    def attraction_end(self) -> Fraction | float:
+        """Return e > 0 such that 0 alone stays where r = 0 and V < e; 0 where none is shown."""
         import sympy as sp
 
         n = self.function.n
         rest = [i for i in range(n) if i not in self.orders]
-        if not rest:
-            return True
         z = sp.symbols(f"z:{n}")
         derivatives = [_line(n, [Fraction(int(i == j)) for j in range(n)]) for i in self.orders]
         zero: list[object] = []
@@ -124,22 +125,42 @@ class Decrease:
                     if not any(a[i] for i in self.orders)
                 ]
                 zero += [sp.Add(*there)] if there else []
-        return bool(zero) and all(
-            _only_zero(zero, z[i], [z[j] for j in rest if j != i]) for i in rest
-        )
+        roots = [[(Fraction(0), Fraction(0))]] * n
+        for i in rest:
+            roots[i] = _roots(zero, z[i], [z[j] for j in rest if j != i]) if zero else []
+        levels = [_least(self.function, box) for box in product(*roots) if any(map(any, box))]
+        return min(levels, default=np.inf) if all(roots) else 0.0
 
 
-def _only_zero(polynomials: Sequence[object], last: object, others: Sequence[object]) -> bool:
-    """Return whether the common real zeros have 0 as their coordinate ``last``, by elimination."""
+def _roots(
+    polynomials: Sequence[object], last: object, others: Sequence[object]
+) -> list[tuple[Fraction, Fraction]]:
+    """Return intervals with all coordinates ``last`` of the common real zeros, by elimination.
+
+    No interval but [0, 0] has 0 in it; there is none if elimination leaves no polynomial.
+    """
     import sympy as sp
 
     basis = sp.groebner(polynomials, *others, last, order="lex", domain="QQ")
     for one in basis.exprs:
         if one.free_symbols == {last}:
-            poly = sp.Poly(one, last, domain="QQ")
-            lowest = min(power for (power,) in poly.monoms())
-            return bool(sp.quo(poly, sp.Poly(last**lowest, last)).count_roots() == 0)
-    return False
+            found = [
+                (Fraction(int(low.p), int(low.q)), Fraction(int(high.p), int(high.q)))
+                for (low, high), _ in sp.Poly(one, last, domain="QQ").intervals(eps=ROOT)
+            ]
+            # An interval that touches 0 without being 0 is too wide for its root.
+            return found if all(low * high > 0 or low == high == 0 for low, high in found) else []
+    return []
+
+
+def _least(p: StatePolynomial, box: Sequence[tuple[Fraction, Fraction]]) -> Fraction:
+    """Return a lower bound on a box in which no coordinate changes its sign."""
+    corners = list(product(*box))
+    values = (
+        min(c * prod(x**k for x, k in zip(corner, a, strict=True)) for corner in corners)
+        for a, c in p.terms.items()
+    )
+    return sum(values, Fraction(0))
 
 
 def _coordinates(slope: StatePolynomial) -> list[list[Fraction]]:

@@ -218,8 +218,6 @@ def test_levels_where_the_linearisation_is_marginal_or_every_level_holds(
     [
         (["x2", "-x1", "-x3"], "x1**2 + x2**2 + x3**2"),  # an undamped oscillation
         (["-x1 + x2*x3", "-2*x1*x3", "x1*x2"], "x1**2 + x2**2 + x3**2"),  # a body may spin
-        # Two more equilibria, at x1 = 0.625 and 0.8: attraction is false for large levels.
-        (["x2", "-2*x1 + 5.7*x1**2 - 4*x1**3 - x2"], "x1**2 - 1.9*x1**3 + x1**4 + x2**2/2"),
     ],
 )
 def test_invariance_is_not_called_attraction(field: list[str], function: str) -> None:
@@ -229,6 +227,18 @@ def test_invariance_is_not_called_attraction(field: list[str], function: str) ->
     assert (answer.status, answer.level, answer.proved) == ("unknown", None, False)
     assert answer.invariant_level == np.inf and answer.fault() == ""
     assert replace(answer, level=np.inf).fault() != ""
+
+
+def test_attraction_ends_at_the_next_equilibrium_where_every_level_is_invariant() -> None:
+    """Equilibria at x1 = 0.625 and 0.8; V' = -x2^2, and V(0.8, 0) = 0.0768 is the lower one."""
+    field = ["x2", "-2*x1 + 5.7*x1**2 - 4*x1**3 - x2"]
+
+    answer = attraction_level(field, "x1**2 - 1.9*x1**3 + x1**4 + x2**2/2", states=STATES)
+
+    assert answer.proved and answer.invariant_level == np.inf and answer.fault() == ""
+    assert answer.level is not None and 0.0767 < answer.level < 0.0768
+    assert replace(answer, level=0.07679).fault() == replace(answer, level=0.07).fault() == ""
+    assert replace(answer, level=0.0769).fault() != ""
 
 
 def test_a_number_that_may_not_be_the_largest_is_called_a_lower_bound() -> None:
