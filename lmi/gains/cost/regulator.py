@@ -22,6 +22,7 @@ from takagi.lmi.decision.outcome import Outcome, not_least
 from takagi.lmi.gains.cost.condition import initial_factor, largest_lmi, lqr_pdc_condition
 from takagi.lmi.gains.decay.condition import Controlled
 from takagi.lmi.gains.decay.pdc import pdc
+from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.solver.time_limit import limited
 from takagi.lmi.sums.relaxations import relaxation_named
 from takagi.models.arrays import Floats
@@ -259,6 +260,7 @@ def _cost_design(
         S, M = outcome.values["S"][0], outcome.values["M"]
         P, back = units.quadratic(S), np.linalg.inv(units.states)
         K = units.inputs @ np.linalg.solve(S, M.transpose(0, 2, 1)).transpose(0, 2, 1) @ back
+        K = without_rounding(K, units.states @ S @ units.states.T)
         gains = np.broadcast_to(K, (len(task.A), *K.shape[1:])).copy()
         cost = float(np.trace(task.factor.T @ P @ task.factor))
     answer = replace(

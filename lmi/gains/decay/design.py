@@ -16,6 +16,7 @@ from takagi.lmi.decision.item_rounds import ALL_AT_ONCE, decide_by_rounds
 from takagi.lmi.decision.outcome import Outcome, advice_about_limit, asks_for_decay, binding_items
 from takagi.lmi.gains.decay.condition import LARGEST_ELLIPSOID
 from takagi.lmi.gains.decay.request import DecayRequest
+from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.sums.relaxations import Relaxation
 from takagi.models.arrays import Floats
 
@@ -269,7 +270,7 @@ def rate_of(found: LimitedOutcome) -> float:
 def _gains(task: DecayRequest, outcome: Outcome) -> Floats:
     """Return K_i = M_i Q^-1 in the model's units, (r, m, n)."""
     Q, M = outcome.values["Q"][0], outcome.values["M"]
-    K = np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1)
+    K = without_rounding(np.linalg.solve(Q, M.transpose(0, 2, 1)).transpose(0, 2, 1), Q)
     shape = (len(task.A), len(task.tau), len(task.s))
     return np.broadcast_to(K * task.tau[:, None] / task.s, shape).copy()
 

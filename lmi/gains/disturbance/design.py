@@ -28,6 +28,7 @@ from takagi.lmi.gains.disturbance.coordinates import (
 )
 from takagi.lmi.gains.disturbance.decoupling import decoupling
 from takagi.lmi.gains.disturbance.request import DisturbanceRequest, positive_number
+from takagi.lmi.gains.requirements.closed_loop import without_rounding
 from takagi.lmi.parameter_search.least_over_rate import least_objective
 from takagi.lmi.refutation.refutation import objective_below
 from takagi.lmi.solver.time_limit import out_of_time
@@ -420,8 +421,12 @@ def _design(
     """Return the design; its gains come on top of those ``before``, (r, m, n), in the plant."""
     outcome, units = found.outcome, found.units
     gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
-    gains = gains if before is None else before + gains
-    held = _held(found, gains if before is None else gains - before)
+    if before is None:
+        exact = without_rounding(gains, np.linalg.pinv(found.P))
+        held = _held(found, exact)
+        gains, held = (exact, held) if held > SMALLEST_MARGIN else (gains, _held(found, gains))
+    else:
+        gains, held = before + gains, _held(found, before + gains - before)
     good = held > SMALLEST_MARGIN
     answer = replace(
         outcome.as_answer(found.condition, None),

@@ -18,6 +18,21 @@ from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.sums.corner_rules import Corners
 from takagi.lmi.sums.double_sum import DoubleSum
 from takagi.lmi.sums.summands import Member, SumPart
+from takagi.models.arrays import Floats
+
+# Of the input on x' P x <= 1, what a gain that moves no more of it is: rounding.
+ROUNDING = 1e-9
+
+
+def without_rounding(K: Floats, Q: Floats) -> Floats:
+    """Return K_i (r, m, n) with zeros for entries that are rounding beside others of their row.
+
+    Parameters
+    ----------
+    Q : P^-1; an entry moves the input by |K_ij| sqrt(Q_jj) on x' P x <= 1.
+    """
+    moved = np.abs(K) * np.sqrt(np.abs(np.diag(Q)))
+    return np.where(moved < ROUNDING * moved.max(axis=-1, keepdims=True), 0.0, K)
 
 
 def gain_unknown(r: int, m: int, n: int, relaxation: str) -> Unknown:
