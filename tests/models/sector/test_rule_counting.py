@@ -97,3 +97,49 @@ def test_expressions_are_counted_too() -> None:
 
     assert count.rules == 2
     assert count.premises[0].bounds.width < 1.001
+
+
+PLANT = """
+format = 1
+kind = "plant"
+name = "numbers"
+units = "unchecked"
+[states]
+x = {{ range = [-1, 4], rest = "solve" }}
+y = {{ range = [0.5, 1.5], rest = 1 }}
+[inputs]
+u = {{ range = [0, 1], rest = "solve" }}
+v = {{ range = [-2, 2], rest = "solve" }}
+[equations]
+x = "{x}"
+y = "{y}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "rules", "numbers"),
+    [
+        # At rest x = 2.71..., u = 0.91...: they stand in A beside the premises x and y.
+        ("3.25 - 0.2*x - 3*u*y", "0.75*u*x - y*1.85", 4, {"u_rest"}),
+        ("u - sqrt(x + 2)", "sqrt(x + 2)/pi - y*sqrt(2)/pi", 2, {"1/pi", "sqrt(2)/pi"}),
+        ("u - x^3/pi - 0.3", "v - y + x^3", 2, {"1/pi"}),
+        # u = x at rest, so that (u - x)/(1 + y) has no premise for its value 0.
+        ("0.9 - 0.37*x^2", "(u - x/3)/(1 + y) + v - 0.2", 4, None),
+    ],
+)
+def test_a_number_that_is_no_fraction_makes_no_rule(
+    x: str, y: str, rules: int, numbers: set[str] | None, tmp_path: Path
+) -> None:
+    """A rest that was solved for, pi, or a root is a factor of entries; 2^premises are left."""
+    path = tmp_path / "plant.toml"
+    text = PLANT.format(x=x, y=y)
+    path.write_text(text if "v" in y else text.replace("v = {", "w = {").replace(
+        'w = { range = [-2, 2], rest = "solve" }', "w = { range = [-2, 2] }"), encoding="utf-8")
+    model = sector_model(load_model(path))  # type: ignore[arg-type]
+
+    form = model.derivation.form.factored  # type: ignore[union-attr]
+    print([str(n.expression) for n in form.numbers.values()], form.premises)
+    assert len(model.A) == rules
+    for premise in model.premises:
+        assert premise.bounds.width > premise.bounds.magnitude / 10**9
+"""
