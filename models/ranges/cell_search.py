@@ -364,9 +364,7 @@ def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
     return CellEnclosures(written, symbols, sides, form, polynomial, meanings)
 
 
-def _positive(
-    expression: sp.Expr, box: Mapping[sp.Symbol, Interval]
-) -> frozenset[sp.Expr]:
+def _positive(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> frozenset[sp.Expr]:
     """Return polynomials under a root that reach 0 on the box, drawn out to 0, and go no lower.
 
     Rounding would put them below 0 there, where a root has no value.

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 import sympy as sp
 
+from takagi.certificates import Verdict
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.plant.sector_embedding import check_embedding
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
     Interval,
     ModelError,
@@ -105,41 +112,37 @@ kind = "plant"
 name = "numbers"
 units = "unchecked"
 [states]
-x = {{ range = [-1, 4], rest = "solve" }}
-y = {{ range = [0.5, 1.5], rest = 1 }}
+x = { range = [0, 4], rest = 2 }
+y = { range = [0.5, 1.5], rest = 1 }
 [inputs]
-u = {{ range = [0, 1], rest = "solve" }}
-v = {{ range = [-2, 2], rest = "solve" }}
+u = { range = [-20, 20], rest = "solve" }
+v = { range = [-20, 20], rest = "solve" }
 [equations]
-x = "{x}"
-y = "{y}"
 """
 
 
 @pytest.mark.parametrize(
     ("x", "y", "rules", "numbers"),
     [
-        # At rest x = 2.71..., u = 0.91...: they stand in A beside the premises x and y.
-        ("3.25 - 0.2*x - 3*u*y", "0.75*u*x - y*1.85", 4, {"u_rest"}),
-        ("u - sqrt(x + 2)", "sqrt(x + 2)/pi - y*sqrt(2)/pi", 2, {"1/pi", "sqrt(2)/pi"}),
-        ("u - x^3/pi - 0.3", "v - y + x^3", 2, {"1/pi"}),
-        # u = x at rest, so that (u - x)/(1 + y) has no premise for its value 0.
-        ("0.9 - 0.37*x^2", "(u - x/3)/(1 + y) + v - 0.2", 4, None),
+        ("u*y - 0.3*x^1.5", "v - y*u", 4, {"u_rest"}),
+        ("u - sqrt(x + 2)", "sqrt(x + 2)/pi - y*sqrt(2) + v", 2, {"1/pi", "sqrt(2)"}),
+        ("u - x^3/pi", "v - y + x^3", 2, {"1/pi"}),  # x^3 - 8 and (x^3 - 8)/pi + 8/pi
+        # v = u/3 at rest, so that (v - u/3)/(1 + y) has no premise for its value there.
+        ("u - 0.3*x^1.5", "(v - u/3)/(1 + y) - y + 1", 4, set()),
     ],
 )
 def test_a_number_that_is_no_fraction_makes_no_rule(
-    x: str, y: str, rules: int, numbers: set[str] | None, tmp_path: Path
+    x: str, y: str, rules: int, numbers: set[str], tmp_path: Path
 ) -> None:
-    """A rest that was solved for, pi, or a root is a factor of entries; 2^premises are left."""
+    """A rest that was solved for, pi, or a root is a factor of entries, and no premise is narrow."""
     path = tmp_path / "plant.toml"
-    text = PLANT.format(x=x, y=y)
-    path.write_text(text if "v" in y else text.replace("v = {", "w = {").replace(
-        'w = { range = [-2, 2], rest = "solve" }', "w = { range = [-2, 2] }"), encoding="utf-8")
+    path.write_text(f'{PLANT}x = "{x}"\ny = "{y}"\n', encoding="utf-8")
     model = sector_model(load_model(path))  # type: ignore[arg-type]
 
-    form = model.derivation.form.factored  # type: ignore[union-attr]
-    print([str(n.expression) for n in form.numbers.values()], form.premises)
     assert len(model.A) == rules
-    for premise in model.premises:
-        assert premise.bounds.width > premise.bounds.magnitude / 10**9
-"""
+    assert all(p.bounds.width > p.bounds.magnitude / 10**9 for p in model.premises)
+    found = plant_data(model)["embedding"].get("numbers", [])
+    assert {number["expression"] for number in found} == numbers
+    claim = {"name": "it is its model", "kind": "sector-embedding"}
+    read = read_text(json.dumps(plant_data(model)), "model")
+    assert check_embedding(claim, read, None, "claim").verdict is Verdict.PROVED
