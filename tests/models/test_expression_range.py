@@ -430,7 +430,7 @@ def scaled(seed: int) -> tuple[sp.Expr, dict[sp.Symbol, Interval]]:
     parts = [s / size for s, size in sizes.items()]
     v, w = chance.sample(parts, 2)
     kinds = [v, v * w, sp.sin(2 * v), sp.exp(-v), sp.tanh(9 * v), sp.sqrt(3 - v), sp.Abs(v), v**2]
-    kinds += [sp.sqrt(3 - w * sp.tanh(20 * v) / 2), sp.sin(v) / v, 1 / (3 + v * w)]
+    kinds += [sp.sqrt(3 - w * sp.tanh(20 * v) / 2), sp.sin(v) / v, 1 / (5 + v * w)]
     kinds += [sp.sqrt(3 - w * v / sp.Abs(v)), sp.sqrt(2 + v)]
     first, second, third = (chance.choice(kinds) for _ in range(3))
     whole = (first * second - third) * sp.Integer(10) ** chance.randint(-6, 6)

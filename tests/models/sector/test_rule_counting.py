@@ -134,7 +134,7 @@ v = { range = [-20, 20], rest = "solve" }
 def test_a_number_that_is_no_fraction_makes_no_rule(
     x: str, y: str, rules: int, numbers: set[str], tmp_path: Path
 ) -> None:
-    """A rest that was solved for, pi, or a root is a factor of entries, and no premise is narrow."""
+    """A rest that was solved for, pi or a root is a factor of entries; no premise is narrow."""
     path = tmp_path / "plant.toml"
     path.write_text(f'{PLANT}x = "{x}"\ny = "{y}"\n', encoding="utf-8")
     model = sector_model(load_model(path))  # type: ignore[arg-type]
