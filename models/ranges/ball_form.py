@@ -56,6 +56,7 @@ class BallForm:
     far : the Taylor form towards a removable pole is tried on every box, not only near the pole.
     sizes : of the sides of the box that is searched; the side that is the largest part of its
         size is halved where slopes are not known.
+    positive : arguments of roots that are proved to be >= 0 on the box and towards 0.
     """
 
     def __init__(
@@ -65,18 +66,20 @@ class BallForm:
         covered: bool = False,
         far: bool = False,
         sizes: tuple[float, ...] = (),
+        positive: frozenset[sp.Expr] = frozenset(),
     ) -> None:
         self.expression = expression
         self.symbols = symbols
         self.covered = covered
         self.far = far
+        self.positive = positive
         self.sizes = sizes or (1.0,) * len(symbols)
         self._further: BallForm | None = None
         tables = tables_class()
         # A table held at its edge has a kink there.
         self.length = int(expression.count_ops())
         self.is_held = not covered and tables is not None and expression.has(tables)
-        self.tape = tape_of([expression], symbols)
+        self.tape = tape_of([expression], symbols, positive=positive)
         self._joint: Tape | None = None
         self._gradient: tuple[BallForm | None, ...] | None = None
         self._poles: tuple[int, ...] | None = None
@@ -123,7 +126,7 @@ class BallForm:
         """
         if self._further is None:
             self._further = BallForm(
-                self.expression, self.symbols, self.covered, far=True, sizes=self.sizes
+                self.expression, self.symbols, self.covered, True, self.sizes, self.positive
             )
         return self._further
 
@@ -263,7 +266,10 @@ class BallForm:
         if self._joint is None:
             slopes_of = [slope_or_none(self.expression, s) for s in self.symbols]
             self._joint = tape_of(
-                [self.expression, *slopes_of], self.symbols, optional=len(self.symbols)
+                [self.expression, *slopes_of],
+                self.symbols,
+                optional=len(self.symbols),
+                positive=self.positive,
             )
         value, *slopes = self._joint.run([side.ball for side in box], self.covered)
         return value, [finite_or_none(slope) for slope in slopes]
@@ -279,7 +285,9 @@ class BallForm:
         if expression is None:
             return None
         try:
-            return BallForm(expression, self.symbols, self.covered, self.far)
+            return BallForm(
+                expression, self.symbols, self.covered, self.far, positive=self.positive
+            )
         except ModelError:
             return None  # this derivative has no ball arithmetic, so its slope is unknown
 

@@ -359,8 +359,34 @@ def cell_root(expression: sp.Expr, cell: Cell) -> CellEnclosures:
     polynomial = polynomial_box(written, symbols, sides)
     # The mean of width and magnitude: a range far from 0 matters less, but is not forgotten.
     sizes = tuple(math.sqrt(side.width * side.magnitude) for side in sides)
-    form = BallForm(written, symbols, _covered(written, box), sizes=sizes)
+    positive = _positive(written, dict(zip(symbols, sides, strict=True)))
+    form = BallForm(written, symbols, _covered(written, box), sizes=sizes, positive=positive)
     return CellEnclosures(written, symbols, sides, form, polynomial, meanings)
+
+
+def _positive(expression: sp.Expr, box: Mapping[sp.Symbol, Interval]) -> frozenset[sp.Expr]:
+    """Return polynomials under a root that reach 0 on the box, drawn out to 0, and go no lower.
+
+    Rounding would put them below 0 there, where a root has no value.
+    """
+    import sympy as sp
+
+    from takagi.models.ranges.bernstein_form import look_at_polynomial, polynomial_box
+
+    zero = Interval(Fraction(0), Fraction(0))
+    found = set()
+    for power in expression.atoms(sp.Pow):
+        base = power.base
+        if power.exp.is_integer or not base.is_polynomial() or base.is_Symbol:
+            continue
+        symbols = tuple(sorted(base.free_symbols, key=str))
+        if not symbols or any(s not in box for s in symbols):
+            continue
+        exact = polynomial_box(base, symbols, [box[s].hull(zero) for s in symbols])
+        ends = None if exact is None else look_at_polynomial(exact).outer
+        if ends is not None and 0 <= ends[0] < ends[1] / 10**6:
+            found.add(base)
+    return frozenset(found)
 
 
 def fraction(end: Any) -> Fraction:

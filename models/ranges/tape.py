@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -146,19 +146,24 @@ class Tape(NamedTuple):
 
 
 def tape_of(
-    expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol], *, optional: int = 0
+    expressions: Sequence[sp.Expr],
+    symbols: Sequence[sp.Symbol],
+    *,
+    optional: int = 0,
+    positive: Collection[sp.Expr] = (),
 ) -> Tape:
     """Return the tape of the expressions.
 
     Parameters
     ----------
     optional : as many of the last expressions may have no enclosure; their output is None.
+    positive : what is proved to be >= 0, so that the part of its ball below 0 holds no value.
 
     Raises
     ------
     ModelError : a function without ball arithmetic.
     """
-    maker = _Maker(symbols)
+    maker = _Maker(symbols, positive)
     outputs: list[int | None] = []
     for index, expression in enumerate(expressions):
         try:
@@ -173,7 +178,8 @@ def tape_of(
 class _Maker:
     """Slots are numbered apart while the tape grows: ("in", 0), ("const", 3), ("step", 2)."""
 
-    def __init__(self, symbols: Sequence[sp.Symbol]) -> None:
+    def __init__(self, symbols: Sequence[sp.Symbol], positive: Collection[sp.Expr]) -> None:
+        self.positive = positive
         self.inputs = len(symbols)
         self.known: dict[sp.Expr, tuple[str, int]] = {s: ("in", i) for i, s in enumerate(symbols)}
         self.constants: list[Ball] = []
@@ -271,7 +277,7 @@ class _Maker:
         if exponent.is_Integer:
             return self.step(_Power(int(exponent)), self.place(base))
         if exponent.is_Rational and int(exponent.q) == 2:
-            root = self.step(_root, self.place(base))
+            root = self.step(_cut_root if base in self.positive else _root, self.place(base))
             return root if exponent.p == 1 else self.step(_Power(int(exponent.p)), root)
         return self.step(operator.pow, self.place(base), self.place(exponent))
 
@@ -319,6 +325,11 @@ def _root(ball: Ball) -> Ball:
         return ball.sqrt()
     low = ball.lower()
     return ball.sqrt() if low < 0 else low.sqrt().union(ball.upper().sqrt())
+
+
+def _cut_root(ball: Ball) -> Ball:
+    """Return the root of the part that is not below 0, where all values are."""
+    return _root(ball.nonnegative_part()).nonnegative_part()
 
 
 @dataclass(frozen=True, slots=True)

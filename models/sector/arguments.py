@@ -80,7 +80,7 @@ def _of_plant(plant: Plant, given: GivenEquations) -> tuple[Problem, Factored]:
         problem = replace(problem, equations=replace(problem.equations, units=units))
     choice = given.choice or "fewest-rules"
     factored = _factored(problem, None, {}, choice)
-    if problem.relations and _has_numbers(problem, factored):
+    if problem.relations and _has_related(problem, factored):
         # Numbers that the equations at rest give from others, as i_rest - u_rest = 0, may vanish.
         other = problem.related()
         related = _factored(other, None, {}, choice)
@@ -89,12 +89,10 @@ def _of_plant(plant: Plant, given: GivenEquations) -> tuple[Problem, Factored]:
     return problem, factored
 
 
-def _has_numbers(problem: Problem, factored: Factored) -> bool:
-    """Return whether numbers stand in entries, or a sum of them is a factor of a premise."""
-    plant = problem.equations
-    variables = (*plant.states, *plant.inputs, *plant.disturbances)
-    factors = [e.as_independent(*variables, as_Add=False)[0] for e in factored.premises.values()]
-    return bool(factored.numbers) or any(factor.is_Add for factor in factors)
+def _has_related(problem: Problem, factored: Factored) -> bool:
+    """Return whether a number that others give stands in the form."""
+    parts = [*factored.premises.values(), *(n.expression for n in factored.numbers.values())]
+    return any(not part.free_symbols.isdisjoint(problem.relations) for part in parts)
 
 
 def _cost(factored: Factored) -> tuple[int, int]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain, combinations
+from itertools import chain, combinations, product
+from math import prod
 from typing import TYPE_CHECKING, TypeAlias
 
 from takagi.models.sector.terms import Sum, product_of, terms_of
@@ -265,45 +266,54 @@ def _factors(atom: sp.Expr) -> tuple[sp.Expr, tuple[sp.Expr, ...]]:
 def with_numbers_apart(
     form: FactoredForm, variables: Collection[sp.Symbol], wanted: Collection[sp.Expr]
 ) -> FactoredForm:
-    """Return the form without premises that are numbers, or a number times another premise.
+    """Return the form without premises that are numbers, or a + b z for another premise z.
 
-    Such a number, as pi or a rest that was solved for, becomes a factor of coefficients.  A premise
-    is left as it is where the user wants it, or where the other one would be squared.
+    The numbers a and b, as pi or a rest that was solved for, become factors of coefficients.  A
+    premise is left as it is where the user wants it, or where z would be squared.
     """
-    places: dict[sp.Expr, tuple[sp.Expr, tuple[sp.Expr, ...]]] = {}
-    shapes: dict[object, tuple[sp.Expr, sp.Expr]] = {}
+    places: dict[sp.Expr, Polynomial] = {}
+    shapes: dict[object, tuple[sp.Expr, sp.Expr, sp.Expr]] = {}
     for premise in form.premises:
-        if premise.free_symbols.isdisjoint(variables) and premise not in wanted:
-            places[premise] = (premise, ())
+        offset, size, shape = _affine_shape(premise, variables)
+        first, of_first, other = shapes.setdefault(shape, (premise, offset, size))
+        if premise in wanted or (shape and first == premise):
             continue
-        size, shape = _size_and_shape(premise, variables)
-        first, other = shapes.setdefault(shape, (premise, size))
-        if first != premise and premise not in wanted and not _multiplied(form, first, premise):
-            places[premise] = (size / other, (first,))
+        if not shape:
+            places[premise] = {(): offset}
+        elif not _multiplied(form, first, premise):
+            share = size / other
+            places[premise] = {(first,): share, (): offset - share * of_first}
     if not places:
         return form
     entries: dict[Place, Polynomial] = {}
     for place, polynomial in form.entries.items():
         entries[place] = {}
         for members, c in polynomial.items():
-            parts = [places.get(member, (_one(), (member,))) for member in members]
-            for number, _ in parts:
-                c = c * number
-            key = tuple(chain.from_iterable(left for _, left in parts))
-            entries[place][key] = entries[place].get(key, 0) + c
+            parts = [places.get(member, {(member,): _one()}) for member in members]
+            for chosen in product(*(part.items() for part in parts)):
+                key = tuple(chain.from_iterable(left for left, _ in chosen))
+                total = entries[place].get(key, 0) + c * prod(number for _, number in chosen)
+                entries[place][key] = total
+        entries[place] = {key: total for key, total in entries[place].items() if total != 0}
     return FactoredForm(tuple(p for p in form.premises if p not in places), entries)
 
 
-def _size_and_shape(premise: sp.Expr, variables: Collection[sp.Symbol]) -> tuple[sp.Expr, object]:
-    """Return a number and the premise over it; proportional premises have one shape."""
+def _affine_shape(
+    premise: sp.Expr, variables: Collection[sp.Symbol]
+) -> tuple[sp.Expr, sp.Expr, object]:
+    """Return numbers a, b and f with premise = a + b f; f is the same for affine images of it."""
     import sympy as sp
 
+    offset, moving = sp.expand_mul(premise).as_independent(*variables, as_Add=True)
     terms = [
         term.as_independent(*variables, as_Add=False)
-        for term in sp.Add.make_args(sp.expand_mul(premise))
+        for term in sp.Add.make_args(moving)
+        if term != 0
     ]
+    if not terms:
+        return offset, sp.S.Zero, None
     size = min(terms, key=lambda term: sp.default_sort_key(term[1]))[0]
-    return size, frozenset((core, number / size) for number, core in terms)
+    return offset, size, frozenset((core, number / size) for number, core in terms)
 
 
 def _multiplied(form: FactoredForm, first: sp.Expr, second: sp.Expr) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import replace
 from fractions import Fraction
 
@@ -382,3 +383,74 @@ def test_domains_that_make_no_sense() -> None:
         sampled_bounds(X, BOX, points=1)
     with pytest.raises(ModelError, match="no finite value at x = "):
         sampled_bounds(sp.log(X), BOX)
+
+
+V = sp.sqrt(2 - Y) + sp.sqrt(2 + Y)
+W = sp.sqrt(2 - Y) - sp.sqrt(2 + Y)
+
+
+@pytest.mark.parametrize(
+    ("expression", "box", "ends"),
+    [
+        (sp.sqrt(2 - Y / 6000000 * sp.tanh(50 * X)), {X: (-1, 1), Y: (-(6 * 10**6), 6 * 10**6)},
+         (1, math.sqrt(3))),
+        (sp.sqrt(2 - Y * sp.tanh(5 * 10**7 * X)), {X: ("-1e-6", "1e-6"), Y: (-1, 1)},
+         (1, math.sqrt(3))),
+        # 2 sqrt(2 - y sign x): the sum is to be taken before the product.
+        ((X * V + sp.Abs(X) * W) / X, {X: (-1, 1), Y: (-1, 1)}, (2, 2 * math.sqrt(3))),
+        ((X * V + sp.Abs(X) * W) / X, {X: (0, 1), Y: (-1, "0.5")},
+         (2 * math.sqrt(1.5), 2 * math.sqrt(3))),
+        (sp.sqrt(14 - Y * X / sp.Abs(X)), {X: ("-0.0005", "0.0005"), Y: (-6, 6)},
+         (math.sqrt(8), math.sqrt(20))),
+        (Y * sp.sign(X), {X: (-1, 2), Y: (1, 3)}, (-3, 3)),
+        (Y / (1 + sp.sign(X)**2), {X: (0, 2), Y: (1, 3)}, (0.5, 3)),
+        # Roots of what is 0 at an edge of the box, and nowhere less.
+        ((sp.sqrt(X + 2) - sp.sqrt(2)) / X, {X: (-2, 2)}, (1 - math.sqrt(0.5), math.sqrt(0.5))),
+        (sp.sqrt(1 - X * Y), {X: (-1, 1), Y: (-1, 1)}, (0, math.sqrt(2))),
+    ],
+)  # fmt: skip
+def test_ranges_do_not_depend_on_units_or_kinks(
+    expression: sp.Expr, box: dict[sp.Symbol, tuple[object, object]], ends: tuple[float, float]
+) -> None:
+    """Mixed scales, quotients of |x|, and roots down to 0: to 1e-3 of the width, and replayed."""
+    found = expression_range(expression, {s: Interval.of(*side) for s, side in box.items()})  # type: ignore[arg-type]
+    low, high = float(found.outer.lower), float(found.outer.upper)
+    width = ends[1] - ends[0]
+
+    assert ends[0] - width / 1000 <= low <= ends[0] + ROUNDING
+    assert ends[1] - ROUNDING <= high <= ends[1] + width / 1000
+    assert found.evidence is not None
+    assert found.outer.contains(found.evidence.replay())
+
+
+def scaled(seed: int) -> tuple[sp.Expr, dict[sp.Symbol, Interval]]:
+    """Return a sum of products of functions of x/s and y/t, with s and t from 1e-7 to 1e7."""
+    chance = random.Random(seed)
+    sizes = {s: sp.Integer(10) ** chance.randint(-7, 7) for s in (X, Y)}
+    parts = [s / size for s, size in sizes.items()]
+    v, w = chance.sample(parts, 2)
+    kinds = [v, v * w, sp.sin(2 * v), sp.exp(-v), sp.tanh(9 * v), sp.sqrt(3 - v), sp.Abs(v), v**2]
+    kinds += [sp.sqrt(3 - w * sp.tanh(20 * v) / 2), sp.sin(v) / v, 1 / (5 + v * w)]
+    kinds += [sp.sqrt(3 - w * v / sp.Abs(v)), sp.sqrt(2 + v)]
+    first, second, third = (chance.choice(kinds) for _ in range(3))
+    whole = (first * second - third) * sp.Integer(10) ** chance.randint(-6, 6)
+    ends = [(chance.choice([-2, -1, 0]), chance.choice([1, 2])) for _ in sizes]
+    return whole, {
+        s: Interval(
+            low * Fraction(int(size.p), int(size.q)), high * Fraction(int(size.p), int(size.q))
+        )
+        for (s, size), (low, high) in zip(sizes.items(), ends, strict=True)
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(200))
+def test_random_expressions_of_mixed_scales_keep_the_promise(seed: int) -> None:
+    """Bounds exceed what is attained by 1e-3 of the width at most, whatever the units."""
+    expression, box = scaled(seed)
+    box = {s: side for s, side in box.items() if s in expression.free_symbols}
+    found = expression_range(expression, box, tolerance=Fraction(1, 1000))
+    allowed = found.inner.width / 1000 + found.outer.magnitude / 10**12
+
+    assert found.inner.lower - found.outer.lower <= allowed
+    assert found.outer.upper - found.inner.upper <= allowed

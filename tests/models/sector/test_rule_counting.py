@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 import sympy as sp
 
+from takagi.certificates import Verdict
+from takagi.certificates.checker import read_text
+from takagi.certificates.checker.plant.sector_embedding import check_embedding
+from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
     Interval,
     ModelError,
@@ -97,3 +104,45 @@ def test_expressions_are_counted_too() -> None:
 
     assert count.rules == 2
     assert count.premises[0].bounds.width < 1.001
+
+
+PLANT = """
+format = 1
+kind = "plant"
+name = "numbers"
+units = "unchecked"
+[states]
+x = { range = [0, 4], rest = 2 }
+y = { range = [0.5, 1.5], rest = 1 }
+[inputs]
+u = { range = [-20, 20], rest = "solve" }
+v = { range = [-20, 20], rest = "solve" }
+[equations]
+"""
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "rules", "numbers"),
+    [
+        ("u*y - 0.3*x^1.5", "v - y*u", 4, {"u_rest"}),
+        ("u - sqrt(x + 2)", "sqrt(x + 2)/pi - y*sqrt(2) + v", 2, {"1/pi", "sqrt(2)"}),
+        ("u - x^3/pi", "v - y + x^3", 2, {"1/pi"}),  # x^3 - 8 and (x^3 - 8)/pi + 8/pi
+        # v = u/3 at rest, so that (v - u/3)/(1 + y) has no premise for its value there.
+        ("u - 0.3*x^1.5", "(v - u/3)/(1 + y) - y + 1", 4, set()),
+    ],
+)
+def test_a_number_that_is_no_fraction_makes_no_rule(
+    x: str, y: str, rules: int, numbers: set[str], tmp_path: Path
+) -> None:
+    """A rest that was solved for, pi or a root is a factor of entries; no premise is narrow."""
+    path = tmp_path / "plant.toml"
+    path.write_text(f'{PLANT}x = "{x}"\ny = "{y}"\n', encoding="utf-8")
+    model = sector_model(load_model(path))  # type: ignore[arg-type]
+
+    assert len(model.A) == rules
+    assert all(p.bounds.width > p.bounds.magnitude / 10**9 for p in model.premises)
+    found = plant_data(model)["embedding"].get("numbers", [])
+    assert {number["expression"] for number in found} == numbers
+    claim = {"name": "it is its model", "kind": "sector-embedding"}
+    read = read_text(json.dumps(plant_data(model)), "model")
+    assert check_embedding(claim, read, None, "claim").verdict is Verdict.PROVED
