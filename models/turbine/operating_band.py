@@ -157,7 +157,7 @@ def _scale(turbine: Turbine) -> Interval:
 
 NODE_DECIMALS = 9
 # A piece of wind [m/s] that is short enough to say what leaves the table.
-SHORT = Fraction(1, 100)
+SHORT = Fraction(1, 10_000)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
