@@ -11,6 +11,7 @@ import pytest
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.cli.main import main
+from tests.cli.conftest import contents
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -34,11 +35,6 @@ def asked(certificate: Path, *more: str) -> list[str]:
             "--duration", "0.25", "--workers", "1", *more]  # fmt: skip
 
 
-def content(folder: Path) -> dict[str, bytes]:
-    """File name -> bytes."""
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-
-
 def test_no_violation_is_status_0_and_leaves_all_files(
     certificate: Path, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -48,13 +44,13 @@ def test_no_violation_is_status_0_and_leaves_all_files(
         assert main(asked(certificate, "--seed", "3", "--out", str(folder))) == 0
         for path in (folder / "results").iterdir():
             assert json.loads(path.read_text())["task"]["inputs"]["seed"] == 3
-    shown, files = capsys.readouterr(), content(folders[0])
+    shown, files = capsys.readouterr(), contents(folders[0])
 
     assert shown.err == ""
     assert "no violation of any certified bound" in shown.out
     table = [line for line in shown.out.splitlines() if line.startswith("| ")][:12]
     assert len({len(line) for line in table}) == 1 and len(table[0]) <= 100
-    assert files == content(folders[1])
+    assert files == contents(folders[1])
     names = sorted(name for name in files if not name.startswith("results"))
     assert names == ["campaign.json", "figures/inside.svg", "summary.md"]
     made = json.loads(files["campaign.json"])
