@@ -21,7 +21,6 @@ def with_published_law(
         for region in (regional.partial, regional.full)
         for k_x, k_I in [region.require()]
     )
-    variant = "sector" if name == "paper" else "saturated"
-    coupling = coupling_filter(turbine, variant=variant)
+    coupling = coupling_filter(turbine, variant="sector" if name == "paper" else "saturated")
     law = published_law(turbine, partial=partial, full=full, coupling=coupling, name=name)
     return replace(design, law=law, effort=None, candidate=None, **parts)
