@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 Files = dict[str, bytes | str]
 
 
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return every file below the folder, by its name in it."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
 @pytest.fixture(scope="session")
 def finished(turbine_design: TurbineDesign) -> TurbineDesign:
     """The default design of the NREL 5-MW turbine."""

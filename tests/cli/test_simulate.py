@@ -13,15 +13,10 @@ from takagi.cli.main import main
 from takagi.models import Turbine
 from takagi.reports.simulation import laws
 from takagi.reports.simulation.laws import ChosenLaws
+from tests.cli.conftest import contents
 
 Capture = pytest.CaptureFixture[str]
 QUICK = ("simulate", "nrel5mw", "--law", "baseline", "--duration", "6")
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below the folder, by its name in it."""
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
-    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 def test_table_stands_on_standard_output(capsys: Capture) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
 from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
 from takagi.cli.main import main
+from tests.cli.conftest import contents
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -34,11 +35,6 @@ def asked(certificate: Path, *more: str) -> list[str]:
             "--duration", "0.25", "--workers", "1", *more]  # fmt: skip
 
 
-def content(folder: Path) -> dict[str, bytes]:
-    """File name -> bytes."""
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-
-
 def test_no_violation_is_status_0_and_leaves_all_files(
     certificate: Path, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -48,13 +44,13 @@ def test_no_violation_is_status_0_and_leaves_all_files(
         assert main(asked(certificate, "--seed", "3", "--out", str(folder))) == 0
         for path in (folder / "results").iterdir():
             assert json.loads(path.read_text())["task"]["inputs"]["seed"] == 3
-    shown, files = capsys.readouterr(), content(folders[0])
+    shown, files = capsys.readouterr(), contents(folders[0])
 
     assert shown.err == ""
     assert "no violation of any certified bound" in shown.out
     table = [line for line in shown.out.splitlines() if line.startswith("| ")][:12]
     assert len({len(line) for line in table}) == 1 and len(table[0]) <= 100
-    assert files == content(folders[1])
+    assert files == contents(folders[1])
     names = sorted(name for name in files if not name.startswith("results"))
     assert names == ["campaign.json", "figures/inside.svg", "summary.md"]
     made = json.loads(files["campaign.json"])
@@ -116,21 +112,13 @@ def test_what_makes_no_sense_is_refused(
     assert words in " ".join(capsys.readouterr().err.split())
 
 
-def test_runs_need_a_certificate(capsys: Capture) -> None:
-    """Alone --runs would be ignored, which misleads."""
-    assert main(["simulate", "nrel5mw", "--runs", "5"]) == 2
-    assert "--certificate FILE" in capsys.readouterr().err
-
-
-def test_a_file_about_another_model_is_refused(certificate: Path, capsys: Capture) -> None:
-    """And one that is not there."""
-    assert main(["simulate", "iea15mw", "--certificate", str(certificate)]) == 2
-    assert main(["simulate", "nrel5mw", "--certificate", "nowhere.json"]) == 2
-    assert "nowhere.json" in capsys.readouterr().err
-
-
-def test_plants_have_no_campaign(certificate: Path, capsys: Capture) -> None:
-    """The option is about turbines."""
-    assert main(["simulate", "cart_pole", "--certificate", str(certificate)]) == 2
-    shown: Any = capsys.readouterr().err
-    assert "--certificate is about a turbine" in " ".join(shown.split()) or "turbine" in shown
+def test_what_is_not_of_this_turbine_is_refused(certificate: Path, capsys: Capture) -> None:
+    """Runs without a certificate would be ignored, which misleads; a plant has no campaign."""
+    for model_and_options, words in (
+        (["nrel5mw", "--runs", "5"], "--certificate FILE"),
+        (["iea15mw", "--certificate", str(certificate)], ""),
+        (["nrel5mw", "--certificate", "nowhere.json"], "nowhere.json"),
+        (["cart_pole", "--certificate", str(certificate)], "turbine"),
+    ):
+        assert main(["simulate", *model_and_options]) == 2
+        assert words in capsys.readouterr().err

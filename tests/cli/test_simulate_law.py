@@ -70,8 +70,8 @@ def test_the_observer_has_the_limits_of_its_file(
     A file without limits has an observer with those that follow from cut-in and cut-out.
     """
     turbine = nrel5mw()
-    given: Any = {"wind_limits": limits} if limits else {}
-    path = gain_file(tmp_path, **given)
+    stated: dict[str, Any] = {"wind_limits": limits} if limits else {}
+    path = gain_file(tmp_path, **stated)
     seen: Any = laws.filed_laws(turbine, path)[1].observer
     assert seen.limits == (tuple(limits) if limits else (1.5, 37.5))
     assert seen.wind_estimate([1.2, 20.0]) == (12.0 if limits else 20.0)

@@ -114,14 +114,8 @@ def test_a_step_of_the_disturbance_ends_at_the_rest_of_the_closed_form(
     assert "From outside: w: a step of 100 mm/s at 1 s." in one["notes"]
     assert not any("Not covered" in note for note in one["notes"])
 
-
-def test_a_disturbance_beyond_its_range_is_not_covered(
-    cart: Path, gains: Path, capsys: Capture
-) -> None:
-    """300 where the file has 200."""
-    found = simulated(cart, gains, capsys, "--disturbance", "w=step 300 at 1s")
-
-    (note,) = (note for note in found["notes"] if "Not covered" in note)
+    beyond = simulated(cart, gains, capsys, "--disturbance", "w=step 300 at 1s")
+    (note,) = (note for note in beyond["notes"] if "Not covered" in note)
     assert "w from 0 to 300 mm/s, outside its range [-200, 200]" in note
 
 
@@ -209,15 +203,17 @@ def test_misuse_has_place_reason_and_cure(
     assert said.startswith("Error: ") and message in said and "Traceback" not in said
 
 
-def test_options_of_plants_are_refused_for_turbines(capsys: Capture) -> None:
-    """And the shared ones are not."""
-    assert main(["simulate", "nrel5mw", "--disturbance", "w=step 1 at 1s"]) == 2
-    assert "--disturbance is about a plant" in capsys.readouterr().err
-    assert main(["simulate", "nrel5mw", "--law", "baseline", "--sample-time", "1h"]) == 2
-    assert "sample time 3600 s" in capsys.readouterr().err
-
-
-def test_a_plant_in_discrete_time_has_its_own_samples(capsys: Capture) -> None:
-    """The law of the truck runs every 2 s already."""
-    assert main(["simulate", "truck_trailer", "--sample-time", "1s"]) == 2
-    assert "its law runs every 2 s already" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (["nrel5mw", "--disturbance", "w=step 1 at 1s"], "--disturbance is about a plant"),
+        (["nrel5mw", "--law", "baseline", "--sample-time", "1h"], "sample time 3600 s"),
+        # The law of the truck runs every 2 s already.
+        (["truck_trailer", "--sample-time", "1s"], "its law runs every 2 s already"),
+    ],
+)
+def test_options_that_this_model_has_not_are_refused(
+    asked: list[str], words: str, capsys: Capture
+) -> None:
+    assert main(["simulate", *asked]) == 2
+    assert words in capsys.readouterr().err

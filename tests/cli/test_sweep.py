@@ -11,6 +11,7 @@ import pytest
 
 from takagi.certificates.sweep import sweep as module
 from takagi.cli.main import main
+from tests.cli.conftest import contents
 
 Capture = pytest.CaptureFixture[str]
 GRID = ("--law", "effort-sharing", "--over", "overlap=0.01,0.02", "--over", "inertia=0.1:0.3:3")
@@ -33,10 +34,6 @@ def swept(out: Path, *options: str, model: str = "nrel5mw") -> int:
     return main(["sweep", model, "--out", str(out), "--workers", "1", *options])
 
 
-def content(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-
-
 def test_a_sweep_and_its_second_run(tmp_path: Path, capsys: Capture) -> None:
     """All points are answered, status 0; the second run computes none, with the same bytes."""
     assert swept(tmp_path, *GRID) == 0
@@ -44,7 +41,7 @@ def test_a_sweep_and_its_second_run(tmp_path: Path, capsys: Capture) -> None:
     assert first.err == ""
     head = "effort-sharing over overlap (2) x inertia (3): 4 PROVED, 2 UNDECIDED"
     assert first.out.splitlines()[0] == head
-    before = content(tmp_path)
+    before = contents(tmp_path)
     assert len(list((tmp_path / "results").iterdir())) == 6
     assert {"map.md", "points.csv", "figures/map.svg"} <= set(before)
 
@@ -54,7 +51,7 @@ def test_a_sweep_and_its_second_run(tmp_path: Path, capsys: Capture) -> None:
     assert (data["points"], data["resumed"], data["verdicts"]) == (6, 6, counted)
     assert data["axes"][1] == {"name": "inertia", "unit": "-", "values": [0.1, 0.2, 0.3]}
     assert all(Path(name).is_file() for name in data["files"])
-    assert content(tmp_path) == before
+    assert contents(tmp_path) == before
 
 
 def test_an_interrupt_says_how_to_go_on(

@@ -46,10 +46,12 @@ def masses_and_spring() -> TSModel:
     xdot = A(t) x + [0, 0, t1, 0]' w, y = x2; t1 t3 makes it one simplex for each t.
     """
     corners = list(product((2 / 3, 2.0), (0.8, 4 / 3), (1.0, 3.0)))
-    A = [
-        [[0, 0, 1, 0], [0, 0, 0, 1], [-2 * a, a, -a * c, 0], [b, -b, 0, -b * c]]
-        for a, b, c in corners
-    ]
+    A = np.array(
+        [
+            [[0, 0, 1, 0], [0, 0, 0, 1], [-2 * a, a, -a * c, 0], [b, -b, 0, -b * c]]
+            for a, b, c in corners
+        ]
+    )
     t1, t2 = Premise("t1", Fraction(2, 3), 2), Premise("t2", "0.8", Fraction(4, 3))
     E = [[[0.0], [0.0], [a], [0.0]] for a, _, _ in corners]
     return TSModel(A, E=E, C=[[0, 1, 0, 0]], premises=[t1, t2, Premise("t3", 1, 3)])

@@ -82,18 +82,6 @@ def test_tower_energy_balance() -> None:
 
 
 @pytest.mark.slow
-def test_halving_the_time_step_converges() -> None:
-    """With the law's sampling kept, the error of 0.02 s is at most a quarter of that of 0.04 s."""
-    plant = validation_plant(nrel5mw(), torsion=True)
-    coarse, fine, finest = (
-        baseline_run(plant, time_step=step).rotor_speed for step in (0.04, 0.02, 0.005)
-    )
-
-    assert np.abs(fine - finest).max() < 0.25 * np.abs(coarse - finest).max()
-    assert np.abs(fine - finest).max() < 1e-5
-
-
-@pytest.mark.slow
 def test_halving_the_sampling_converges() -> None:
     """Sampling the law twice as often halves what sampling changes."""
     plant = validation_plant(nrel5mw())

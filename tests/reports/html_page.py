@@ -30,12 +30,13 @@ def unsettled() -> Iterator[pytest.MonkeyPatch]:
 
 
 class HtmlPage(HTMLParser):
-    """Notes what a page contains, and every tag that is closed out of turn."""
+    """Notes what a page and its cells contain, and every tag that is closed out of turn."""
 
     def __init__(self, text: str) -> None:
         super().__init__(convert_charrefs=True)
         self.open: list[str] = []
         self.wrong: list[str] = []
+        self.cells: list[str] = []
         self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.feed(text)
         self.close()
@@ -44,6 +45,12 @@ class HtmlPage(HTMLParser):
         self.tags.append((tag, dict(attrs)))
         if tag not in VOID:
             self.open.append(tag)
+        if tag in ("td", "th"):
+            self.cells.append("")
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] in ("td", "th"):
+            self.cells[-1] += data
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append((tag, dict(attrs)))

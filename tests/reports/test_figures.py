@@ -143,26 +143,19 @@ def test_svg_is_repeatable_small_and_fit_to_stand_in_html(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SHOWN)
-def test_letters_are_large_enough_and_units_stand_on_the_axes(name: str) -> None:
-    """No text is below 9 pt, and every labelled axis says its unit in brackets."""
+def test_a_figure_can_be_read(name: str) -> None:
+    """No text is below 9 pt or leaves the page; every labelled axis says its unit in brackets."""
     from matplotlib.text import Text
 
-    figure = pictured(name).figure
+    figure, _, (left, right), shown = pictured(name)
     texts = [t for t in figure.findobj(Text) if isinstance(t, Text) and t.get_text().strip()]
     assert min(float(text.get_fontsize()) for text in texts) >= 9
     assert figure.get_size_inches()[0] == 7.0
     labels = [text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel())]
     assert any(labels)
     assert all(re.search(r"\[.+\]", label) for label in labels if label)
-
-
-@pytest.mark.parametrize("name", SHOWN)
-def test_no_text_leaves_the_figure(name: str) -> None:
-    """All labels lie inside the page."""
-    _, _, (left, right), texts = pictured(name)
-
-    assert texts
-    for text, start, end in texts:
+    assert shown
+    for text, start, end in shown:
         assert left <= start and end <= right, text
 
 

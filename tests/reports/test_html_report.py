@@ -44,7 +44,7 @@ def files(turbine_design: TurbineDesign) -> dict[str, bytes | str]:
     """
     with unsettled() as patch:
         patch.setattr(running_search, "FINE", 11.0)
-        patch.setattr(responses, "DURATION", 30.0)
+        patch.setattr(responses, "DURATION", 60.0)
         return design_files(turbine_design)
 
 

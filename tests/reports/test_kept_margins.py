@@ -115,16 +115,14 @@ def test_what_was_given_is_not_moved() -> None:
     assert free_levers(()) == LEVERS and len(free_levers(("wind_filter",))) == len(LEVERS) - 1
 
 
-def test_more_than_any_number_gives_is_an_answer() -> None:
+def test_more_than_any_number_gives_and_a_wind_without_rest_are_answers() -> None:
     """The end of the range is 30 s, with a margin of 3."""
     assert isinstance(searched(Loops({11.0: by_filter}, AskedMargins(gain=2.99))), KeptMargins)
-    found = searched(Loops({11.0: by_filter}, AskedMargins(gain=3.01)))
-    assert isinstance(found, NoMargins) and "ask for less" in found.reason
-
-
-def test_a_wind_without_rest_is_named() -> None:
-    found = searched(Loops({11.0: by_filter}, AskedMargins(gain=1.1), none=(12.0,)))
-    assert isinstance(found, NoMargins) and "no rest at 12 m/s" in found.reason
+    more = Loops({11.0: by_filter}, AskedMargins(gain=3.01))
+    restless = Loops({11.0: by_filter}, AskedMargins(gain=1.1), none=(12.0,))
+    for loops, words in ((more, "ask for less"), (restless, "no rest at 12 m/s")):
+        found = searched(loops)
+        assert isinstance(found, NoMargins) and words in found.reason
 
 
 def test_each_lever_reaches_its_end_and_says_so() -> None:

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import sympy as sp
 
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
@@ -14,23 +13,11 @@ from takagi.models import Interval, Plant, Variable
 from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.sections.plant.loops import regulator_section
+from tests.reports.plant_designs import U, V, X, two_integrators
 
-X, V, U = sp.symbols("x v u", real=True)
 
-
-def spring(*, side: int = 1, room: int | None = 6, step: float | None = None) -> PlantDesign:
-    """x' = v, v' = u, or one step of it, under u = -2 x - 3 v."""
-    right = (V, U) if step is None else (X + step * V, V + step * U)
-    plant = Plant(
-        equations=right,
-        states=(
-            Variable(X, "m", Interval.of(-side, side)),
-            Variable(V, "m/s", Interval.of(-2, 2)),
-        ),
-        inputs=(Variable(U, "m/s^2", None if room is None else Interval.of(-room, room)),),
-        sample_time=step,
-    )
-    return certify_plant(plant, np.array([[[2.0, 3.0]]]))
+def spring(*, room: int | None = 6, step: float | None = None) -> PlantDesign:
+    return two_integrators(2, 3, side=2, room=room, step=step)
 
 
 def test_the_gain_is_the_closed_form_for_two_integrators() -> None:

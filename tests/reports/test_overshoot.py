@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -12,28 +11,17 @@ from scipy.linalg import expm
 
 from takagi.certificates.claims.certification import USEFUL
 from takagi.certificates.design.plant.design import certify_plant
-from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.loops.plant_claims import overshoots
 from takagi.reports.loops.plant_loop import plant_loop
+from tests.reports.plant_designs import U, V, X, two_integrators
 
-X, V, U, W = sp.symbols("x v u w", real=True)
-
-
-@cache
-def oscillator(stiffness: float, damping: float, *, side: float = 1.0) -> PlantDesign:
-    """x'' = u with |x| <= 1, |v| <= side, any u = -k x - d v."""
-    plant = Plant(
-        equations=(V, U),
-        states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V, "-", Interval.of(-side, side))),
-        inputs=(Variable(U, "-"),),
-    )
-    return certify_plant(plant, np.array([[[stiffness, damping]]]))
+W = sp.Symbol("w", real=True)
 
 
 @pytest.mark.parametrize("damping", [0.6, 2.0])
 def test_motions_keep_the_bound_and_come_near_it(damping: float) -> None:
-    design = oscillator(1.0, damping)
+    design = two_integrators(1.0, damping)
     found = overshoots(design, plant_loop(design))
     A = np.array([[0.0, 1.0], [-1.0, -damping]])
     peaks = np.abs([expm(A * t) for t in np.linspace(0, 20, 801)]).max(axis=0)
@@ -44,8 +32,8 @@ def test_motions_keep_the_bound_and_come_near_it(damping: float) -> None:
 
 def test_units_do_not_matter_and_a_useless_claim_is_made_again() -> None:
     """x'' = -1e4 x - 200 v, v up to 100: over the half-widths of the set as of poles at -1."""
-    design = oscillator(1e4, 200.0, side=100.0)
-    slow = oscillator(1.0, 2.0)
+    design = two_integrators(1e4, 200.0, side=100.0)
+    slow = two_integrators(1.0, 2.0)
     claims = [c for c in design.document["claims"] if c["kind"] == "transient"]
 
     assert all(float(claim["overshoot"]) <= USEFUL for claim in claims)
@@ -69,7 +57,7 @@ def test_no_range_for_one_state_takes_the_set_s_own_width() -> None:
 
 
 def test_nothing_is_said_without_a_proved_set_or_with_a_disturbance() -> None:
-    design = oscillator(1.0, 2.0)
+    design = two_integrators(1.0, 2.0)
     loop = plant_loop(design)
     pushed = replace(loop.plant, equations=(V, U + W), disturbances=(Variable(W, "-"),))
 

@@ -61,18 +61,13 @@ def test_a_formula_is_set_piece_by_piece() -> None:
     ]  # fmt: skip
 
 
-def test_a_matrix_has_its_rows_and_columns() -> None:
-    """Rows and cells of a pmatrix with distances between rows."""
+def test_a_matrix_has_its_cells_and_an_array_its_lines_where_tex_draws_them() -> None:
+    """Rows with distances between them; a bar behind the first column, a rule below the head."""
     root = ElementTree.fromstring(mathml(r"\begin{pmatrix}1 & 2 & 3\\[4pt]4 & 5 & 6\end{pmatrix}"))
-
     assert [len(row.findall("mtd")) for row in root.iter("mtr")] == [3, 3]
 
-
-def test_lines_of_an_array_are_where_tex_draws_them() -> None:
-    """A bar behind the first column, a rule below the first row."""
     text = mathml(r"\begin{array}{c|cc}i & a & b \\ \hline 1 & 2 & 3\end{array}")
     table = next(ElementTree.fromstring(text).iter("mtable"))
-
     assert (table.get("columnlines"), table.get("rowlines")) == ("solid none", "solid")
 
 

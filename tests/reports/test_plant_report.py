@@ -35,23 +35,6 @@ SECTIONS = [
 FIGURES = {"memberships", "poles", "bode", "responses", "phase", "set"}
 
 
-class _Page(HtmlPage):
-    """Notes the text of the cells besides."""
-
-    def __init__(self, text: str) -> None:
-        self.cells: list[str] = []
-        super().__init__(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        super().handle_starttag(tag, attrs)
-        if tag in ("td", "th"):
-            self.cells.append("")
-
-    def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] in ("td", "th"):
-            self.cells[-1] += data
-
-
 @cache
 def report_of(name: str) -> ReportFiles:
     """The report of a built-in plant, made once."""
@@ -80,7 +63,7 @@ def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
 def test_sections_stand_in_their_order_with_the_verdict_first() -> None:
     """An analysis has no law, and therefore no gains and no margins."""
     for name, left_out in ((SMALL, set()), (ANALYSIS, {"gains", "loops", "set", "lqr"})):
-        found = [str(a["id"]) for tag, a in _Page(report_of(name).html).tags if tag == "section"]
+        found = [str(a["id"]) for tag, a in HtmlPage(report_of(name).html).tags if tag == "section"]
         assert found == [name for name in SECTIONS if name not in left_out]
 
 
@@ -88,7 +71,7 @@ def test_formulas_of_the_derivation_are_on_the_page() -> None:
     """One formula per step, per equation and output, and the law's."""
     design = design_of(SMALL)
     assert design.model.derivation is not None
-    count = sum(tag == "math" for tag, _ in _Page(report_of(SMALL).html).tags)
+    count = sum(tag == "math" for tag, _ in HtmlPage(report_of(SMALL).html).tags)
     plant = design.plant
 
     assert count == len(design.model.derivation.steps) + len(plant.states) + len(plant.outputs) + 1
@@ -98,7 +81,7 @@ def test_gains_and_premises_are_printed_as_emitted() -> None:
     """Read back from the page's cells."""
     design = design_of(SMALL)
     assert design.gains is not None
-    cells = _Page(report_of(SMALL).html).cells
+    cells = HtmlPage(report_of(SMALL).html).cells
 
     for K in design.gains:
         row = [decimal(float(x)) for x in K.ravel()]
@@ -145,7 +128,7 @@ def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
 def test_a_scheduling_signal_is_no_disturbance() -> None:
     """Its kind in the table, and what the proof says of it."""
     page = report_of(ANALYSIS).html
-    cells = _Page(page).cells
+    cells = HtmlPage(page).cells
 
     assert cells[cells.index("w") + 1] == "scheduling"
     assert "<b>Scheduling signals</b> (w)" in page and "<b>Disturbances</b>" not in page
@@ -175,7 +158,7 @@ def test_words_from_a_file_cannot_become_markup() -> None:
     plant: Plant = replace(
         old, name=HOSTILE, description=HOSTILE, source=HOSTILE, parameters=parameters, states=states
     )
-    page = _Page(plant_report_files(replace(design, plant=plant, notes=(HOSTILE,))).html)
+    page = HtmlPage(plant_report_files(replace(design, plant=plant, notes=(HOSTILE,))).html)
 
     assert "script" not in {tag for tag, _ in page.tags} and not page.wrong
     assert HOSTILE in page.cells

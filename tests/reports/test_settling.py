@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import sympy as sp
 from scipy.linalg import expm
 
 from takagi.certificates.design.plant.design import certify_plant
-from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.loops.plant_claims import half_widths, settling_time
 from takagi.reports.loops.plant_loop import plant_loop
-
-X, V, U = sp.symbols("x v u", real=True)
-
-
-def oscillator() -> PlantDesign:
-    """x'' = u with |x|, |v| <= 1, |u| <= 3 and u = -x - 2 v: poles at -1 twice."""
-    plant = Plant(
-        equations=(V, U),
-        states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V, "-", Interval.of(-1, 1))),
-        inputs=(Variable(U, "-", Interval.of(-3, 3)),),
-    )
-    return certify_plant(plant, np.array([[[1.0, 2.0]]]))
+from tests.reports.plant_designs import U, X, two_integrators
 
 
 def test_one_state_settles_as_its_pole_says() -> None:
@@ -41,8 +28,8 @@ def test_one_state_settles_as_its_pole_says() -> None:
 
 
 def test_motions_from_the_set_s_edge_keep_both_bounds() -> None:
-    """The loop is linear, so exp(A t) moves sixty starts on the edge of {x' P x <= c}."""
-    loop = plant_loop(oscillator())
+    """Two poles at -1; exp(A t) moves sixty starts on the edge of {x' P x <= c}."""
+    loop = plant_loop(two_integrators(1, 2, room=3))
     reach, time = half_widths(loop), settling_time(loop)
     assert reach is not None and time is not None
     P, level = loop.ellipsoid

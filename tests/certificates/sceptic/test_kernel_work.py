@@ -68,21 +68,16 @@ def test_many_disturbances_count_as_order(kind: str, others: Data) -> None:
         said_of(model, None, claim)
 
 
-def test_parts_of_a_region_count_as_order() -> None:
-    model = model_data([unit(40, -1)])
+def test_parts_of_a_region_and_the_error_of_an_observer_count_as_order() -> None:
     part = {"L": unit(4, -1), "M": unit(4)}
-
+    region = {"name": "a", "kind": "region", "P": unit(40), "parts": [part]}
     with pytest.raises(CertificateError, match="order 160"):
-        said_of(model, None, {"name": "a", "kind": "region", "P": unit(40), "parts": [part]})
+        said_of(model_data([unit(40, -1)]), None, region)
 
-
-def test_error_of_an_observer_doubles_the_order() -> None:
     model = model_data([unit(60, -1)], B=[[[0]] * 60], C=[[[0] * 60]])
     claim = {"name": "a", "kind": "observed-feedback", "decay_rate": 0, "P": [[1] * 80] * 80}
-    claim |= {"L": [[[0]] * 60]}
-
     with pytest.raises(CertificateError, match="120"):
-        said_of(model, law_data([[[0] * 60]]), claim)
+        said_of(model, law_data([[[0] * 60]]), claim | {"L": [[[0]] * 60]})
 
 
 def test_more_multipliers_than_a_reader_waits_for_are_refused() -> None:

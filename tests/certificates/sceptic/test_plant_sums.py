@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from takagi.certificates import Verdict
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import sector_model
-from takagi.models.plant_files.loader import load_plant
 from tests.certificates.embedding.plants import changed, said_of
 
 Data = dict[str, Any]
@@ -151,7 +150,3 @@ def test_the_truck_and_trailer_in_states_of_its_own() -> None:
     assert "2 exact vertices" in found.text
     wrong = changed(data, lambda d: d["embedding"]["premises"][0].update(upper="0.9999999"))
     assert said_of(wrong).verdict is Verdict.UNDECIDED
-
-
-def test_the_built_in_truck_is_not_disturbed() -> None:
-    assert said_of(plant_data(sector_model(load_plant("truck_trailer")))).verdict is Verdict.PROVED

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from takagi.certificates import CertificateError, Verdict
+from takagi.certificates import Verdict
 from takagi.certificates.checker import check_document
 from tests.certificates.conftest import resealed
 
@@ -50,17 +50,6 @@ def test_each_coefficient_needs_its_share(
 
     assert checked.verdict is Verdict.UNDECIDED
     assert f"the loop's {name} {WIDER[name]}" in checked.claims[0].text
-
-
-@pytest.mark.parametrize("power", [[1.1, 0.9], [1.01, 1.02], [0.9, 0.99], [0, 1], [-1, 1]])
-def test_an_interval_that_does_not_hold_one_is_refused(
-    short: dict[str, Any], power: list[float]
-) -> None:
-    """Ends the wrong way round would shrink every coefficient instead of widening it."""
-    short["claims"][0]["uncertainty"]["power_coefficient"] = power
-
-    with pytest.raises(CertificateError, match="power_coefficient"):
-        check_document(resealed(short))
 
 
 def test_the_residual_has_the_trim_torque_and_its_own_share(short: dict[str, Any]) -> None:

@@ -20,6 +20,7 @@ from tests.certificates.kinds.claims import model_data, said_of
 
 Data = dict[str, Any]
 REST_U = "here u is u - u*, with * for the point of rest"
+REST_W = "here w is w - w*, with * for the point of rest"
 REST_Y = "here y is y less its value at rest"
 ITO = "in Ito's sense"
 
@@ -110,25 +111,23 @@ def valve(folder: Path, u: int, w: int, y: int) -> list[str]:
     return [one.text for one in found.checked.claims[1:]]
 
 
-def test_what_rests_elsewhere_is_a_deviation(tmp_path: Path) -> None:
-    """The valve reaches 6 V with |u - 5| <= 1, and y = 100.5 with |y - 100| <= 0.5."""
-    limits, peak, energy = valve(tmp_path, 5, 0, 100)
-
-    assert limits.endswith(f"; {REST_U}")
-    assert peak.endswith(f"; {REST_Y}")
-    assert energy.endswith(f"; {REST_Y}")
-
-
-def test_a_disturbance_that_rests_elsewhere_is_a_deviation(tmp_path: Path) -> None:
-    limits, peak, energy = valve(tmp_path, 0, 5, 0)
-
-    assert "; here" not in limits
-    assert peak.endswith("; here w is w - w*, with * for the point of rest")
-    assert energy.endswith("; here w is w - w*, with * for the point of rest")
-
-
-def test_what_rests_at_zero_is_itself(tmp_path: Path) -> None:
-    assert not [text for text in valve(tmp_path, 0, 0, 0) if "at rest" in text or "*" in text]
+@pytest.mark.parametrize(
+    ("rests", "ends"),
+    [
+        # The valve reaches 6 V with |u - 5| <= 1, and y = 100.5 with |y - 100| <= 0.5.
+        ((5, 0, 100), (REST_U, REST_Y, REST_Y)),
+        ((0, 5, 0), ("", REST_W, REST_W)),
+        ((0, 0, 0), ("", "", "")),
+    ],
+)
+def test_what_rests_elsewhere_is_a_deviation(
+    rests: tuple[int, int, int], ends: tuple[str, str, str], tmp_path: Path
+) -> None:
+    for text, end in zip(valve(tmp_path, *rests), ends, strict=True):
+        if end:
+            assert text.endswith(f"; {end}")
+        else:
+            assert not any(words in text for words in ("; here", "at rest", "*"))
 
 
 @pytest.mark.parametrize(

@@ -214,7 +214,7 @@ def test_a_box_is_refused(name: str, value: float) -> None:
         *(("frozen_wake", value) for value in (1, 0, "yes", None)),
         *(
             ("power_coefficient", value)
-            for value in ([0, 1], [-1, 1], [1.01, 1.1], [0.9, 0.99], [1], [1, 1, 1])
+            for value in ([0, 1], [-1, 1], [1.1, 0.9], [1.01, 1.1], [0.9, 0.99], [1], [1, 1, 1])
         ),
     ],
 )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from takagi.lmi import common_lyapunov, exact_solution
 from takagi.lmi.analysis.common_quadratic import rates_of
-from tests.lmi.known_models import oscillators, planar_pair
+from tests.lmi.known_models import feasp_triple, oscillators, planar_pair
 
 Floats = NDArray[np.float64]
 
@@ -50,6 +50,15 @@ def test_fixed_gains_hold_exactly_below_three() -> None:
     assert common_lyapunov(closed_loop_pairs(3 - 1e-2)).found
     assert common_lyapunov(closed_loop_pairs(3 + 1e-2)).status == "infeasible"
     assert common_lyapunov(closed_loop_pairs(3 - 1e-2, a=8.0)).found
+
+
+def test_three_vertices_of_the_feasp_page_are_stable() -> None:
+    """MathWorks, Robust Control Toolbox, feasp: this triple is quadratically stable."""
+    P = common_lyapunov(feasp_triple()).P
+
+    assert P is not None and np.linalg.eigvalsh(P)[0] > 0
+    for vertex in feasp_triple():
+        assert np.linalg.eigvalsh(vertex.T @ P + P @ vertex)[-1] < 0
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,15 @@ def sampled_fast(step: float) -> tuple[Floats, Floats]:
     return A, np.eye(6) + step * A
 
 
+def test_the_book_pair_has_a_common_p() -> None:
+    """Feasible as published."""
+    P = common_lyapunov(book_pair(), sample_time=1.0).P
+
+    assert P is not None and np.linalg.eigvalsh(P)[0] > 0
+    for vertex in book_pair():
+        assert np.linalg.eigvalsh(vertex.T @ P @ vertex - P)[-1] < 0
+
+
 def test_the_rolmip_pair_has_none_and_says_so() -> None:
     """The largest margin is 0, so no candidate; both sides of the largest contraction."""
     answer = common_lyapunov(rolmip_pair(), sample_time=1.0)

@@ -191,12 +191,9 @@ def test_a_block_that_does_not_fit_is_refused(block: NormBounded, what: str) -> 
         robust_lyapunov(oscillator(0.2), block)
 
 
-def test_by_rule_needs_one_of_each_a_rule() -> None:
+def test_what_does_not_fit_the_rules_or_inputs_is_refused() -> None:
     with pytest.raises(ModelError, match="for each of r rules"):
         NormBounded.by_rule([[1.0]], np.ones((2, 1, 1)))
-
-
-def test_gains_that_do_not_fit_are_refused() -> None:
     model = TSModel([[[1.0]]], [[[1.0]]])
     with pytest.raises(ModelError, match="gains have shape"):
         robust_lyapunov(model, NormBounded([[1.0]], [[1.0]]), gains=[[1.0, 2.0]])
