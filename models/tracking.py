@@ -9,19 +9,21 @@ The equilibrium for each reference is found by Newton's method in floating point
 here: the numbers say whether the inputs can hold a reference, and how far the equilibrium is from
 the ends of the ranges.  The loop's equilibria are approximated by a linear function of the signals,
 
-    Xhat(s) = X* + D (s - s*),    uhat(s) = u* - K D (s - s*),
+    Xhat(s) = X* + D (s - s*),    uhat(s) = u* - K (Xhat(s) - X*),
 
-where s are the references, the other disturbances with a range, and uncertain parameters.  The true
-equilibria are nonlinear functions of s where the plant is nonlinear; D has the slopes of their
-chords over the ranges.  The residuals of the equations at (Xhat, uhat) are computed on a grid in
-floating point; the checker proves their bounds.
+or by one with the products of two signals besides, where s are the references, the other
+disturbances with a range, and uncertain parameters.  The true equilibria are nonlinear functions of
+s where the plant is nonlinear; D is fitted to them over the ranges.  A law with measured outputs
+has the plant's own states from an observer, whose estimate is a state of the loop too.  The
+residuals of the equations at (Xhat, uhat) are computed on a grid in floating point; the checker
+proves their bounds.  X* is the origin of these functions; the plant need not rest there exactly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import combinations_with_replacement, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -105,6 +107,7 @@ def _as_it_rests(plant: Plant, variable: Variable) -> Variable:
 
 STEPS, ITERATIONS, HALVINGS = 8, 30, 30
 MOST_CORNERS = 6
+MOST_HALVED = 4  # signals whose equilibria are computed on a grid of three values each
 CLOSE = 1e-10
 
 
@@ -131,8 +134,12 @@ def signals_of(plant: Plant) -> tuple[Variable, ...]:
     return tuple(v for v in plant.disturbances if v.range is not None)
 
 
-def held_rests(plant: Plant) -> HeldRests:
+def held_rests(plant: Plant, *, inside: bool = False) -> HeldRests:
     """Return the equilibria at the corners of the signals' ranges, after the plant's own rest.
+
+    Parameters
+    ----------
+    inside : whether equilibria between the corners follow.
 
     Raises
     ------
@@ -152,6 +159,15 @@ def held_rests(plant: Plant) -> HeldRests:
                 point = middle.copy()
                 point[k] = end
                 corners.append(point)
+    if inside:
+        halfway = [(low, (low + high) / 2, high) for low, high in ends]
+        if len(ends) > MOST_HALVED:
+            halfway = [(low, high) for low, high in ends]
+        known = {tuple(corner) for corner in corners}
+        corners += [np.array(point) for point in product(*halfway) if point not in known]
+        for k, pair in enumerate(ends):
+            for end in pair:
+                corners.append(np.array([*middle[:k], end, *middle[k + 1 :]]))
     values = [search.start]
     for corner in corners:
         values.append(search.along(middle, corner))
@@ -291,68 +307,225 @@ WIDER = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EquilibriumLine:
-    """The linear function, its residuals, and the ranges that it needs.
+class ConstantObserver:
+    """s' = A s + B (u - u*) + L (y - y* - C s): an estimate of the plant's own states.
 
     Attributes
     ----------
-    D : (n, s), short decimals.
+    A, B, C, L : (n, n), (n, m), (p, n) and (n, p), short decimals.
+    measured : names of the p outputs y.
+    """
+
+    A: Floats
+    B: Floats
+    C: Floats
+    L: Floats
+    measured: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EquilibriumLine:
+    """Xhat(s) - X* as a function of the signals, its residuals, and the ranges that it needs.
+
+    Attributes
+    ----------
+    D : (n, s), short decimals; with an observer the rows of its estimate come last.
+    Q : (n, s (s + 1) / 2) factors of products of two deviations, (1, 1), (1, 2), ..., (2, 2), ...;
+        None for a linear function.
     sides : ranges of the signals' deviations from rest.
     state_range, input_range : (least, greatest) deviation of each state and input over the ranges.
     residuals : (n,) largest |F_k| over the ranges.
     """
 
     D: Floats
+    Q: Floats | None
     sides: tuple[tuple[float, float], ...]
     state_range: list[tuple[float, float]]
     input_range: list[tuple[float, float]]
     residuals: Floats
 
+    def slopes(self, j: int) -> Floats:
+        """Return the derivatives of Xhat by signal j at the corners of the signals, as rows."""
+        if self.Q is None:
+            return self.D[:, j][None]
+        pairs = _pairs(len(self.sides))
+        found = []
+        for corner in product(*self.sides):
+            by = [(a == j) * corner[b] + (b == j) * corner[a] for a, b in pairs]
+            found.append(self.D[:, j] + self.Q @ np.array(by))
+        return np.array(found)
 
-def equilibrium_line(plant: Plant, gain: Floats) -> EquilibriumLine:
-    """Return the linear function for a plant with references under u = u* - K (X - X*)."""
+
+def placed_gain(plant: Plant, gain: Floats, observer: ConstantObserver | None) -> Floats:
+    """Return K (m, N) of u - u* = -K z with z = (X, s): own states' columns act on s."""
+    if observer is None:
+        return gain
+    own = own_states(plant)
+    inner = gain.copy()
+    inner[:, own] = 0.0
+    return np.hstack([inner, gain[:, own]])
+
+
+def own_states(plant: Plant) -> list[int]:
+    """Return the places of the states that are no integrals."""
+    integrals = {one.integral for one in plant.references}
+    return [k for k, v in enumerate(plant.states) if v.name not in integrals]
+
+
+def rests_exactly(plant: Plant) -> bool:
+    """Return whether every equation is 0 at the plant's rest by algebra, not up to rounding."""
     import sympy as sp
 
+    at = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
+    at |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    return all(sp.simplify(sp.sympify(row).subs(at)) == 0 for row in plant.equations)
+
+
+def equilibrium_line(
+    plant: Plant,
+    gain: Floats,
+    observer: ConstantObserver | None = None,
+    *,
+    curved: bool = False,
+) -> EquilibriumLine:
+    """Return the function for a plant with references under u = u* - K (X - X*).
+
+    Parameters
+    ----------
+    observer : whose estimate stands in the place of the plant's own states; None for a law that has
+        all states.
+    curved : whether it has products of two signals.
+    """
     signals = signals_of(plant)
     sides = tuple(
         (float(v.range.lower - v.rest), float(v.range.upper - v.rest)) for v in signals if v.range
     )
-    D = _slopes(plant, gain)
-    state_range = [_range(row, sides) for row in D]
-    input_range = [_range(row, sides) for row in -gain @ D]
+    rows = _right_sides(plant, observer)
+    line = _fitted(plant, gain, observer, sides, curved=curved)
+    ends = _feature_ends(sides, curved=curved)
+    K = placed_gain(plant, gain, observer)
+    n = len(plant.states)
+    count = max(2, min(POINTS, int(MOST_POINTS ** (1 / len(sides)))))
+    largest = np.zeros(len(line))
+    for point in product(*(np.linspace(low, high, count) for low, high in sides)):
+        z = line @ _features(np.array(point), curved=curved)
+        with np.errstate(all="ignore"):
+            largest = np.maximum(largest, np.abs(rows(z[:n], z[n:], -K @ z, np.array(point))))
+    return EquilibriumLine(
+        line[:, : len(sides)],
+        line[:, len(sides) :] if curved else None,
+        sides,
+        [_range(row, ends) for row in line[:n]],
+        [_range(row, ends) for row in -K @ line],
+        largest * (1 + WIDER),
+    )
+
+
+def _right_sides(
+    plant: Plant, observer: ConstantObserver | None
+) -> Callable[[Floats, Floats, Floats, Floats], Floats]:
+    """Return (X - X*, s, u - u*, deviations of signals) -> X' and s'."""
+    import sympy as sp
+
+    signals = signals_of(plant)
     values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     values |= {
         v.symbol: sp.Rational(*v.rest.as_integer_ratio())
         for v in plant.disturbances
         if v.range is None
     }
-    symbols = [v.symbol for v in (*plant.states, *plant.inputs, *signals)]
-    rows = [sp.sympify(row).subs(values) for row in plant.equations]
-    right = sp.lambdify(symbols, rows, modules=["scipy", "numpy"])
-    still = np.array([float(v.rest) for v in (*plant.states, *plant.inputs, *signals)])
-    count = max(2, min(POINTS, int(MOST_POINTS ** (1 / len(sides)))))
-    largest = np.zeros(len(rows))
-    for point in product(*(np.linspace(low, high, count) for low, high in sides)):
-        r = np.array(point)
-        place = still + np.concatenate([D @ r, -gain @ D @ r, r])
-        with np.errstate(all="ignore"):
-            largest = np.maximum(largest, np.abs(np.array(right(*place), dtype=np.float64)))
-    return EquilibriumLine(D, sides, state_range, input_range, largest * (1 + WIDER))
+    listed = (*plant.states, *plant.inputs, *signals)
+    symbols = [v.symbol for v in listed]
+    right = sp.lambdify(
+        symbols, [sp.sympify(row).subs(values) for row in plant.equations], ["scipy", "numpy"]
+    )
+    still = np.array([float(v.rest) for v in listed])
+    seen = _outputs(plant, observer)
+
+    def rates(X: Floats, s: Floats, u: Floats, r: Floats) -> Floats:
+        moved = np.array(right(*(still + np.concatenate([X, u, r]))), dtype=np.float64)
+        if observer is None:
+            return moved
+        gap = seen(X) - observer.C @ s
+        return np.concatenate([moved, observer.A @ s + observer.B @ u + observer.L @ gap])
+
+    return rates
 
 
-def _slopes(plant: Plant, gain: Floats) -> Floats:
-    """Return D: chord slopes of the equilibria, and integral states that give their inputs."""
-    rests = held_rests(plant)
+def _outputs(plant: Plant, observer: ConstantObserver | None) -> Callable[[Floats], Floats]:
+    """Return X - X* -> y - y* of what the observer measures."""
+    import sympy as sp
+
+    if observer is None:
+        return lambda X: X[:0]
+    values = {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
+    given = {y.name: y.expression for y in plant.outputs}
+    rows = [sp.sympify(given[name]).subs(values) for name in observer.measured]
+    function = sp.lambdify([v.symbol for v in plant.states], rows, ["scipy", "numpy"])
+    still = np.array([float(v.rest) for v in plant.states])
+    resting = np.array(function(*still), dtype=np.float64)
+    return lambda X: np.array(function(*(still + X)), dtype=np.float64) - resting
+
+
+def _features(point: Floats, *, curved: bool) -> Floats:
+    if not curved:
+        return point
+    products = [point[a] * point[b] for a, b in _pairs(len(point))]
+    return np.concatenate([point, products])
+
+
+def _pairs(count: int) -> list[tuple[int, int]]:
+    return list(combinations_with_replacement(range(count), 2))
+
+
+def _feature_ends(
+    sides: tuple[tuple[float, float], ...], *, curved: bool
+) -> tuple[tuple[float, float], ...]:
+    """Return the ranges of the deviations, and of their products."""
+    found = list(sides)
+    for a, b in _pairs(len(sides)) if curved else ():
+        ends = [x * y for x in sides[a] for y in sides[b]]
+        crosses = a == b and sides[a][0] <= 0 <= sides[a][1]
+        found.append((0.0 if crosses else min(ends), max(ends)))
+    return tuple(found)
+
+
+def _fitted(
+    plant: Plant,
+    gain: Floats,
+    observer: ConstantObserver | None,
+    sides: tuple[tuple[float, float], ...],
+    *,
+    curved: bool,
+) -> Floats:
+    """Return [D Q]: of the equilibria, and states of the law that give their inputs."""
+    rests = held_rests(plant, inside=curved)
     n_own = len(plant.states) - len(plant.references)
-    points = rests.points - rests.points[0]
-    values = rests.values - rests.values[0]
-    chords = np.linalg.lstsq(points[1:], values[1:], rcond=None)[0].T
-    own, inputs = chords[:n_own], chords[n_own:]
-    # K_x D_x + K_xi D_xi = -U; the least-squares solution if there are more inputs than references.
-    integral = -np.linalg.lstsq(gain[:, n_own:], inputs + gain[:, :n_own] @ own, rcond=None)[0]
-    D = np.vstack([own, integral])
-    size = np.abs(D).max() or 1.0
-    return np.array([[_short(value, size) for value in row] for row in D])
+    points = np.array([
+        _features(point - rests.points[0], curved=curved) for point in rests.points[1:]
+    ])  # fmt: skip
+    values = rests.values[1:] - rests.values[0]
+    fitted = np.linalg.lstsq(points, values, rcond=None)[0].T
+    own, inputs = fitted[:n_own], fitted[n_own:]
+    known = own
+    if observer is not None:
+        seen = _outputs(plant, observer)
+        nothing = np.zeros(len(plant.references))
+        outputs = np.array([seen(np.concatenate([value[:n_own], nothing])) for value in values])
+        y = np.linalg.lstsq(points, outputs, rcond=None)[0].T
+        inner = observer.A - observer.L @ observer.C
+        known = -np.linalg.solve(inner, observer.B @ inputs + observer.L @ y)
+    # K_x x + K_xi xi = -u; the least-squares solution if there are more inputs than references.
+    integral = -np.linalg.lstsq(gain[:, n_own:], inputs + gain[:, :n_own] @ known, rcond=None)[0]
+    line = np.vstack([own, integral] if observer is None else [own, integral, known])
+    parts = [line[:, : len(sides)], line[:, len(sides) :]]
+    sizes = [np.abs(part).max() if part.size else 1.0 for part in parts]
+    return np.hstack([
+        np.array([[_short(value, size or 1.0) for value in row] for row in part]).reshape(
+            part.shape
+        )
+        for part, size in zip(parts, sizes, strict=True)
+    ])  # fmt: skip
 
 
 def _short(value: float, size: float) -> float:

@@ -35,14 +35,17 @@ from takagi.certificates.requests.loop.decimals import rounded_up
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt, Request
 from takagi.certificates.requests.sampled_loop import SampledLoop
-from takagi.certificates.requests.tracking import Tracking
+from takagi.certificates.requests.tracking import Tracking, observer_data
 from takagi.certificates.requests.transient import Transient
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.tracking import rests_exactly
 
 if TYPE_CHECKING:
     from takagi.lmi import EigenvalueRegion
+    from takagi.models.plant.plant import Plant
+    from takagi.models.tracking import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 LONGEST = 60  # the most characters of a given value in a message
@@ -239,6 +242,7 @@ def plant_certificate(
     *,
     files: Sequence[Path] = (),
     law: Mapping[str, Any] | None = None,
+    observer: ConstantObserver | None = None,
 ) -> Certificate:
     """Return the certificate: embedding, decay, requested claims, and further proved claims.
 
@@ -250,6 +254,8 @@ def plant_certificate(
     files : the data files of the plant; the certificate records their content.
     law : a law with its own weights and these gains, as it is written to the file; None for a law
         with the weights of the model.
+    observer : of a law with references and measured outputs. Of it, and of a plant whose rest is
+        rounded, the claims are those about references alone.
 
     Raises
     ------
@@ -260,8 +266,20 @@ def plant_certificate(
     if model_data is not None and files:
         model_data |= content_of(files)
     loop = ClaimedLoop.of(model, gains, model_data=model_data, law=law)
-    attempts, tried = _attempts(loop, requirements)
+    plant = _referred(loop)
+    if plant is not None and (observer is not None or not rests_exactly(plant)):
+        loop = replace(loop, gains_data={**(loop.gains_data or {}), **observer_data(observer)})
+        attempts, tried, before = list(_tracking(loop, observer)), [], []
+    else:
+        attempts, tried = _attempts(loop, requirements)
     return _certificate(loop, before, attempts, settings, notes, tried, files=files)
+
+
+def _referred(loop: ClaimedLoop) -> Plant | None:
+    """Return the plant of a loop with references; None for another loop."""
+    form = None if loop.model.derivation is None else loop.model.derivation.form
+    plant = None if form is None or loop.gains is None else form.plant
+    return plant if plant is not None and plant.references else None
 
 
 def _attempts(
@@ -325,17 +343,17 @@ def _under_noise(loop: ClaimedLoop, requirements: ClaimRequirements) -> Iterator
     yield attempted(first, loop)
 
 
-def _tracking(loop: ClaimedLoop) -> Iterator[Attempt]:
+def _tracking(loop: ClaimedLoop, observer: ConstantObserver | None = None) -> Iterator[Attempt]:
     """Yield the claims about references; where a rate is not proved, also one that is."""
-    form = None if loop.model.derivation is None else loop.model.derivation.form
-    if form is None or form.plant is None or not form.plant.references or loop.gains is None:
+    plant = _referred(loop)
+    if plant is None:
         return
-    yield Tracking("jumps").attempt(loop)
-    if any(one.rate is not None for one in form.plant.references):
-        wanted = Tracking("rate").attempt(loop)
+    yield Tracking("jumps", observer=observer).attempt(loop)
+    if any(one.rate is not None for one in plant.references):
+        wanted = Tracking("rate", observer=observer).attempt(loop)
         yield wanted
         if not wanted.proved:
-            slower = Tracking("rate", slower=True).attempt(loop)
+            slower = Tracking("rate", slower=True, observer=observer).attempt(loop)
             if slower.proved:
                 yield slower
 

@@ -48,16 +48,26 @@ def plant_members(
 
 
 def _observer_units(plant: Plant, law: Mapping[str, Any]) -> dict[str, str]:
-    """Return the units of L, of a law with an observer."""
+    """Return the units of L, and of constant A, B and C, of a law with an observer."""
     if "observer" not in law:
         return {}
     units = {y.name: y.unit for y in plant.outputs}
     rate = "" if plant.sample_time is not None else "/s"
-    return {
+    integrals = {one.integral for one in plant.references}
+    own = [x for x in plant.states if x.name not in integrals]
+    found = {
         f"observer.L, {x.name} per {name}": f"{_per(x.unit, units[name])}{rate}"
-        for x in plant.states
+        for x in own
         for name in law["observer"]["measured"]
     }
+    if law["observer"]["weights"] == "constant":
+        found |= {f"observer.A, {x.name} per {y.name}": f"{_per(x.unit, y.unit)}/s" for x in own
+                  for y in own}  # fmt: skip
+        found |= {f"observer.B, {x.name} per {u.name}": f"{_per(x.unit, u.unit)}/s" for x in own
+                  for u in plant.inputs}  # fmt: skip
+        found |= {f"observer.C, {name} per {x.name}": _per(units[name], x.unit) for x in own
+                  for name in law["observer"]["measured"]}  # fmt: skip
+    return found
 
 
 def _signal(variable: Variable, rest: float) -> dict[str, Any]:

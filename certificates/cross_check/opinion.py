@@ -171,7 +171,8 @@ def claims_of(document: dict[str, Any]) -> Iterator[tuple[str, Obligations | Non
         line(claim, "kind"), line(claim, "name")
     model, gains = entry(document, "model"), document.get("gains")
     about_plant = isinstance(model, dict) and model.get("kind") == "plant"
-    if about_plant and not CONTAINING & {*map(str, kinds)}:
+    # References are followed by differences of motions, whose embedding that claim shows itself.
+    if about_plant and not CONTAINING & {*map(str, kinds)} and set(kinds) != {"tracking"}:
         raise Refusal("claims about a plant, and none that it is its model")
     _fits_the_law(gains, {*map(str, kinds)})
     loop, unread = None, ""
@@ -211,13 +212,14 @@ def _fits_the_law(gains: Any, kinds: set[str]) -> None:
     if "blending" in gains and loops and "effort-blend" not in kinds:
         raise Refusal("the law has two actuators, and no claim says what they are to the model")
     if "observer" in gains:
-        of_states = (loops | kinds & {"effort-blend"}) - {"observed-loop"}
+        fitting = {"tracking"} if "references" in gains else {"observed-loop"}
+        of_states = (loops | kinds & {"effort-blend"}) - fitting
         if of_states:
             raise Refusal(
                 f"the law has outputs, and {', '.join(sorted(of_states))} is of one of states"
             )
-        if {"blending", "references"} & set(gains):
-            raise Refusal("a law with outputs has neither a blend nor references")
+        if "blending" in gains:
+            raise Refusal("a law with outputs has no blend")
 
 
 def _resting(claim: Any, kind: str, document: Any) -> Obligations:

@@ -6,7 +6,12 @@ For z' = A z + d with A in the hull of the vertices A_k, alpha > 0 and
 
 V = z'Pz falls at the rate 2 alpha where d = 0, and {V <= 1} lies inside |h_i' z| <= 1; the v_j are
 the pushes d, each over alpha and its share, so that the set is invariant under their
-sum.  Two objectives:
+sum.  Residuals |f_k| <= e_k in the rows of z' are counted by how fast their row forgets them:
+
+    [[-(A_k' P + P A_k + 2 alpha P), P E], [E P, diag(u)]] >= 0,    sum u_k <= 2 alpha left^2
+
+with E = diag(e) gives V' <= -2 alpha V + sum u_k, so that they leave {V <= left^2} to V.
+Two objectives:
 
     jumps    least eta with m_j' P m_j <= eta: the largest multiples of jumps m_j within the set
     error    least eta with [[P, c_k], [c_k', eta]] >= 0: the error c_k' z on the set
@@ -34,6 +39,8 @@ def tracking_condition(
     *,
     jumps: Floats | None = None,
     errors: Floats | None = None,
+    residuals: Floats | None = None,
+    left: float = 0.0,
 ) -> Condition:
     """Pose the module's LMIs with eta least.
 
@@ -41,6 +48,7 @@ def tracking_condition(
     ----------
     A : (N, n, n);  rows : (h, n) rows h_i;  pushes : (p, n) rows v_j.
     jumps, errors : (q, n) rows m_j, or (k, n) rows c_k; one of both.
+    residuals : (n,) numbers e_k > 0; None for none.  ``left`` is their share of the set.
 
     Raises
     ------
@@ -75,6 +83,11 @@ def tracking_condition(
     if len(pushes):
         held = Constant(value=unit, at=(0, 0), latex="1")
         lmis.append(_moved("the set is kept", P, pushes, "v", "j", constants=(held,)))
+    unknowns: tuple[Unknown, ...] = (P, eta)
+    if residuals is not None:
+        U = Unknown("u", 1, 1, symmetric=True, count=n)
+        lmis += _forgotten(P, U, A, alpha, residuals, left)
+        unknowns = (P, eta, U)
     if jumps is not None:
         most = Term(unknown=eta, left=unit, right=unit)
         lmis.append(_moved("jumps", P, jumps, "m", "j", terms=(most,)))
@@ -82,11 +95,39 @@ def tracking_condition(
         lmis.append(_bordered("the error", P, errors, "c", "k", eta))
     return Condition(
         name="tracking",
-        unknowns=(P, eta),
+        unknowns=unknowns,
         lmis=tuple(lmis),
         objective={"eta": unit},
         source="docs/plant-theorems.md",
     )
+
+
+def _forgotten(
+    P: Unknown, U: Unknown, A: Floats, alpha: float, residuals: Floats, left: float
+) -> list[LMI]:
+    """Pose the two LMIs of the residuals."""
+    count, n = A.shape[:2]
+    one, every = np.eye(n)[None], np.arange(n)
+    places = np.zeros((n, n, n))
+    places[every, every, every] = 1.0
+    # The weight of each row stands at its place of the diagonal, in every item.
+    row, item = np.tile(every, count), np.repeat(np.arange(count), n)
+    weights = Term(unknown=U, left=places[row], items=item, members=row, at=(1, 1))
+    balance = LMI(
+        name="the residuals are forgotten",
+        blocks=(n, n),
+        terms=(
+            Term(unknown=P, left=-one, right=A, plus_transpose=True, latex=("-", "A_{k}")),
+            Term(unknown=P, left=-2 * alpha * one, right=one, latex=(r"-2\alpha", "")),
+            Term(unknown=P, left=one, right=np.diag(residuals)[None], at=(0, 1), latex=("", "E")),
+            weights,
+        ),
+        count=count,
+        index=rf"k = 1, \dots, {count}",
+    )
+    most = Constant(value=np.full((1, 1, 1), 2 * alpha * left**2))
+    total = Term(unknown=U, left=-np.ones((n, 1, 1)), items=0 * every, members=every)
+    return [balance, LMI(name="their share", blocks=(1,), terms=(total,), constants=(most,))]
 
 
 def _moved(
@@ -153,6 +194,25 @@ def tracking_function(
 
     Parameters are those of ``tracking_condition``.
     """
+    found = tracking_numbers(A, alpha, rows, pushes, jumps=jumps, errors=errors)
+    return None if found is None else found[0]
+
+
+def tracking_numbers(
+    A: Floats,
+    alpha: float,
+    rows: Floats,
+    pushes: Floats,
+    *,
+    jumps: Floats | None = None,
+    errors: Floats | None = None,
+    residuals: Floats | None = None,
+    left: float = 0.0,
+) -> tuple[Floats, Floats | None] | None:
+    """Return P (n, n) of the module's condition, and u (n,) where there are residuals.
+
+    None where nothing is found.  Parameters are those of ``tracking_condition``.
+    """
     # States scaled so that the entries of rows and pushes are about 1.
     bound = np.vstack([np.abs(rows), np.zeros((1, A.shape[1]))]).max(axis=0)
     moved = np.vstack([np.abs(pushes), np.abs(pushes[:0] if jumps is None else jumps)])
@@ -165,8 +225,12 @@ def tracking_function(
         pushes / unit,
         jumps=None if jumps is None else jumps / unit,
         errors=None if errors is None else errors * unit,
+        residuals=None if residuals is None else residuals / unit,
+        left=left,
     )
     outcome = optimise(condition, slack=1e-3)
     if outcome.status != "candidate":
         return None
-    return np.asarray(outcome.values["P"][0] / np.outer(unit, unit), dtype=np.float64)
+    P = np.asarray(outcome.values["P"][0] / np.outer(unit, unit), dtype=np.float64)
+    u = None if residuals is None else np.asarray(outcome.values["u"], dtype=np.float64).ravel()
+    return P, u

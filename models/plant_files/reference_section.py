@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from takagi.models.equations.ball import decimal_near
 from takagi.models.errors import ModelError, did_you_mean
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.variables import Reference, Variable
@@ -34,6 +36,23 @@ def with_references(
     """
     from takagi.models.tracking import following_plant, held_rests
 
+    for parameter in plant.parameters:
+        if parameter.within:
+            raise document.error(
+                f"parameters.{parameter.symbol}.value",
+                f"it is no decimal ({parameter.equals}); in a plant that follows a reference every "
+                f"parameter is one: give a number, such as {float(parameter.value):.9g}",
+            )
+    # The loop finds its rest by its integrals.  The plant's rest is the origin of deviations alone,
+    # for which the decimals next to it do.
+    states, inputs = (
+        tuple(
+            replace(v, rest=Fraction(repr(float(v.rest))), within=Fraction(0), equals=None)
+            for v in group
+        )
+        for group in (plant.states, plant.inputs)
+    )
+    plant = replace(plant, states=states, inputs=inputs)
     found = []
     for name, given in entry.reference.items():
         place = f"{PLACE}.{name}"
@@ -72,12 +91,12 @@ def _followed(
     """Return the expression that follows the reference, its SI unit, and its unit in the file."""
     outputs = {y.name: y for y in plant.outputs}
     states = {v.name: v for v in plant.states}
-    if given.follow in outputs:
-        output = outputs[given.follow]
-        return output.expression, output.unit, entry.outputs[given.follow].unit
-    if given.follow in states:
+    if given.follow in states and given.follow not in entry.outputs:
         state = states[given.follow]
         return state.symbol, state.unit, state.written or state.unit
+    if given.follow in outputs:
+        output, stated = outputs[given.follow], entry.outputs.get(given.follow)
+        return output.expression, output.unit, output.unit if stated is None else stated.unit
     known = {**states, **outputs}
     raise document.error(
         f"{place}.follow",
@@ -90,25 +109,15 @@ def _rest(document: Document, place: str, plant: Plant, followed: sp.Expr) -> Fr
     """Return the value of the following expression at the plant's rest."""
     import sympy as sp
 
-    if any(v.within for v in (*plant.states, *plant.inputs)) or any(
-        p.within for p in plant.parameters
-    ):
-        raise document.error(
-            place,
-            "the rest and the parameters of a plant that follows a reference are decimals; give "
-            "the rest as numbers (the loop finds its own rest by its integral, so that a number "
-            "near it is enough only where every equation vanishes there)",
-        )
     values = {v.symbol: sp.Rational(*v.rest.as_integer_ratio()) for v in plant.variables}
     values |= {s: sp.Rational(*v.as_integer_ratio()) for s, v in plant.values.items()}
     found = sp.nsimplify(sp.sympify(followed).subs(values))
-    if not found.is_Rational:
-        raise document.error(
-            f"{place}.follow",
-            f"it is {found} at rest, which is not a decimal; follow a state, or an output that is "
-            "a decimal there",
-        )
-    return Fraction(int(found.p), int(found.q))
+    if found.is_Rational:
+        return Fraction(int(found.p), int(found.q))
+    try:
+        return decimal_near(found)[0]
+    except ModelError as error:
+        raise document.error(f"{place}.follow", f"at rest it has no value: {error}") from error
 
 
 def _signal(

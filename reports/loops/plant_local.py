@@ -18,7 +18,7 @@ from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import LoopResponse, loop_response
 
 if TYPE_CHECKING:
-    from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
+    from takagi.reports.loops.plant_loop import PlantLoop
 
 POINTS = 1200
 # An undamped open loop has no finite response at its own frequency.
@@ -48,7 +48,7 @@ def local_loops(loop: PlantLoop) -> tuple[PlantLocalLoop, ...]:
         return ()
     if loop.observed is not None:
         h = loop.memberships(np.zeros(len(loop.names)))
-        A, B, G = _observed(loop, loop.observed, h)
+        A, B, G = loop.observed.joint(h)
         return tuple(_broken(loop, "rest", A, B, G, k) for k in range(B.shape[1]) if np.any(G[k]))
     rest, K = loop.at_rest()
     assert K is not None
@@ -80,20 +80,6 @@ def pair_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
     G = A[:, None] - np.einsum("inm,jmk->ijnk", B, K)
     i, j = np.triu_indices(len(A), 1)
     return own, np.linalg.eigvals((G[i, j] + G[j, i]) / 2).astype(np.complex128).ravel()
-
-
-def _observed(loop: PlantLoop, observed: ObservedMotion, h: Floats) -> tuple[Floats, ...]:
-    """Return A, B, G of (x, s), with u - u* = -G (x, s) broken where the plant gets it.
-
-    The observer goes on with the command that it asks for, which is a part of A.
-    """
-    F, L, K = observed.controller_at(h)
-    model = loop.model
-    A, B, C = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B, model.C))
-    D = np.tensordot(h, model.D, axes=1)[list(observed.law.rows)]
-    n, m = B.shape
-    whole = np.block([[A, np.zeros((n, n))], [L @ C[list(observed.law.rows)], F]])
-    return whole, np.vstack([B, L @ D]), np.hstack([np.zeros((m, n)), K])
 
 
 def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int) -> PlantLocalLoop:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from takagi.models.arrays import Complex, Floats
 from takagi.models.errors import ModelError
+from takagi.models.laws.pdc import OutputFeedback
 from takagi.models.plant.plant import Plant
 from takagi.models.ts.model import Matrices, TSModel
 from takagi.reports.loops.proved_kinds import proved_claims
@@ -26,8 +27,7 @@ from takagi.reports.page.text import name_of
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.blending.run_time import RunTimeBlending
-    from takagi.models.laws.pdc import OutputFeedback
-    from takagi.models.plant.plant import Plant
+    from takagi.models.laws.reference_feedback import ReferenceFeedback
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +43,7 @@ class ObservedMotion:
     level : c of the proved set.
     """
 
-    law: OutputFeedback
+    law: OutputFeedback | ReferenceFeedback
     outputs: Callable[[Floats, Floats], Floats]
     resting: Floats
     P: Floats | None
@@ -109,6 +109,11 @@ class ObservedMotion:
     def controller_at(self, h: Floats) -> tuple[Floats, Floats, Floats]:
         """Return F, L, K of s' = F s + L (y - y*), u - u* = -K s with the weights h (r,)."""
         model, rows = self.law.model, list(self.law.rows)
+        if not isinstance(self.law, OutputFeedback):
+            A, C = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.C[:, rows]))
+            states = list(self.law.states)
+            followed = A[self.law.integrals][:, states]
+            return self.law.linear(followed @ np.linalg.pinv(C[:, states]))
         A, B, C, D, K, L = (
             np.tensordot(h, stack, axes=1)
             for stack in (
@@ -125,12 +130,32 @@ class ObservedMotion:
     def poles_at(self, h: Floats) -> Complex:
         """Return the poles of plant and observer with constant weights h (r,): both parts."""
         model, rows = self.law.model, list(self.law.rows)
+        if not isinstance(self.law, OutputFeedback):
+            A, B, K = self.joint(h)
+            return np.linalg.eigvals(A - B @ K).astype(np.complex128)
         A, B, C, K, L = (
             np.tensordot(h, stack, axes=1)
             for stack in (model.A, model.B, model.C[:, rows], self.law.feedback.gains, self.law.L)
         )
         found = [np.linalg.eigvals(A - B @ K), np.linalg.eigvals(A - L @ C)]
         return np.concatenate(found).astype(np.complex128)
+
+    def joint(self, h: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return A, B, G of (x, s), with u - u* = -G (x, s) broken where the plant gets it.
+
+        The observer goes on with the command that it asks for, which is a part of A.  Integrals
+        are states of the law alone.
+        """
+        F, L, K = self.controller_at(h)
+        model, rows = self.law.model, list(self.law.rows)
+        A, B, C = (np.tensordot(h, stack, axes=1) for stack in (model.A, model.B, model.C))
+        D = np.tensordot(h, model.D, axes=1)[rows]
+        own = list(range(len(A)))
+        if not isinstance(self.law, OutputFeedback):
+            own = list(self.law.states)
+        n, m = len(own), B.shape[1]
+        whole = np.block([[A[np.ix_(own, own)], np.zeros((n, len(F)))], [L @ C[rows][:, own], F]])
+        return whole, np.vstack([B[own], L @ D]), np.hstack([np.zeros((m, n)), K])
 
 
 def observed_motion(design: PlantDesign) -> ObservedMotion | None:
@@ -143,12 +168,21 @@ def observed_motion(design: PlantDesign) -> ObservedMotion | None:
     if law is None:
         return None
     outputs = measured_outputs(design.plant)
+    if not isinstance(law, OutputFeedback):
+        outputs = _with_integrals(outputs, law.integrals)
     resting = outputs(law.feedback.state_rest, law.feedback.input_rest)
     claim = next(iter(proved_claims(design.document, design.checked, "observed-loop")), None)
     if claim is None:
         return ObservedMotion(law, outputs, resting, None, None)
     P = np.array([[float(Fraction(str(entry))) for entry in row] for row in claim["P"]])
     return ObservedMotion(law, outputs, resting, P, float(Fraction(str(claim["level"]))))
+
+
+def _with_integrals(
+    outputs: Callable[[Floats, Floats], Floats], integrals: list[int]
+) -> Callable[[Floats, Floats], Floats]:
+    """Return (x, u) -> y, and the integrals behind it, which the law has itself."""
+    return lambda x, u: np.concatenate([outputs(x, u), x[integrals]])
 
 
 def measured_outputs(plant: Plant) -> Callable[[Floats, Floats], Floats]:

@@ -8,6 +8,9 @@ sample.  In continuous time it takes one Euler step with the sample time; in dis
 side is the next s.  A directly measured state starts at its first measurement, every other state at
 rest.  u is the command after its limits.
 
+With references the matrices are numbers of the law (``gains.observer``), the integrals are states
+of the law beside the estimate, and what follows is computed from what is measured.
+
 If the weights are those at the estimate, the premises are computed from the estimate: then the
 stored values have the names of the states, and are held in the ranges of the model, beyond which a
 premise may have no value.  In the proved set they never reach these limits.  Otherwise the premises
@@ -21,6 +24,7 @@ from typing import Any
 from takagi.certificates.checker.controller.language import (
     WORD,
     Part,
+    exact,
     keep,
     names_in,
     program,
@@ -28,6 +32,7 @@ from takagi.certificates.checker.controller.language import (
     step,
 )
 from takagi.certificates.checker.controller.plant_program import PlantWriting, variables_of
+from takagi.certificates.checker.kernel.refusal import CertificateError
 
 
 def observer_program(model: Any, law: Any, own: Any) -> Part:
@@ -61,8 +66,25 @@ def measured_reads(model: Any, law: Any, taken: set[str]) -> list[tuple[str, Any
     return found
 
 
+def _known(one: Any, outputs: Any, direct: Any, names: set[str]) -> str:
+    """Return what follows a reference in what the law measures.
+
+    Raises
+    ------
+    CertificateError : it is measured neither itself nor by the states in it.
+    """
+    h = str(one["follow"])
+    if names_in([h]) & names <= direct.keys():
+        return h
+    for word, y in outputs:
+        if str(y["expression"]) == h:
+            return str(word)
+    raise CertificateError(f"gains.observer: what follows {one['reference']} is not measured")
+
+
 class _ObserverWriting(PlantWriting):
     holds = True
+    own_states: list[Any]
 
     def whole(self) -> Part:
         states, inputs = (variables_of(self.model, key) for key in ("states", "inputs"))
@@ -76,13 +98,18 @@ class _ObserverWriting(PlantWriting):
         for word, y in outputs:
             self.reads.append(read(word, y["unit"], "measured"))
         direct = {y["expression"]: word for word, y in outputs if y["expression"] in names}
+        integrals = {one["integral"] for one in self.references}
         kept, deviations = [], []
         for v in states:
+            if v["name"] in integrals:
+                kept.append(v["name"])
+                deviations.append(self.deviation(v))
+                continue
             if at_estimate:
                 kept.append(v["name"])
                 deviations.append(self.deviation(v))
                 continue
-            if v["name"] in direct and v.get("symbol"):
+            if v["name"] in direct and v.get("symbol") and not self.references:
                 self.deviation(v)
             kept.append(self.own(f"{v['name']}_estimate"))
             deviations.append(self.own(f"{v['name']}_estimated"))
@@ -90,13 +117,18 @@ class _ObserverWriting(PlantWriting):
             self.steps.append(step(deviations[-1], v["unit"], f"{kept[-1]} - {rest}"))
         weights = self.weights() if self.law.get("premises") else []
         self.require_one(self.law.get("K", []), weights)
-        self.require_one(observer.get("L", []), weights)
+        if self.references and observer["weights"] != "constant":
+            raise CertificateError("gains.observer: with references its matrices are constant")
+        self.require_one([] if self.references else observer.get("L", []), weights)
         pushes = []
         for k, u in enumerate(inputs):
             self.command(k, u, inputs, states, deviations, weights)
             pushes.append(self.sent(u))
-        gaps = [self.gap(word, y, deviations, pushes) for word, y in outputs]
+        self.own_states = [v for v in states if v["name"] not in integrals]
+        gaps = [self.gap(p, *y, deviations, pushes) for p, y in enumerate(outputs)]
         for k, v in enumerate(states):
+            if v["name"] in integrals:
+                continue
             rate = self.rate(k, v, outputs, deviations, pushes, gaps, weights)
             rest = self.own(f"{v['name']}_rest")
             discrete = self.model["sample_time"] is not None
@@ -110,6 +142,8 @@ class _ObserverWriting(PlantWriting):
             self.keeps.append(
                 keep(kept[k], v["unit"], start, following, f"estimate of {v['name']}")
             )
+        for one in self.references:
+            self.integral({**one, "follow": _known(one, outputs, direct, names)}, inputs, states)
         return program("law", self.names, reads=self.reads, keeps=self.keeps, steps=self.steps,
                        sends=self.sends)  # fmt: skip
 
@@ -122,13 +156,16 @@ class _ObserverWriting(PlantWriting):
         self.steps.append(step(push, u["unit"], f"{held} - {rest}"))
         return push
 
-    def gap(self, word: str, y: Any, deviations: list[str], pushes: list[str]) -> str:
-        """Write y less the output of the estimate, and return its name."""
-        row = [one["name"] for one in self.model["outputs"]].index(y["name"])
-        expected = [
-            *self.products("C", row, deviations),
-            *self.products("D", row, pushes),
-        ]
+    def gap(self, p: int, word: str, y: Any, deviations: list[str], pushes: list[str]) -> str:
+        """Write y, the p-th output, less the output of the estimate, and return its name."""
+        if self.references:
+            expected = self.numbers("C", p, y, self.estimated(deviations))
+        else:
+            row = [one["name"] for one in self.model["outputs"]].index(y["name"])
+            expected = [
+                *self.products("C", row, deviations),
+                *self.products("D", row, pushes),
+            ]
         found = self.own(f"{y['name']}_gap")
         told = "".join(f" - {term}" for term in expected)
         self.steps.append(step(found, y["unit"], f"{word} - ({self.at_rest(y)}){told}"))
@@ -151,17 +188,44 @@ class _ObserverWriting(PlantWriting):
         self, k: int, state: Any, outputs: Any, deviations: list[str], pushes: list[str],
         gaps: list[str], weights: list[str],
     ) -> str:  # fmt: skip
-        terms = [*self.products("A", k, deviations), *self.products("B", k, pushes)]
+        path = ""
+        if self.references:
+            k = self.own_states.index(state)
+            inputs = zip(variables_of(self.model, "inputs"), pushes, strict=True)
+            terms = [
+                *self.numbers("A", k, state, self.estimated(deviations)),
+                *self.numbers("B", k, state, list(inputs)),
+            ]
+            path = f"law.observer.L.{k}"
+        else:
+            terms = [*self.products("A", k, deviations), *self.products("B", k, pushes)]
         for p, ((_, y), gap) in enumerate(zip(outputs, gaps, strict=True)):
             gain = self.own(f"L_{state['name']}_{y['name']}")
             rows = "*" if weights else "0"
             unit = f"({state['unit']})/({y['unit']})"
             if self.model["sample_time"] is None:
                 unit += "/s"
-            self.names[gain] = (f"law.observer.L.{rows}.{k}.{p}", unit)
+            self.names[gain] = (f"{path or f'law.observer.L.{rows}.{k}'}.{p}", unit)
             value = f"mix({', '.join([self.own('rules'), gain, *weights])})" if weights else gain
             terms.append(f"{value}*{gap}")
         return f"({' + '.join(terms)})"
+
+    def estimated(self, deviations: list[str]) -> list[tuple[Any, str]]:
+        """Return the states that the observer estimates, each with the name of its deviation."""
+        pairs = zip(variables_of(self.model, "states"), deviations, strict=True)
+        return [(v, name) for v, name in pairs if v in self.own_states]
+
+    def numbers(self, letter: str, k: int, to: Any, columns: list[tuple[Any, str]]) -> list[str]:
+        """Return the products of a row of the observer's own matrix that are not 0."""
+        found = []
+        for j, (v, name) in enumerate(columns):
+            if not exact(self.law["observer"][letter][k][j]):
+                continue
+            entry = self.own(f"{letter}_{to['name']}_{v['name']}")
+            unit = f"({to['unit']})/({v['unit']})" + ("" if letter == "C" else "/s")
+            self.names[entry] = (f"law.observer.{letter}.{k}.{j}", unit)
+            found.append(f"{entry}*{name}")
+        return found
 
     def products(self, letter: str, row: int, columns: list[str]) -> list[str]:
         """Return the products of a row of the embedding that are not 0."""

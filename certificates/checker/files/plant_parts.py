@@ -244,7 +244,8 @@ def _per_second(unit: str) -> str:
 def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
     """Compare what the law measures with what the plant file lists; the order means nothing.
 
-    Without gains there is no law, and nothing is compared.
+    Without gains there is no law, and nothing is compared.  A file that lists every state by its
+    name has a law of all states too.
 
     Parameters
     ----------
@@ -262,7 +263,7 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
         own = gains["observer"]
         given = own.get("measured") if isinstance(own, dict) else None
         ours = _names(given, "gains.observer.measured", path)
-    if theirs == ours:
+    if theirs == ours or (ours is None and theirs >= set(file.get("states", ()))):
         return
     if ours is None:
         why = f"the law has all states, the field measured lists {_told(theirs)} alone"

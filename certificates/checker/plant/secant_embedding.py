@@ -85,8 +85,16 @@ def _check_one_gain(gains: Any) -> None:
         raise Refused("gains differ, and the law does not know an uncertain parameter")
 
 
-def prove_secants(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
-    """Return the ranges used in the proof; Refused names the step that could not be proved."""
+def prove_secants(
+    plant: PlantNodes, entries: Mapping[str, Entries], *, resting: bool = True
+) -> Ranges:
+    """Return the ranges used in the proof; Refused names the step that could not be proved.
+
+    Parameters
+    ----------
+    resting : whether the point of rest has to be an equilibrium; differences between two points of
+        the box are blends of the vertices without that.
+    """
     g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     variables = (*plant.states, *plant.inputs, *plant.disturbances)
@@ -94,9 +102,10 @@ def prove_secants(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
     discrete = plant.sample_time is not None
     if plant.balls:
         prove_balls(plant, algebra, ranges)
-    for state, row in zip(plant.states, [] if plant.balls else plant.f, strict=not plant.balls):
-        resting = state.rest if discrete else g.constant(0)
-        if not algebra.equal(substituted(g, row, origin), resting):
+    at_rest = plant.f if resting and not plant.balls else []
+    for state, row in zip(plant.states, at_rest, strict=bool(at_rest)):
+        value = state.rest if discrete else g.constant(0)
+        if not algebra.equal(substituted(g, row, origin), value):
             raise Refused(f"{state.name} is not shown to be at rest at the point of rest")
     groups: list[tuple[str, list[int], list[Variable]]] = [
         ("A", plant.f, plant.states),

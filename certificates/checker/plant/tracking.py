@@ -6,17 +6,22 @@ The model is a secant embedding: differences between two points of the box at eq
 its vertices (A_i, B_i) times differences of (X, u), because the box is convex.  The claim has P,
 a decay rate alpha, a matrix D, a radius R and rates rho.  Let
 
-    Xhat(s) = X* + D (s - s*),    uhat(s) = u* - K D (s - s*),    |z|_P = sqrt(z'Pz),
+    Xhat(s) = X* + D (s - s*) + Q q,    uhat(s) = u* - K (Xhat(s) - X*),    |z|_P = sqrt(z'Pz),
 
 where s are the signals with a range, as the model lists them: references r, and others w, uncertain
-parameters among them.  The checker proves:
+parameters among them; q has the products of two entries of s - s*, (1, 1), (1, 2), ..., (2, 2),
+..., and Q is ``curvature``, 0 where the claim has none.  X* is the origin of the coordinates; the
+plant need not rest there.  A law with measured outputs has a state of its own, its estimate: X is
+then (x, xi, s) and K acts on it as ``constant_observer`` says.  The checker proves:
 
 1. The secant embedding (``secant_embedding``).  xi_j' = h_j - r_j with the h_j that model and law
    write, an expression of the plant's own states; r_j is in no other equation, and no xi is in one.
 2. P > 0 and (A_i - B_i K)'P + P (A_i - B_i K) + 2 alpha P <= 0 at every vertex; one gain K.
 3. |F_k(s)| <= residual_k for the right sides F at (Xhat(s), uhat(s), s), for all s in their ranges;
-   sum |P_kl| residual_k residual_l <= e^2 with e = ``residual_norm``.
-4. D_j'P D_j <= d_j^2 with d = ``slope_norms``.
+   sum |P_kl| residual_k residual_l <= e^2 with e = ``residual_norm``.  A claim with
+   ``residual_weights`` u has instead, at every vertex M = A_i - B_i K,
+   [[-(M'P + PM + 2 alpha P), P], [P, diag(u)]] >= 0 and alpha sum u_k residual_k^2 <= 2 e^2.
+4. g_j'P g_j <= d_j^2 with d = ``slope_norms`` and the slopes g_j of Xhat, at the corners of s.
 5. alpha R >= e + sum_j d_j rho_j; rho_j is 0 for a signal that is assumed constant.
 6. For all s in the ranges {z: |z|_P <= R} about Xhat(s) lies in the ranges of states, and the
    command on it in those of inputs: R^2 a P^-1 a' <= room^2 for a = e_i and a = K_k, as the matrix
@@ -42,7 +47,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from itertools import combinations_with_replacement, product
+from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import (
@@ -70,7 +76,11 @@ from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
 from takagi.certificates.checker.plant.trim import compared_trim
 from takagi.certificates.checker.plant.vertices import multi_affine_entries
 
+if TYPE_CHECKING:
+    from takagi.certificates.checker.plant.constant_observer import ConstantObserver
+
 Side = tuple[Fraction, Fraction]
+MOST_SIGNALS = 6  # of a claim with a curvature: the corners double with each
 
 
 class Evidence:
@@ -81,7 +91,12 @@ class Evidence:
         self.D = read_matrix(claim, "slope", where, (n, count))
         self.rate = positive(claim, "decay_rate", where)
         self.radius = positive(claim, "radius", where)
+        pairs = (n, count * (count + 1) // 2)
+        self.Q = read_matrix(claim, "curvature", where, pairs) if "curvature" in claim else None
         self.residuals = numbers(claim, "residuals", where, n)
+        self.weights = numbers(claim, "residual_weights", where, n) if (
+            "residual_weights" in claim
+        ) else None  # fmt: skip
         self.residual_norm = number(claim, "residual_norm", where)
         self.slope_norms = numbers(claim, "slope_norms", where, count)
         self.error_factors = numbers(claim, "error_factors", where, q)
@@ -89,6 +104,11 @@ class Evidence:
         listed = (*self.residuals, self.residual_norm, *self.slope_norms, *self.rates)
         if min(*listed, *self.error_factors) < 0:
             raise CertificateError(f"{where}: norms, residuals and rates are not negative")
+
+    @property
+    def line(self) -> Matrix:
+        """[D Q], the factors of the deviations of the signals and of their products."""
+        return self.D if self.Q is None else Matrix.blocks([[self.D, self.Q]])
 
     @property
     def push(self) -> Fraction:
@@ -122,12 +142,18 @@ def check_tracking(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
         raise CertificateError(f"{where}: the law's trim has to be the plant's rest exactly")
     K = read_stack(gains, "K", "gains")
     loop = closed_by(plant_loop(model), gains, "gains")
-    sizes = (len(plant.states), len(ranged(plant)), len(follow))
-    found = Evidence(claim, *sizes, where)
     try:
         if any(one != K[0] for one in K):
             raise Refused("one gain is needed: the means of slopes are not known to a law")
-        _prove(plant, follow, loop, K[0], found)
+        law = None
+        if "observer" in gains:
+            # Imported here: most laws have the states.
+            from takagi.certificates.checker.plant.constant_observer import read_constant_observer
+
+            law = read_constant_observer(model, gains, plant, follow, "gains.observer")
+            loop = law.joint(loop)
+        found = Evidence(claim, loop.order, len(ranged(plant)), len(follow), where)
+        _prove(plant, follow, loop, law, found)
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "plant": plant, "follow": follow, "found": found}
@@ -140,10 +166,15 @@ def ranged(plant: PlantNodes) -> list[Variable]:
 
 
 def _prove(
-    plant: PlantNodes, follow: list[Following], loop: PolytopicLoop, K: Matrix, found: Evidence
+    plant: PlantNodes,
+    follow: list[Following],
+    loop: PolytopicLoop,
+    law: ConstantObserver | None,
+    found: Evidence,
 ) -> None:
     """Run the seven steps; Refused names the one that could not be proved."""
-    prove_secants(plant, multi_affine_entries(plant))
+    K = loop.K[0]
+    prove_secants(plant, multi_affine_entries(plant), resting=False)
     algebra = Algebra(plant.graph, plant.tables)
     check_following(plant, follow, algebra)
     if not found.P.is_positive_definite:
@@ -152,13 +183,15 @@ def _prove(
     bounded(len(blends) * (1 + len(follow)), loop.order + 1)
     for blend in blends:
         falls = found.P @ blend.A
-        falls = falls + falls.T + 2 * found.rate * found.P
-        if not (-falls).is_positive_semidefinite:
+        falls = -(falls + falls.T + 2 * found.rate * found.P)
+        if found.weights is not None:
+            falls = Matrix.blocks([[falls, found.P], [found.P, _diagonal(found.weights)]])
+        if not falls.is_positive_semidefinite:
             raise Refused(f"V does not fall at the rate that is claimed at {blend.label}")
-    _check_norms(found)
+    _check_norms(found, [v.side for v in ranged(plant) if v.side is not None])
     if found.rate * found.radius < found.push:
-        raise Refused("the set is left while the reference moves as fast as is claimed")
-    _check_residuals(plant, algebra, K, found)
+        raise Refused("the set is too small for the residuals and rates that are claimed")
+    _check_residuals(plant, algebra, K, law, found)
     _check_room(plant, K, found)
     for j, one in enumerate(follow):
         c = Matrix.of([[found.error_factors[j] ** 2]])
@@ -168,50 +201,100 @@ def _prove(
                 raise Refused(f"the error of {one.signal.name} is larger at rule {k}")
 
 
-def _check_norms(found: Evidence) -> None:
+def _check_norms(found: Evidence, sides: list[Side]) -> None:
     n, e = len(found.residuals), found.residuals
-    total = sum((abs(found.P[k, m]) * e[k] * e[m] for k in range(n) for m in range(n)), Fraction(0))
+    if found.weights is None:
+        parts = (abs(found.P[k, m]) * e[k] * e[m] for k in range(n) for m in range(n))
+    else:
+        parts = (found.rate * u * e[k] ** 2 / 2 for k, u in enumerate(found.weights))
+    total = sum(parts, Fraction(0))
     if total > found.residual_norm**2:
         raise Refused("the norm of the residuals is larger")
+    # The slope g_j is affine in s, and its norm convex, so that the corners have the largest.
+    if found.Q is not None and len(sides) > MOST_SIGNALS:
+        raise CertificateError(f"curvature: at most {MOST_SIGNALS} signals have one")
     for j, d in enumerate(found.slope_norms):
-        column = Matrix([[row[j]] for row in found.D.rows], found.D.below)
-        if (column.T @ found.P @ column)[0, 0] > d**2:
-            raise Refused("the norm of a slope is larger")
+        for corner in product(*sides) if found.Q is not None else [()]:
+            column = Matrix.of([[g] for g in _slope(found, j, corner)])
+            if (column.T @ found.P @ column)[0, 0] > d**2:
+                raise Refused("the norm of a slope is larger")
 
 
-def _check_residuals(plant: PlantNodes, algebra: Algebra, K: Matrix, found: Evidence) -> None:
+def _diagonal(values: Sequence[Fraction]) -> Matrix:
+    zero = Fraction(0)
+    return Matrix.of(
+        [[v if i == j else zero for j in range(len(values))] for i, v in enumerate(values)]
+    )
+
+
+def _slope(found: Evidence, j: int, corner: Sequence[Fraction]) -> list[Fraction]:
+    """Return the derivative of Xhat by signal j at a corner of the signals' deviations."""
+    slopes = [found.D[i, j] for i in range(found.D.shape[0])]
+    if found.Q is not None:
+        for k, (a, b) in enumerate(_pairs(len(corner))):
+            factor = (corner[b] if a == j else 0) + (corner[a] if b == j else 0)
+            slopes = [g + factor * found.Q[i, k] for i, g in enumerate(slopes)]
+    return slopes
+
+
+def _pairs(count: int) -> list[tuple[int, int]]:
+    return list(combinations_with_replacement(range(count), 2))
+
+
+def _check_residuals(
+    plant: PlantNodes,
+    algebra: Algebra,
+    K: Matrix,
+    law: ConstantObserver | None,
+    found: Evidence,
+) -> None:
     """Prove |F_k| <= residual_k where the state is Xhat(s) and the input uhat(s)."""
     g = plant.graph
     ranges = Ranges(plant.evaluator, algebra, plant.box)
-    U = K @ found.D
-    places: dict[str, int] = {}
-    for variables, rows in ((plant.states, found.D), (plant.inputs, -U)):
-        for i, variable in enumerate(variables):
-            places[variable.symbol] = g.total(
-                g.multiply(g.constant(rows[i, j]), g.variable(signal.symbol))
-                for j, signal in enumerate(ranged(plant))
-            )
+    signals = [g.variable(v.symbol) for v in ranged(plant)]
+    signals += [
+        g.multiply(signals[a], signals[b])
+        for a, b in (_pairs(len(signals)) if found.Q is not None else [])
+    ]
+
+    def at(line: Matrix) -> list[int]:
+        return [
+            g.total(g.multiply(g.constant(line[i, j]), node) for j, node in enumerate(signals))
+            for i in range(line.shape[0])
+        ]
+
+    state, push = at(found.line), at(-(K @ found.line))
+    places = {v.symbol: node for v, node in zip(plant.states, state, strict=False)}
+    places |= {v.symbol: node for v, node in zip(plant.inputs, push, strict=True)}
     places |= {v.symbol: g.constant(0) for v in plant.disturbances if v.side is None}
-    for state, node, most in zip(plant.states, plant.f, found.residuals, strict=True):
-        there = substituted(g, node, places)
-        ranges.prove_within(there, -most, most, f"the residual of {state.name}")
+    rows = [substituted(g, node, places) for node in plant.f]
+    names = [v.name for v in plant.states]
+    if law is not None:
+        rows += law.rates(plant, places, state[len(plant.states) :], push)
+        names += [f"the estimate of {names[k]}" for k in law.states]
+    for name, there, most in zip(names, rows, found.residuals, strict=True):
+        ranges.prove_within(there, -most, most, f"the residual of {name}")
 
 
 def _check_room(plant: PlantNodes, K: Matrix, found: Evidence) -> None:
     """Prove that the set about Xhat(s) lies in the ranges of states and inputs, for every s."""
     sides = [v.side for v in plant.disturbances if v.side is not None]
-    U, n = K @ found.D, len(plant.states)
-    rows: list[tuple[Variable, Matrix, list[Fraction]]] = []
-    for i, state in enumerate(plant.states):
-        own = Matrix([[int(i == j) for j in range(n)]])
-        rows.append((state, own, [found.D[i, j] for j in range(len(sides))]))
-    for i, variable in enumerate(plant.inputs):
-        own = Matrix([K.rows[i]], K.below)
-        rows.append((variable, own, [-U[i, j] for j in range(len(sides))]))
-    for variable, row, slopes in rows:
+    if found.Q is not None:
+        sides += [_product(sides[a], sides[b], same=a == b) for a, b in _pairs(len(sides))]
+    line, n = found.line, len(found.residuals)
+    one = Matrix.identity(n)
+    rows = [
+        (v, Matrix([one.rows[i]]), line.rows[i], line.below) for i, v in enumerate(plant.states)
+    ]
+    moved = -(K @ line)
+    rows += [
+        (v, Matrix([K.rows[i]], K.below), moved.rows[i], moved.below)
+        for i, v in enumerate(plant.inputs)
+    ]
+    for variable, row, slopes, below in rows:
         if variable.side is None:
             continue
-        low, high = _reach(slopes, sides)
+        low, high = _reach([Fraction(slope, below) for slope in slopes], sides)
         room = min(variable.side[1] - high, low - variable.side[0])
         if room < 0:
             raise Refused(f"{variable.name} leaves its range where the loop rests")
@@ -221,8 +304,14 @@ def _check_room(plant: PlantNodes, K: Matrix, found: Evidence) -> None:
             raise Refused(f"the set leaves the range of {variable.name}")
 
 
+def _product(one: Side, other: Side, *, same: bool) -> Side:
+    """Return the range of the product of two deviations; ``same`` for a square."""
+    ends = [a * b for a in one for b in other]
+    return (Fraction(0) if same and one[0] <= 0 <= one[1] else min(ends)), max(ends)
+
+
 def _reach(slopes: Sequence[Fraction], sides: Sequence[Side]) -> Side:
-    """Return the least and the greatest of slopes times deviations of the references."""
+    """Return bounds of the sum of factors times deviations and products of the signals."""
     ends = [(s * a, s * b) for s, (a, b) in zip(slopes, sides, strict=True)]
     low = sum((min(pair) for pair in ends), Fraction(0))
     return low, sum((max(pair) for pair in ends), Fraction(0))

@@ -14,7 +14,7 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 
 EMBEDDINGS, BLEND = ("sector-embedding", "secant-embedding"), "effort-blend"
-SLOPES, OBSERVED = "slope-embedding", "observed-loop"
+SLOPES, OBSERVED, TRACKING = "slope-embedding", "observed-loop", "tracking"
 
 
 def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> list[Outcome]:
@@ -25,6 +25,9 @@ def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> 
     CertificateError : no claim says that it does.
     """
     tied = [one.verdict for one, kind in zip(found, kinds, strict=True) if kind in EMBEDDINGS]
+    if set(kinds) == {TRACKING}:
+        # It proves its own embedding, of differences, and needs no equilibrium at the rest.
+        return list(found)
     if not tied:
         raise CertificateError(
             f"{where}: claims about a plant, but none that its model contains it"

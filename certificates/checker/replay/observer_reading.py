@@ -28,7 +28,7 @@ def observed_by(
     weights = reader.text(own, "weights", where)
     if weights not in (MEASURED, ESTIMATED):
         raise CertificateError(f"{where}.weights: {MEASURED!r} or {ESTIMATED!r} is needed")
-    rows = _measured(own, model, where)
+    rows = measured_outputs(own, model, where)
     L = read_stack(own, "L", where)
     at_estimate = weights == ESTIMATED
     count = 1 if at_estimate else loop.rules
@@ -42,8 +42,13 @@ def observed_by(
     return replace(loop, C=C, D=D, observer=ObserverLaw(L, at_estimate, slopes))
 
 
-def _measured(own: Any, model: Any, where: str) -> list[int]:
-    """Return the indices of the measured outputs among the outputs of the model."""
+def measured_outputs(own: Any, model: Any, where: str) -> list[int]:
+    """Return the indices of the measured outputs among the outputs of the model.
+
+    Raises
+    ------
+    CertificateError : a name that is not one output, or is there twice.
+    """
     if reader.text(model, "kind", "model") == "plant":
         listed = reader.member(model, "outputs", "model")
         names = [y.get("name") if isinstance(y, dict) else None for y in listed]

@@ -33,10 +33,11 @@ def require_whole_law(gains: Mapping[str, Any], kinds: Sequence[str]) -> None:
         )
     if "observer" not in gains:
         return
-    if others := sorted((about_loops | ({"effort-blend"} & {*kinds})) - {"observed-loop"}):
+    of_outputs = "tracking" if "references" in gains else "observed-loop"
+    if others := sorted((about_loops | ({"effort-blend"} & {*kinds})) - {of_outputs}):
         raise CertificateError(
             f"gains.observer: the law has no states but outputs, and {', '.join(others)} would be "
-            "about another law; claim observed-loop"
+            f"about another law; claim {of_outputs}"
         )
-    if more := [key for key in ("blending", "references") if key in gains]:
-        raise CertificateError(f"gains.{more[0]}: a law with an observer has none")
+    if "blending" in gains:
+        raise CertificateError("gains.blending: a law with an observer has none")

@@ -188,16 +188,7 @@ def with_observer(
     way = line(own, "weights")
     if way not in ("measured", "estimated"):
         raise Refusal("observer.weights: measured or estimated")
-    names = _names_of_outputs(model)
-    chosen = entry(own, "measured")
-    if not isinstance(chosen, list) or not chosen:
-        raise Refusal("observer.measured: names of outputs are needed")
-    places = []
-    for name in chosen:
-        at = [k for k, one in enumerate(names) if type(name) is str and one == name]
-        if len(at) != 1 or at[0] in places:
-            raise Refusal("observer.measured: each an output of the model, once")
-        places += at
+    places = outputs_of(own, model)
     L = stack(own, "L")
     fits = (L[0].nrows(), L[0].ncols()) == (loop.n, len(places))
     if not fits or len(L) not in ({1} if way == "estimated" else {1, loop.rules}):
@@ -211,6 +202,21 @@ def with_observer(
         )
     C, D = ([_chosen(M, places) for M in given] for given in (loop.C, loop.D))
     return replace(loop, C=C, D=D, observer=Observer(L, found))
+
+
+def outputs_of(own: Any, model: Any) -> list[int]:
+    """Return the places of the outputs that an observer measures."""
+    names = _names_of_outputs(model)
+    chosen = entry(own, "measured")
+    if not isinstance(chosen, list) or not chosen:
+        raise Refusal("observer.measured: names of outputs are needed")
+    places: list[int] = []
+    for name in chosen:
+        at = [k for k, one in enumerate(names) if type(name) is str and one == name]
+        if len(at) != 1 or at[0] in places:
+            raise Refusal("observer.measured: each an output of the model, once")
+        places += at
+    return places
 
 
 def _names_of_outputs(model: Any) -> list[Any]:

@@ -47,8 +47,11 @@ from takagi.certificates.cross_check.plant.expression import (
 from takagi.certificates.cross_check.plant.plant import TreePlant, Variable, plant_of_form
 
 
-def lies_in_secants(model: Any, gains: Any) -> Obligations:
-    """Yield the facts of the module, in its order."""
+def lies_in_secants(model: Any, gains: Any, *, at_rest: bool = True) -> Obligations:
+    """Yield the facts of the module, in its order.
+
+    Without ``at_rest`` they are about differences between any two points, and step 2 is left out.
+    """
     plant = plant_of_form(model, "secant")
     if plant.mass is not None:
         raise Refusal("secants are of x' = f, without a mass matrix")
@@ -66,7 +69,7 @@ def lies_in_secants(model: Any, gains: Any) -> Obligations:
     yield Fact("there is no absolute value", not any(map(has_kink, whole)))
     still = [v for v in plant.pushes if v.unknown and _is_zero(plant, v)]
     slopes = list(_slopes(plant, still))
-    resting = [*_at_rest(plant), *_at_rest_for_all(plant, still)]
+    resting = [*(_at_rest(plant) if at_rest else ()), *_at_rest_for_all(plant, still)]
     differences = [*resting, *((label, plus(a, minus(b))) for label, a, b in slopes)]
     algebra = Algebra([tree for _, tree in differences])
     box = {v.symbol: v.side for v in plant.variables}

@@ -11,16 +11,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from takagi.certificates.checker.files.gain_file import stated_law
-from takagi.certificates.checker.kernel.matrices import read_stack
+from takagi.certificates.checker.kernel.matrices import read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import Number, member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.design.plant.tracking_observer import measured_rows
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
+from takagi.certificates.requests.tracking import observer_data
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.tracking import ConstantObserver, own_states
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.observed_design import ObservedWork
+    from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
 
 NAME = "pdc"
@@ -156,3 +160,38 @@ def read_observer_gains(
         raise CertificateError(f"{where}: {error}") from error
     compare_law(law, wanted or {}, source, moved=moved)
     return K, L
+
+
+def read_reference_gains(
+    path: Path, plant: Plant, model: TSModel
+) -> tuple[Floats, ConstantObserver]:
+    """Return K (r, m, n) and the observer of a gain file for a plant with references.
+
+    Raises
+    ------
+    CertificateError : the file is unreadable, its law has all states, other outputs or matrices of
+        another shape, or belongs to another plant.
+    """
+    source, law = str(path), read_plant_law(path)
+    where, rows = f"{source}: law", measured_rows(plant)
+    own = law.get("observer")
+    if not isinstance(own, Mapping) or own.get("weights") != "constant":
+        raise CertificateError(
+            f"{source}: its law has no observer with constant matrices, but the plant measures "
+            f"{', '.join(plant.measured or ())} and follows a reference; design the gains anew"
+        )
+    r, N, m = model.B.shape
+    n, p = len(own_states(plant)), len(rows)
+    shapes = {"A": (n, n), "B": (n, m), "C": (p, n), "L": (n, p)}
+    matrices = {
+        key: np.array(floats_of(read_matrix(own, key, f"{where}.observer", shape)))
+        for key, shape in shapes.items()
+    }
+    observer = ConstantObserver(**matrices, measured=plant.measured or ())
+    K = np.array([floats_of(one) for one in read_stack(law, "K", where)])
+    if K.shape != (1, m, N) and K.shape != (r, m, N):
+        raise CertificateError(f"{where}.K has shape {K.shape}; (1, {m}, {N}) is needed")
+    K = np.array(np.broadcast_to(K, (r, m, N)))
+    wanted = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
+    compare_law(law, {**(wanted or {}), **observer_data(observer)}, source)
+    return K, observer

@@ -44,13 +44,20 @@ from takagi.certificates.design.plant.plain_words import (
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.design.plant.tracking_gains import tracking_gains
+from takagi.certificates.design.plant.tracking_observer import (
+    measured_rows,
+    measures_all,
+    require_measured,
+)
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
+from takagi.models.tracking import own_states
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
+    from takagi.models.tracking import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 # Significant digits of the emitted gains; more where fewer cannot be proved.
@@ -90,6 +97,8 @@ def design_plant(
     clock = StepClock(tell)
     model = _model(plant, asked, clock)
     work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
+    if plant.references:
+        return _design_tracking(work)
     if plant.measured is not None:
         from takagi.certificates.design.plant.observed_design import ObservedWork, design_observed
 
@@ -98,12 +107,6 @@ def design_plant(
     if not plant.inputs:
         return work.certified(None, None, ("no inputs: an analysis",))
     require_sensible(plant, model, asked)
-    if plant.references:
-        with clock("gains"), in_plant_words(plant):
-            found = tracking_gains(plant, model, asked)
-        if found.design.found:
-            return _rounded(work, found)
-        return NoDesign(found.design.answer.diagnosis or "no gain was found for all vertices")
     with clock("gains"), in_plant_words(plant):
         regional = regional_gains(plant, model, asked)
     if regional is not None:
@@ -138,6 +141,23 @@ def design_plant(
         return NoDesign(f"{choice.note}\n{reason}" if choice.note else reason)
 
 
+def _design_tracking(work: _Work) -> PlantDesign | NoDesign:
+    """Return gains with integral action, or why there are none and what would help."""
+    from takagi.certificates.design.plant.tracking_obstacle import tracking_obstacle
+
+    plant, model, asked, clock = work.plant, work.model, work.asked, work.clock
+    observed = plant.measured is not None and not measures_all(plant)
+    require_sensible(plant, model, asked)
+    if observed:
+        require_measured(plant, model)
+    with clock("gains"), in_plant_words(plant):
+        found = tracking_gains(plant, model, asked, observed=observed)
+    if found.jump > 0:
+        return _rounded(work, found.found, found.observer)
+    with clock("what would help"):
+        return NoDesign(tracking_obstacle(plant, asked, found, observed=observed))
+
+
 def certify_plant(
     plant: Plant,
     gains: Callable[[TSModel], Floats] | ArrayLike,
@@ -158,7 +178,7 @@ def certify_plant(
     ------
     ModelError : as ``design_plant``, and gains that do not fit the model.
     """
-    if plant.measured is not None:
+    if plant.measured is not None and not (plant.references and measures_all(plant)):
         raise ModelError(
             f"plant {plant.name!r} measures {', '.join(plant.measured)}: gains of all states are "
             "no law for it; give the gain file of its design"
@@ -193,7 +213,15 @@ def certify_filed(
 
     asked = settings or PlantSettings()
     clock = StepClock(tell)
-    if plant.measured is not None:
+    if plant.references and plant.measured is not None and not measures_all(plant):
+        from takagi.certificates.design.given.plant_gains import read_reference_gains
+
+        model = _model(plant, asked, clock)
+        K, observer = read_reference_gains(path, plant, model)
+        requirements = requirements_of(plant, model, asked)
+        work = _Work(plant, asked, model, requirements, tuple(files), clock)
+        return work.certified(K, None, ("gains were given",), observer=observer)
+    if plant.measured is not None and not plant.references:
         return _certify_observed(plant, path, asked, tuple(files), clock)
     given = law_for(plant, _model(plant, asked, clock), path, asked, files=files)
     requirements = requirements_of(plant, given.model, asked)
@@ -242,13 +270,15 @@ def _certify_observed(
     return work.certified(K, L, None, (*notes, *moved_rest(law, model)))
 
 
-def _rounded(work: _Work, found: FoundGains) -> PlantDesign:
+def _rounded(
+    work: _Work, found: FoundGains, observer: ConstantObserver | None = None
+) -> PlantDesign:
     """Return the design with gains of as few digits as can be proved."""
     last: PlantDesign | None = None
     for digits in DIGITS:
         K = rounded_gains(np.asarray(found.design.require()[0]), digits)
         notes = (*found.notes, f"gains to {digits} significant digits")
-        last = work.certified(K, found.design, notes)
+        last = work.certified(K, found.design, notes, observer=observer)
         if not _may_be_the_digits(last):
             break
     assert last is not None  # there is always a number of digits
@@ -296,12 +326,19 @@ class _Work:
         notes: tuple[str, ...],
         *,
         law: Mapping[str, Any] | None = None,
+        observer: ConstantObserver | None = None,
     ) -> PlantDesign:
         from takagi.models.laws.pdc import PdcLaw
 
         with self.clock("exact proof"):
             certificate = plant_certificate(
-                self.model, gains, self.asked, self.requirements, files=self.files, law=law
+                self.model,
+                gains,
+                self.asked,
+                self.requirements,
+                files=self.files,
+                law=law,
+                observer=observer,
             )
         if certificate.document["model"]["kind"] != "plant":
             notes = (*certificate.tried[:1], *notes)
@@ -321,9 +358,16 @@ class _Work:
             own = plant_members(*members, proved_sample=max(times, default=None))
             whole = bound(document, own)
             certificate = replace(certificate, document=whole)
+        output_law = None
+        if observer is not None and run is not None:
+            from takagi.models.laws.reference_feedback import ReferenceFeedback
+
+            states = tuple(own_states(self.plant))
+            output_law = ReferenceFeedback(run, observer, measured_rows(self.plant), states)
+            run = None
         seconds = dict(self.clock.seconds)
         parts = (self.plant, self.asked, self.model, design, gains, run, certificate)
-        return PlantDesign(*parts, notes, seconds)
+        return PlantDesign(*parts, notes, seconds, output_law=output_law)
 
 
 def _reason(found: FoundGains, work: _Work) -> str:

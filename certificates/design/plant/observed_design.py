@@ -308,7 +308,7 @@ def observer_question(plant: Plant, model: TSModel, asked: PlantSettings) -> Obs
             )
     names = [y.name for y in plant.outputs]
     rows = tuple(names.index(name) for name in plant.measured)
-    _check_detectable(plant, model, rows)
+    check_detectable(plant, model, rows, range(len(plant.states)))
     # By itself and unchanged: the program computes premises of what it reads.
     alone = {y.expression for y in plant.outputs if y.name in plant.measured}
     seen = {label for v, label in zip(plant.states, model.states, strict=True) if v.symbol in alone}
@@ -375,17 +375,28 @@ def _slopes(plant: Plant, asked: PlantSettings, unknown: str) -> TSModel:
     return found
 
 
-def _check_detectable(plant: Plant, model: TSModel, rows: tuple[int, ...]) -> None:
-    """Refuse a mode at rest that does not decay and is not observable."""
+def check_detectable(
+    plant: Plant, model: TSModel, rows: tuple[int, ...], states: Sequence[int]
+) -> None:
+    """Refuse a mode at rest that does not decay and is not observable.
+
+    Parameters
+    ----------
+    states : places of the states that are estimated.
+
+    Raises
+    ------
+    ModelError : there is one; names what it moves.
+    """
     from takagi.lmi.stabilisability import fixed_mode
 
-    h = _weights_at_rest(model)
-    A = np.tensordot(h, model.A, axes=1)
-    C = np.tensordot(h, model.C[:, list(rows)], axes=1)
+    h, own = _weights_at_rest(model), list(states)
+    A = np.tensordot(h, model.A, axes=1)[np.ix_(own, own)]
+    C = np.tensordot(h, model.C[:, list(rows)], axes=1)[:, own]
     # States scaled to order one, so that one tolerance fits all.
     units = np.array([
         1.0 if label not in model.box else max(float(abs(e)) for e in model.box[label])
-        for label in model.states
+        for label in (model.states[k] for k in own)
     ])  # fmt: skip
     A, C = A * units / units[:, None], C * units
     found = fixed_mode(A.T[None], C.T[None], 0.0, step=model.sample_time)
@@ -396,7 +407,9 @@ def _check_detectable(plant: Plant, model: TSModel, rows: tuple[int, ...]) -> No
     values, vectors = np.linalg.eig(A)
     moving = np.abs(vectors[:, np.argmin(np.abs(values - eigenvalue))])
     shown = ", ".join(
-        v.name for v, size in zip(plant.states, moving, strict=True) if size > 0.05 * moving.max()
+        plant.states[k].name
+        for k, size in zip(own, moving, strict=True)
+        if size > 0.05 * moving.max()
     )
     value = f"{eigenvalue:.4g}" if eigenvalue.imag else f"{eigenvalue.real:.4g}"
     raise ModelError(

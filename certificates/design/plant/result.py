@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from takagi.certificates.claims.certification import Certificate
     from takagi.lmi import Design
     from takagi.models.laws.pdc import OutputFeedback, PdcLaw
+    from takagi.models.laws.reference_feedback import ReferenceFeedback
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
     from takagi.models.ts.model import TSModel
@@ -47,7 +48,7 @@ class PlantDesign:
     certificate: Certificate
     notes: tuple[str, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
-    output_law: OutputFeedback | None = None
+    output_law: OutputFeedback | ReferenceFeedback | None = None
 
     kind: ClassVar[Literal["plant"]] = "plant"
 

@@ -12,6 +12,7 @@ references are nearly the largest.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,24 +25,48 @@ if TYPE_CHECKING:
     from takagi.lmi import Design
     from takagi.models.plant.design_settings import PlantSettings
     from takagi.models.plant.plant import Plant
+    from takagi.models.tracking import ConstantObserver
     from takagi.models.ts.model import TSModel
 
 # T over the plant's time scale, slowest first.
 TIMES = (32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
 # Share of the largest jump that a faster integral must still allow.
 KEPT = {"small": 0.97, "moderate": 0.9, "large": 0.75}
+SLOWER = 3  # how many slower integrals are tried with an observer
 WISHES = ("initial", "gain_bound", "damping", "fastest", "relaxation", "sample_time")
 
 
-def tracking_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundGains:
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackingGains:
+    """Gains with integral action.
+
+    Attributes
+    ----------
+    found : the design, or the last attempt at one.
+    observer : of a law with measured outputs; None for a law of all states.
+    jump : the least jump over the width of its reference's range that stays in all ranges, in
+        floating point; 0 where no set was found.
+    """
+
+    found: FoundGains
+    observer: ConstantObserver | None = None
+    jump: float = 0.0
+
+
+def tracking_gains(
+    plant: Plant, model: TSModel, asked: PlantSettings, *, observed: bool = False, few: bool = False
+) -> TrackingGains:
     """Return one gain for all vertices of a model with references.
+
+    Parameters
+    ----------
+    observed : whether the law has the measured outputs alone, and an observer.
+    few : whether few gains are tried, and the first with a set is taken.
 
     Raises
     ------
     ModelError : an option that this design does not have; a state or input without a range.
     """
-    from takagi.certificates.requests.loop.loop import ClaimedLoop
-    from takagi.certificates.requests.tracking import Tracking, jump_shares
     from takagi.lmi import lqr_pdc
 
     _refuse(plant, asked)
@@ -50,30 +75,71 @@ def tracking_gains(plant: Plant, model: TSModel, asked: PlantSettings) -> FoundG
     shifted = replace_rate(model, shift)
     tried: list[tuple[float, float, Design]] = []
     first: Design | None = None
-    for time in _times(model):
+    for time in _times(model)[1::3] if few else _times(model):
         Q, R = weights(time)
         design = lqr_pdc(shifted, Q, R, relaxation="common-gain")
         first = first or design
-        if not design.found:
-            continue
-        gains = np.asarray(design.require()[0])
-        loop = ClaimedLoop.of(model, gains, model_data=_data(model))
-        try:
-            found = Tracking("jumps").candidate(loop)
-        except ModelError:
-            continue
-        jump = 0.0 if found is None else min(jump_shares(plant, found))
-        tried.append((jump, time, design))
-    if not tried:
-        assert first is not None  # there is always a time
-        return FoundGains(first, (), {}, explainable=False)
-    enough = KEPT[asked.effort] * max(jump for jump, _, _ in tried)
-    jump, time, design = [one for one in tried if one[0] >= enough][-1]
-    note = (
+        if design.found:
+            tried.append((_jump(plant, model, design, None), time, design))
+            if few and tried[-1][0] > 0:
+                break
+    assert first is not None  # there is always a time
+    most = max((jump for jump, _, _ in tried), default=0.0)
+    if most <= 0:
+        last = tried[-1][2] if tried else first
+        return TrackingGains(FoundGains(last, (), {}, explainable=False))
+    enough = KEPT[asked.effort] * most
+    place = max(k for k, one in enumerate(tried) if one[0] >= enough)
+    if observed:
+        return _with_observer(plant, model, asked, tried[max(place - SLOWER, 0) : place + 1])
+    jump, time, design = tried[place]
+    return TrackingGains(FoundGains(design, (_note(time, jump),), {}, explainable=False), jump=jump)
+
+
+def _note(time: float, jump: float) -> str:
+    return (
         f"integral action: the range of the reference in {time:.3g} s may ask for all of an input; "
-        f"jumps of {min(jump, 9.99):.0%} of the range stay in the ranges"
+        f"jumps of {min(jump, 9.99):.2%} of the range stay in the ranges"
     )
-    return FoundGains(design, (note,), {}, explainable=False)
+
+
+def _jump(plant: Plant, model: TSModel, design: Design, observer: ConstantObserver | None) -> float:
+    """Return the least share of a range by which a reference may jump; 0 where no set was found."""
+    from takagi.certificates.requests.loop.loop import ClaimedLoop
+    from takagi.certificates.requests.tracking import Tracking, jump_shares
+
+    loop = ClaimedLoop.of(model, np.asarray(design.require()[0]), model_data=_data(model))
+    try:
+        found = Tracking("jumps", observer=observer).candidate(loop)
+    except ModelError:
+        # The loop's rests leave no room in the ranges.
+        return 0.0
+    return 0.0 if found is None else max(min(jump_shares(plant, found)), 0.0)
+
+
+def _with_observer(
+    plant: Plant, model: TSModel, asked: PlantSettings, tried: list[tuple[float, float, Design]]
+) -> TrackingGains:
+    """Return the slowest observer, with the fastest gains, that nearly have the largest jumps."""
+    from takagi.certificates.design.plant.tracking_observer import constant_observers
+
+    found = []
+    for _, time, design in tried:
+        for observer, share in constant_observers(plant, model, time):
+            jump = _jump(plant, model, design, observer)
+            notes = (
+                _note(time, jump),
+                f"observer of {', '.join(observer.measured)}, constant matrices in the middle of "
+                f"the plant's slopes; outputs count as off by {share:.0%} of half their ranges",
+            )
+            gains = FoundGains(design, notes, {}, explainable=False)
+            found.append(TrackingGains(gains, observer, jump))
+    most = max((one.jump for one in found), default=0.0)
+    if most <= 0:
+        return TrackingGains(FoundGains(tried[-1][2], (), {}, explainable=False))
+    enough = [one for one in found if one.jump >= KEPT[asked.effort] * most]
+    last = enough[-1].found.design
+    return next(one for one in enough if one.found.design is last)
 
 
 def replace_rate(model: TSModel, rate: float) -> TSModel:

@@ -26,6 +26,10 @@ OBSERVED_LAW = (
     r"u = u^{*} - \sum_i h_i K_i s, \quad \dot{s} = \sum_i h_i \left(A_i s + B_i (u - u^{*}) "
     r"+ L_i (y - y^{*} - C_i s - D_i (u - u^{*}))\right)"
 )
+REFERENCE_LAW = (
+    r"u = u^{*} - K (s, \xi), \quad \dot{s} = A s + B (u - u^{*}) + L (y - y^{*} - C s), \quad "
+    r"\dot{\xi} = h(y) - r"
+)
 CORNERS = ("lower", "upper")
 LAW = r"u = u^{*} - \sum_{i=1}^{%d} h_i(z) K_i \left(x - x^{*}\right)"
 
@@ -54,7 +58,7 @@ def gains_section(design: PlantDesign, loop: PlantLoop) -> Section:
         }
     if loop.observed is not None:
         content |= {
-            "law": mathml(OBSERVED_LAW),
+            "law": mathml(REFERENCE_LAW if loop.plant.references else OBSERVED_LAW),
             "observer": _observer_table(loop, loop.observed),
             "at_estimate": loop.observed.law.at_estimate,
         }

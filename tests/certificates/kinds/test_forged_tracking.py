@@ -76,8 +76,8 @@ def asymmetric(document: Data) -> None:
     [
         wrong("decay_rate", 1.5),
         wrong("radius", 1.01),
-        wrong("radius", 0.3),
-        wrong("rates", 3),
+        wrong("radius", 0.01),
+        wrong("rates", 100),
         wrong("residuals", 0.8),
         wrong("residual_norm", 0.9),
         wrong("slope_norms", 0.99),

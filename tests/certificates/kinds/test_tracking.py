@@ -32,8 +32,10 @@ from tests.certificates.kinds.tracking_documents import (
     changed,
     claims,
     curved,
+    of_outputs,
     plant_of,
     pure,
+    pushed_by_a_square,
 )
 
 
@@ -138,6 +140,63 @@ def test_thresholds_on_paper(numbers: Data, proved: bool) -> None:
 def test_ranges_on_paper(ranges: Data, proved: bool) -> None:
     """The set lies in the ranges beside every rest, and the references reach from -1 to 1/2."""
     document = at(pure(drift="(-x)", slope="-1", r=(-1, 0.5), **ranges))
+
+    assert (verdicts(document)[-1] == "PROVED") is proved
+    assert (second(document)[-1] == "PROVED") is proved
+
+
+@pytest.mark.parametrize(
+    ("observer", "proved"),
+    [
+        ({}, True),
+        # Without L the estimate follows nothing: s' = u.
+        ({"L": [[0]]}, False),
+        # What follows, x, is not measured.
+        ({"measured": ["other"]}, False),
+        # Matrices of another shape, another kind of observer, an output that is not there.
+        ({"A": [[0, 1]]}, False),
+        ({"weights": "measured"}, False),
+        ({"measured": ["z"]}, False),
+    ],
+)
+def test_an_observer_beside_the_integral_on_paper(observer: Data, proved: bool) -> None:
+    document = of_outputs(**observer)
+
+    assert (verdicts(document)[-1] == "PROVED") is proved
+    assert (second(document)[-1] == "PROVED") is proved
+
+
+def test_of_a_law_of_outputs_nothing_is_claimed_that_needs_its_states() -> None:
+    document = of_outputs()
+    decay = {"name": "decay", "kind": "decay", "decay_rate": 0, "P": [[2, 3], [3, 5]]}
+    document["claims"] += [decay, {"name": "embedding", "kind": "secant-embedding"}]
+    document = resealed(document)
+
+    assert verdicts(document) == second(document) == ["REFUSED"]
+
+
+@pytest.mark.parametrize(
+    ("numbers", "proved"),
+    [
+        ({}, True),
+        # d_w = |(0, w)|_P = sqrt(5) at w = 1.
+        ({"slope_norms": [2.0616, 2.236]}, False),
+        ({"curvature": [[0, 0, 0], [0, 0, 0.49]]}, False),
+        # A line leaves w^2 up to 1, which |z|_P <= 0.2 does not hold.
+        ({"curvature": None}, False),
+        # u gets 2 xi = w^2 beside 0.4 r-free: 2 R + 1 of 1.41.
+        ({"radius": 0.205}, True),
+        # V' + 2 V <= u e^2 with u = P_11 + ...: (P M + M'P + 2 alpha P, P; P, u) >= 0.
+        ({"decay_rate": 0.5, "residuals": [0.01, 0], "residual_norm": 0.08,
+          "residual_weights": [64, 64]}, True),
+        ({"decay_rate": 0.5, "residuals": [0.01, 0], "residual_norm": 0.039,
+          "residual_weights": [64, 64]}, False),
+        ({"decay_rate": 0.5, "residuals": [0.01, 0], "residual_norm": 0.08,
+          "residual_weights": [1, 1]}, False),
+    ],
+)  # fmt: skip
+def test_a_curved_line_and_weighted_residuals_on_paper(numbers: Data, proved: bool) -> None:
+    document = pushed_by_a_square(**numbers)
 
     assert (verdicts(document)[-1] == "PROVED") is proved
     assert (second(document)[-1] == "PROVED") is proved
