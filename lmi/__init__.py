@@ -37,9 +37,6 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.analysis.box_enlargement import max_box_enlargement as max_box_enlargement
     from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
-    from takagi.lmi.analysis.common_quadratic import (
-        common_lyapunov_condition as common_lyapunov_condition,
-    )
     from takagi.lmi.analysis.decay_rate import max_decay_rate as max_decay_rate
     from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm as hinf_norm
     from takagi.lmi.analysis.disturbance.energy_gain import (
@@ -53,8 +50,6 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.output_variance import (
         h2_norm_condition as h2_norm_condition,
     )
-    from takagi.lmi.analysis.disturbance.passivity import passivity as passivity
-    from takagi.lmi.analysis.disturbance.passivity import passivity_condition as passivity_condition
     from takagi.lmi.analysis.disturbance.peak_to_peak import peak_gain as peak_gain
     from takagi.lmi.analysis.disturbance.peak_to_peak import (
         peak_gain_condition as peak_gain_condition,
@@ -66,6 +61,9 @@ if TYPE_CHECKING:
     )
     from takagi.lmi.analysis.pole_region import d_stability as d_stability
     from takagi.lmi.analysis.pole_region import d_stability_condition as d_stability_condition
+    from takagi.lmi.analysis.quadratic_condition import (
+        common_lyapunov_condition as common_lyapunov_condition,
+    )
     from takagi.lmi.analysis.start_set import StartSet as StartSet
     from takagi.lmi.analysis.start_set import start_set as start_set
     from takagi.lmi.analysis.start_set import start_set_condition as start_set_condition
@@ -189,15 +187,6 @@ if TYPE_CHECKING:
     from takagi.lmi.sums_of_squares.attraction_level import attraction_level as attraction_level
     from takagi.lmi.sums_of_squares.attraction_level import (
         attraction_level_condition as attraction_level_condition,
-    )
-    from takagi.lmi.sums_of_squares.homogeneous_lyapunov import (
-        HomogeneousLyapunov as HomogeneousLyapunov,
-    )
-    from takagi.lmi.sums_of_squares.homogeneous_lyapunov import (
-        homogeneous_lyapunov as homogeneous_lyapunov,
-    )
-    from takagi.lmi.sums_of_squares.homogeneous_lyapunov import (
-        homogeneous_lyapunov_condition as homogeneous_lyapunov_condition,
     )
     from takagi.lmi.sums_of_squares.polynomial import StatePolynomial as StatePolynomial
     from takagi.lmi.varying.constant_parameters import polynomial_lyapunov as polynomial_lyapunov

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from takagi.cli.terminal.rows import INDENT, WIDTH, coloured, headline, row_lines, unbroken
 from takagi.cli.terminal.turbine_summary import claims_as_data
 from takagi.models.plant.file_units import file_unit
-from takagi.reports.loops.plant_summary import SummaryRow, starts_alone, summary_rows
 from takagi.reports.page.text import behind, name_of, unit_of
+from takagi.reports.sections.plant.summary import SummaryRow, starts_alone, summary_rows
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign

@@ -53,7 +53,6 @@ THREE = replace(GENERAL, r=3, q=2)
 # Where every state has a formula of its own.
 SMALL = Sizes(r=2, n=2, m=1, p=1, q=1)
 # Two states, all monomials of degree 2 in them; and those of degrees 1 to 3, and 0 to 1.
-FORMS = Sizes(r=MANY, n=2, m=1, p=1, q=1, others=((3, "N"),))
 SQUARES = Sizes(r=1, n=2, m=1, p=1, q=1, others=((9, "N_S"), (3, r"N_\Lambda")))
 # Two premises of two corners each.
 SQUARE = replace(GENERAL, r=4)

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-
 from catalogue.entry import Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     h2_norm_condition,
     hinf_norm_condition,
-    passivity_condition,
     peak_gain_condition,
     robust_hinf_norm_condition,
 )
@@ -33,13 +30,6 @@ def _peak(sizes: Sizes, step: float | None) -> Condition:
 
 def _robust(sizes: Sizes, step: float | None) -> Condition:
     return robust_hinf_norm_condition(plant(sizes, step))
-
-
-def _passive(sizes: Sizes, step: float | None, *, direct: bool) -> Condition:
-    model = plant(sizes, step)
-    square = np.eye(sizes.q, sizes.n)[None].repeat(sizes.r, axis=0)
-    D = np.array([np.eye(sizes.q) + np.eye(sizes.q, k=1) / 2] * sizes.r) if direct else None
-    return passivity_condition(model.A, model.E, square, D, sample_time=step)
 
 
 HINF = Entry(
@@ -150,39 +140,4 @@ PEAK = Entry(
     ),
 )
 
-PASSIVITY = Entry(
-    title="Passivity (positive realness)",
-    question="Does the loop store less than it is given through its input and output?",
-    call="passivity",
-    builder="passivity_condition",
-    use=(
-        "For loops in feedback with another passive system: friction, a saturation, another "
-        "mechanism. There are as many outputs as inputs. For one vertex it is strict positive "
-        "realness; for several it is one storage function for arbitrarily varying memberships. "
-        "Without a direct term the equality must have a solution for all vertices at once, in "
-        "exact arithmetic."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, no direct term",
-            pose=partial(_passive, step=None, direct=False),
-            lmis="r + 1",
-            variables=P,
-            where="$B_i$, $C_i$, $D_i$ lead from the input to the output",
-        ),
-        Case(
-            title="Continuous time, a direct term",
-            pose=partial(_passive, step=None, direct=True),
-            lmis="r + 1",
-            variables=P,
-        ),
-        Case(
-            title="Discrete time",
-            pose=partial(_passive, step=0.1, direct=True),
-            lmis="r + 1",
-            variables=P,
-        ),
-    ),
-)
-
-ENTRIES = (HINF, ROBUST_HINF, H2, PEAK, PASSIVITY)
+ENTRIES = (HINF, ROBUST_HINF, H2, PEAK)

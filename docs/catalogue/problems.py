@@ -65,16 +65,6 @@ PROBLEMS = (
         note="a controller of the order of plant and weights; the second is below the book's",
     ),
     Problem(
-        name="zelentsovsky-forms",
-        asks="largest $k$ of $\\ddot x + \\dot x + (2 + u(t))\\, x = 0$, $0 \\le u \\le k$, by a "
-        "common form of degree 2, 4, 6",
-        source="Zelentsovsky (1994); Chesi, Garulli, Tesi and Vicino (2003)",
-        published="3.82, 5.73, 6.20",
-        found="above 3.82, 5.73, 6.20; not 3.83, 5.75, 6.23",
-        tests=("test_the_bounds_of_the_spring_are_the_published_ones",),
-        note="both sides in rationals; $1 + 2 \\sqrt 2$ is exact for degree 2",
-    ),
-    Problem(
         name="van-der-pol-level",
         asks="largest level of $1.5 x_1^2 - x_1 x_2 + x_2^2$ in the region of attraction of "
         "van der Pol's oscillator in reverse time",
@@ -83,15 +73,6 @@ PROBLEMS = (
         found="2.3045, proved",
         tests=("test_van_der_pols_level_is_the_largest_that_the_function_has",),
         note="along rays the least level with $\\dot V = 0$ is 2.3047",
-    ),
-    Problem(
-        name="spr-lag",
-        asks="up to which zero $c$ is $(s + c)/((s + 1)(s + 2))$ strictly positive real",
-        source="Narendra and Annaswamy (1989), Stable Adaptive Systems, chapter 2",
-        published="$c < 3$ exactly",
-        found="passive at 2.99, not at 3.01",
-        tests=("test_a_lag_is_strictly_positive_real_up_to_the_sum_of_its_poles",),
-        note="with $P B = C^\\top$ in rationals",
     ),
     Problem(
         name="rolmip-massspring-g0",

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from catalogue.entry import FEW, FORMS, SQUARES, Case, Entry, Sizes, plant
+from catalogue.entry import FEW, SQUARES, Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     EigenvalueRegion,
@@ -18,7 +18,6 @@ from takagi.lmi import (
     d_stability_condition,
     enlarged_loops,
     fuzzy_lyapunov_condition,
-    homogeneous_lyapunov_condition,
     polynomial_lyapunov_condition,
     robust_lyapunov_condition,
 )
@@ -91,37 +90,11 @@ GIVEN = Entry(
 )
 
 
-def _form(sizes: Sizes) -> Condition:
-    return homogeneous_lyapunov_condition(plant(sizes), degree=4)
-
-
 def _level(sizes: Sizes) -> Condition:
     return attraction_level_condition(
         ["-x2", "x1 + (x1**2 - 1)*x2"], "1.5*x1**2 - x1*x2 + x2**2", states=["x1", "x2"]
     )
 
-
-FORM = Entry(
-    title="Common homogeneous Lyapunov function",
-    question="Is there a common $V$ of degree 4, 6, ... where there is no quadratic one?",
-    call="homogeneous_lyapunov",
-    builder="homogeneous_lyapunov_condition",
-    use=(
-        "Where `common_lyapunov` says no and the vertices may still be switched in any way. $V$ is "
-        "a form of degree $2d$ in the state, $m(x)^\\top G\\, m(x)$ with all monomials of degree "
-        "$d$; $\\bar A_i$ moves them, and $m^\\top L_k m = 0$ for every $x$. `exact().holds` "
-        "decides it in rational arithmetic. Continuous time only: $V(Ax)$ is not affine in $A$."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, two states, degree 4",
-            pose=_form,
-            lmis="r + 2",
-            variables="6 + r",
-            sizes=FORMS,
-        ),
-    ),
-)
 
 LEVEL = Entry(
     title="Level of a polynomial function inside the region of attraction",
@@ -328,4 +301,4 @@ ENLARGEMENT = Entry(
     ),
 )
 
-ENTRIES = (COMMON, GIVEN, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT, FORM, LEVEL)
+ENTRIES = (COMMON, GIVEN, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT, LEVEL)

@@ -24,8 +24,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import common_lyapunov, rate_of, vertex_weight
+from takagi.lmi.analysis.common_quadratic import common_lyapunov
 from takagi.lmi.analysis.loop_growth import EnlargedLoops, Law, enlarged_loops
+from takagi.lmi.analysis.quadratic_condition import rate_of, vertex_weight
 from takagi.lmi.answer import Answer, Try
 from takagi.lmi.argument_checks import Vertices, number, sample_time_of
 from takagi.lmi.condition.term import LMI, Array, Condition, Term, bounded, positive

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import (
+from takagi.lmi.analysis.quadratic_condition import (
     answer_in_states,
     common_lyapunov_condition,
     rate_of,

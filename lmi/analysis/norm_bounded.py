@@ -31,9 +31,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import gain_stack, of_pairs, pair_means, pairs_of
 from takagi.lmi.analysis.pole_region import coefficient_latex
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import (
     Vertices,

@@ -23,7 +23,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Design
 from takagi.lmi.argument_checks import input_stack, positive_vector, sample_time_of, vertex_stack
 from takagi.lmi.condition.term import Array, Condition

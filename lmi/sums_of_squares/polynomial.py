@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, combinations_with_replacement
-from math import comb, factorial, prod
+from math import comb
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.lmi.condition.evaluate import fractions
-from takagi.lmi.condition.term import Array, Constant, Equality, Term
+from takagi.lmi.condition.term import Constant, Equality, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
@@ -42,41 +42,6 @@ def monomials(n: int, degrees: Sequence[int]) -> tuple[Exponent, ...]:
         for chosen in combinations_with_replacement(range(n), degree):
             found.append(tuple(chosen.count(k) for k in range(n)))
     return tuple(found)
-
-
-def sizes_of(basis: Sequence[Exponent]) -> Floats:
-    """Return powers of two near the root of each monomial's multinomial coefficient.
-
-    With sizes w, |w m(x)|^2 is about (x' x)^d, so that the Gram matrix of (x' x)^d is about I.
-    """
-    roots = [(factorial(sum(a)) / prod(factorial(power) for power in a)) ** 0.5 for a in basis]
-    return np.asarray(np.exp2(np.round(np.log2(roots))))
-
-
-def extended(A: Array, basis: Sequence[Exponent]) -> Array:
-    """Return Abar of m' = Abar m along x' = A x, for the monomials m of one degree; Fractions.
-
-    d/dt x^a = sum_kj a_k A_kj x^(a - e_k + e_j), without rounding: a float is the dyadic number it
-    stores.
-
-    Parameters
-    ----------
-    A : (n, n).
-    """
-    exact = fractions(A)
-    n, place = len(exact), {a: i for i, a in enumerate(basis)}
-    found = np.full((len(basis), len(basis)), Fraction(0), dtype=object)
-    for a in basis:
-        for k in range(n):
-            if not a[k]:
-                continue
-            for j in range(n):
-                if exact[k, j]:
-                    b = list(a)
-                    b[k] -= 1
-                    b[j] += 1
-                    found[place[a], place[tuple(b)]] += a[k] * exact[k, j]
-    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +94,6 @@ class StatePolynomial:
     @classmethod
     def quadratic(cls, P: ArrayLike) -> StatePolynomial:
         """Return x' P x; a float is the dyadic number it stores."""
-        from takagi.lmi.condition.evaluate import fractions
 
         exact = fractions(P)
         found: dict[Exponent, Fraction] = {}
@@ -200,35 +164,6 @@ class StatePolynomial:
         for a, c in self.terms.items():
             total = total + float(c) * np.prod(at ** np.array(a), axis=-1)
         return np.asarray(total)
-
-
-def vanishing(basis: Sequence[Exponent], sizes: Array) -> Array:
-    """Return a basis (K, N, N) of the symmetric L with m(x)' L m(x) = 0 for all x.
-
-    If a product of monomials has several factorisations, L is the difference of two of them.
-
-    Parameters
-    ----------
-    sizes : (N,) w; the monomials are those of w m(x).
-
-    Source: Chesi, Garulli, Tesi, Vicino (2009), Homogeneous Polynomial Forms for Robustness
-    Analysis of Uncertain Systems, section 1.2 (square matricial representation).
-    """
-    ways: dict[Exponent, list[tuple[int, int]]] = {}
-    for i, a in enumerate(basis):
-        for j in range(i, len(basis)):
-            product = tuple(p + q for p, q in zip(a, basis[j], strict=True))
-            ways.setdefault(product, []).append((i, j))
-    found = []
-    for first, *others in ways.values():
-        for other in others:
-            L = np.zeros((len(basis), len(basis)))
-            for (i, j), sign in ((first, 1.0), (other, -1.0)):
-                # In both cases the entry stands for twice the product.
-                L[i, j] += sign / (sizes[i] * sizes[j])
-                L[j, i] += sign / (sizes[i] * sizes[j])
-            found.append(L)
-    return np.array(found).reshape(len(found), len(basis), len(basis))
 
 
 def without_idle(basis: Sequence[Exponent], support: Iterable[Exponent]) -> tuple[Exponent, ...]:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from takagi.lmi.analysis.common_quadratic import rate_of
+from takagi.lmi.analysis.quadratic_condition import rate_of
 from takagi.lmi.answer import Status, Try
 from takagi.lmi.condition.term import Condition
 from takagi.lmi.decision.decide import decide, optimise

@@ -37,7 +37,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.condition.term import LMI, Constant, Term
 from takagi.lmi.condition.unknown import Unknown
 from takagi.lmi.polynomials.simplex_polynomials import Basis, Degrees, Known, UnknownPolynomial

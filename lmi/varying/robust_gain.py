@@ -25,7 +25,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
     DisturbanceChannel,
@@ -33,6 +32,7 @@ from takagi.lmi.analysis.disturbance.channel import (
     near_least,
 )
 from takagi.lmi.analysis.loop_pairs import gain_stack
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer, ObjectiveUnit
 from takagi.lmi.argument_checks import (
     Vertices,

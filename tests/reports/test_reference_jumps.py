@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.loops.plant_summary import summary_rows
 from takagi.reports.sections.plant.page import plant_report_files
+from takagi.reports.sections.plant.summary import summary_rows
 from takagi.reports.simulation.plant import jump_motions, proved_jumps
 from tests.reports.test_tracking_gain_file import servo
 

@@ -36,7 +36,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.decay_rate import fast_decay
 from takagi.lmi.analysis.disturbance.channel import (
     ChannelUnits,
@@ -51,6 +50,7 @@ from takagi.lmi.analysis.disturbance.least_gain import (
     motion_of,
     states_of,
 )
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer
 from takagi.lmi.argument_checks import Vertices, number, rate_parameter
 from takagi.lmi.condition.term import LMI, Condition, Constant, Term

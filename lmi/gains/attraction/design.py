@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
 from takagi.lmi.analysis.loop_pairs import gain_stack, pairs_of
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.answer import Answer, Design
 from takagi.lmi.argument_checks import Vertices, input_stack, vertex_stack
 from takagi.lmi.condition.term import Condition

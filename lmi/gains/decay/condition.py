@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.argument_checks import (
     corners_of,
     input_stack,

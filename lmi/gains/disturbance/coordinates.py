@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.condition.term import Array
 from takagi.lmi.cone.balance import motion, nearest_power, state_units
 from takagi.lmi.gains.disturbance.disturbed_plant import DisturbedPlant

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from takagi.lmi.analysis.common_quadratic import vertex_weight
+from takagi.lmi.analysis.quadratic_condition import vertex_weight
 from takagi.lmi.argument_checks import corners_of
 from takagi.lmi.condition.term import Array, Position
 from takagi.lmi.condition.unknown import Unknown

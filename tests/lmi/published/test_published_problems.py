@@ -20,10 +20,8 @@ ROOT = Path(__file__).resolve().parents[3]
 # Found by the tests that are named, from both sides or as a bound, not as one number.
 FROM_BOTH_SIDES = {
     "sp-mixed-sensitivity",
-    "zelentsovsky-forms",
     "van-der-pol-level",
     "rolmip-massspring-g1-claim",
-    "spr-lag",
     "ac15-sof",
     "compleib-sof",
     "dayawansa-martin",
