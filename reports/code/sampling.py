@@ -6,6 +6,7 @@ How it follows from a turbine's filters, or from a plant's loop, is told in
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from decimal import Decimal
 
 from takagi.certificates.controller.longest_sample import LongestSample, longest_of_turbine
@@ -28,13 +29,13 @@ def longest_sample(program: ControllerProgram) -> LongestSample | None:
         names = {stage.name for stage in program.stages}
         longest: LongestSample | None = longest_of_turbine(program.document, names)
         return longest
-    stated = program.document.get("sampling")
-    if program.sample_time is not None or stated is None or stated["longest"] is None:
+    stated = program.document.get("sampling", {})
+    time = stated.get("longest") if isinstance(stated, Mapping) else stated
+    if program.sample_time is not None or time is None:
         return None
-    time = stated["longest"]
     if not (isinstance(time, Decimal) and time.is_finite() and time > 0):
         raise ModelError(f"sampling.longest is {time}; a positive time in s is needed")
-    return LongestSample(time, str(stated["reason"]))
+    return LongestSample(time, str(stated.get("reason", "its gain file says so")))
 
 
 def with_long_sample(

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -261,6 +263,15 @@ def test_estimates_stay_where_the_premises_have_values(
         sent = run.sample(60.0, {"h2_measured": level})
         assert 0 <= sent["q"] <= 0.3
         assert all(0.5 <= value <= 1.5 for value in run.kept.values())
+
+
+@pytest.mark.parametrize("stated", ["soon", {"longest": 0}, {"longest": "1"}, [1]])
+def test_a_damaged_longest_is_refused(stated: Any, tanks: tuple[Path, PlantDesign]) -> None:
+    content = json.loads((tanks[0] / "gains.json").read_text("utf-8"), parse_int=Decimal)
+    program = replace(read_controller(tanks[0] / "gains.json"), document=content)
+    content["sampling"] = stated
+    with pytest.raises(ModelError, match=r"sampling\.longest"):
+        sampling.longest_sample(program)
 
 
 def test_a_file_from_before_is_compared_as_it_was(tanks: tuple[Path, PlantDesign]) -> None:
