@@ -129,7 +129,8 @@ def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Flo
     n, m = B.shape
     if not n:
         return np.zeros((m, 0)), np.zeros((0, 0)), np.inf
-    K, one = np.zeros((m, n)), np.eye(n)
+    one = np.eye(n)
+    K: Floats = np.zeros((m, n))
     try:
         if m:
             X = (solve_discrete_are if discrete else solve_continuous_are)(A, B, one, np.eye(m))
