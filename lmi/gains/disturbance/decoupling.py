@@ -134,7 +134,8 @@ def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Flo
     try:
         if m:
             X = (solve_discrete_are if discrete else solve_continuous_are)(A, B, one, np.eye(m))
-            K = np.linalg.solve(np.eye(m) + B.T @ X @ B, B.T @ X @ A) if discrete else B.T @ X
+            gain = np.linalg.solve(np.eye(m) + B.T @ X @ B, B.T @ X @ A) if discrete else B.T @ X
+            K = np.asarray(gain, np.float64)
         loop = A - B @ K
         poles = np.linalg.eigvals(loop)
         if plant.sample_time is None:
