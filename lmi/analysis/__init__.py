@@ -1,6 +1,7 @@
 """Conditions on a given loop, one in each file, with a builder that solves nothing.
 
-common_quadratic, quadratic_condition, norm_bounded    one P for all vertices; also for uncertain models
+common_quadratic, quadratic_condition    one P for all vertices, and its condition
+norm_bounded               one P for uncertain models
 decay_rate, slow_modes     the largest decay rate; single vertices that decay too slowly
 impossibility              why there is no common P
 pole_region                eigenvalues of every blend in a region of the complex plane

@@ -129,14 +129,13 @@ def _regulated(A: Floats, B: Floats, plant: DisturbedPlant) -> tuple[Floats, Flo
     n, m = B.shape
     if not n:
         return np.zeros((m, 0)), np.zeros((0, 0)), np.inf
-    K: Floats = np.zeros((m, n))
     one = np.eye(n)
+    K: Floats = np.zeros((m, n))
     try:
         if m:
             X = (solve_discrete_are if discrete else solve_continuous_are)(A, B, one, np.eye(m))
-            K = B.T @ X
-            if discrete:
-                K = np.asarray(np.linalg.solve(np.eye(m) + B.T @ X @ B, B.T @ X @ A), float)
+            gain = np.linalg.solve(np.eye(m) + B.T @ X @ B, B.T @ X @ A) if discrete else B.T @ X
+            K = np.asarray(gain, np.float64)
         loop = A - B @ K
         poles = np.linalg.eigvals(loop)
         if plant.sample_time is None:

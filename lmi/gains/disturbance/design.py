@@ -422,7 +422,7 @@ def _design(
     outcome, units = found.outcome, found.units
     gains = units.gains(outcome.values["Q"][0], outcome.values["M"], len(task.plant.A))
     if before is None:
-        exact = without_rounding(gains, np.linalg.pinv(found.P))
+        exact = without_rounding(gains, np.asarray(np.linalg.pinv(found.P), np.float64))
         held = _held(found, exact)
         gains, held = (exact, held) if held > SMALLEST_MARGIN else (gains, _held(found, gains))
     else:

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -167,16 +166,16 @@ def without_fast_poles(controller: StateSpace) -> Iterator[StateSpace]:
         if not speeds[kept] > 10.0 * slow:
             continue
         middle = float(np.sqrt(max(slow, 1e-300) * speeds[kept]))
-        # The stubs of scipy know ``sort`` for complex output alone.
-        arrange: Any = schur
-        S, Z, _ = arrange(
-            controller.A,
-            output="real",
-            sort=lambda re, im, middle=middle: np.hypot(re, im) <= middle,
-        )
-        X = np.zeros((kept, controller.order - kept))
+
+        def stays(re: float, im: float, middle: float = middle) -> bool:
+            return bool(np.hypot(re, im) <= middle)
+
+        S, Z, _ = schur(np.asarray(controller.A), output="real", sort=stays)
+        X: Floats = np.zeros((kept, controller.order - kept))
         if kept:
-            X = solve_sylvester(S[:kept, :kept], -S[kept:, kept:], -S[:kept, kept:])
+            X = np.asarray(
+                solve_sylvester(S[:kept, :kept], -S[kept:, kept:], -S[:kept, kept:]), np.float64
+            )
         B, C = Z.T @ controller.B, controller.C @ Z
         B_slow, C_fast = B[:kept] - X @ B[kept:], C[:, kept:] + C[:, :kept] @ X
         D = controller.D - C_fast @ np.linalg.solve(S[kept:, kept:], B[kept:])

@@ -20,6 +20,9 @@ from takagi.lmi import (
     mixed_sensitivity,
     objective_below,
 )
+from takagi.lmi.gains.output_feedback import controller
+from takagi.lmi.gains.output_feedback.controller import augmented
+from takagi.lmi.gains.output_feedback.generalised_plant import state_space
 from takagi.models import ModelError, TSModel
 
 s = control.tf("s")
@@ -95,7 +98,72 @@ def test_a_zero_on_the_right_bounds_what_any_controller_does() -> None:
 
     assert cheap.gain is not None and dear.gain is not None
     assert least <= cheap.gain <= 1.02 * least
+    assert largest_entry(cheap) < 1e5
     assert dear.gain > cheap.gain
+
+
+def largest_entry(found: OutputFeedback) -> float:
+    K = found.require()
+    return max(float(np.abs(part).max(initial=0.0)) for part in (K.A, K.B, K.C, K.D))
+
+
+def test_a_controller_that_is_lost_to_rounding_is_found_another_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As on processors with other last bits: the central controller comes as near the bound."""
+
+    def lost(*given: Any) -> Any:
+        raise np.linalg.LinAlgError("singular")
+
+    monkeypatch.setattr(controller, "controller_of", lost)
+    found = mixed_sensitivity((1 - s) / (s + 2) ** 2, 5 / (s + 0.05), 1e-3)
+
+    assert found.gain is not None and found.gain <= 1.001 * found.least
+    assert largest_entry(found) < 1e5
+
+
+@pytest.mark.parametrize(
+    "plant",
+    [
+        # Nothing of u is weighed and no noise is in y, so the least norms are approached alone.
+        GeneralisedPlant(
+            A=np.array([[0.0, 1.0], [0.0, 0.0]]),
+            B1=np.array([[0.0], [1.0]]),
+            B2=np.array([[0.0], [1.0]]),
+            C1=np.array([[1.0, 0.0]]),
+            C2=np.array([[1.0, 0.0]]),
+            D11=np.zeros((1, 1)),
+            D12=np.zeros((1, 1)),
+            D21=np.zeros((1, 1)),
+        ),
+        augmented(state_space("G", 1 / ((s - 1) * (s + 3))), {"W3": state_space("W3", 0.1)}),
+        augmented(state_space("G", 1 / (s + 1) ** 2), {"W1": state_space("W1", 1 / (s + 0.1))}),
+    ],
+)
+def test_a_singular_problem_has_moderate_entries_or_a_note(plant: GeneralisedPlant) -> None:
+    """Also a norm that is asked for has the entries that it needs, and no more."""
+    least = hinf_output_feedback(plant)
+    assert least.gain is not None
+    enough = hinf_output_feedback(plant, norm_below=2 * least.gain + 0.05)
+
+    assert largest_entry(least) < 1e7 or "norm_below" in least.answer.note
+    assert least.answer.note
+    assert enough.gain is not None and enough.gain <= 2 * least.gain + 0.05
+    assert largest_entry(enough) < 1e5
+
+
+def test_a_norm_below_the_least_is_infeasible() -> None:
+    """And one above it has a controller, of rows without rounding."""
+    weights = (2 / (s + 0.1), 0.5)
+    least = mixed_sensitivity(1 / (s + 1), *weights)
+    none = mixed_sensitivity(1 / (s + 1), *weights, norm_below=0.98 * least.least)
+    mild = mixed_sensitivity(1 / (s + 1), *weights, norm_below=1.1 * least.least)
+
+    assert none.status == "infeasible" and none.controller is None
+    assert mild.gain is not None and mild.gain <= 1.1 * least.least
+    assert largest_entry(mild) < largest_entry(least) / 10
+    with pytest.raises(ModelError, match="norm_below"):
+        mixed_sensitivity(1 / (s + 1), *weights, norm_below=-1.0)
 
 
 def test_the_loop_of_a_design_is_proved_by_a_claim() -> None:

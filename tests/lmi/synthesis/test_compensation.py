@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from takagi.lmi import Design, pdc
+from takagi.lmi import Design, h2_pdc, hinf_pdc, lqr_pdc, observer, pdc
 from takagi.models import ModelError, TSModel
 from tests.lmi.known_models import pendulum
 
@@ -177,3 +177,19 @@ def test_one_rule_with_two_inputs() -> None:
     for relaxation in (*ALL, "polya-1"):
         K, _ = pdc(model, relaxation=relaxation, decay_rate=1.0).require()
         assert np.linalg.eigvals(model.A[0] - model.B[0] @ K[0]).real.max() < -1
+
+
+def test_a_gain_that_is_rounding_is_zero() -> None:
+    """Two plants side by side share no state: each input's gain on the other's is exactly zero."""
+    model = TSModel([np.diag([1.0, -2.0, 3.0])], np.eye(3)[:, [0, 2]], C=np.eye(3), E=np.eye(3))
+    output = (np.eye(5)[:, :3], np.eye(5)[:, 3:])
+    found = (
+        pdc(model, decay_rate=0.5),
+        lqr_pdc(model, np.eye(3), np.eye(2)),
+        hinf_pdc(model, performance=output, tolerance=0.1),
+        h2_pdc(model, performance=output),
+    )
+
+    for one in found:
+        assert np.count_nonzero(one.require()[0]) == 2
+    assert np.count_nonzero(observer(model, decay_rate=0.5).require()[0]) == 3
