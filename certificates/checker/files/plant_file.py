@@ -79,8 +79,8 @@ class Comparison:
     def whole(self) -> str:
         self.sample_time()
         self.parameters()
-        signals = {n: _resting_inside(given) for n, given in self.section("scheduling").items()}
-        outside = {**self.section("disturbances"), **signals}
+        scheduling = {n: _resting_inside(one) for n, one in self.section("scheduling").items()}
+        outside = {**self.section("disturbances"), **scheduling}
         outside |= self.blend.errors | self.uncertain
         references = FileReferences.of(self.file, self.model, self.path)
         states = {**self.section("states"), **self.blend.states, **references.integrals}
