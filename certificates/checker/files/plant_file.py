@@ -79,8 +79,8 @@ class Comparison:
     def whole(self) -> str:
         self.sample_time()
         self.parameters()
-        scheduling = self.section("scheduling").items()
-        outside = {**self.section("disturbances"), **{n: _resting_inside(v) for n, v in scheduling}}
+        scheduling = {n: _resting_inside(one) for n, one in self.section("scheduling").items()}
+        outside = {**self.section("disturbances"), **scheduling}
         outside |= self.blend.errors | self.uncertain
         references = FileReferences.of(self.file, self.model, self.path)
         states = {**self.section("states"), **self.blend.states, **references.integrals}

@@ -24,6 +24,7 @@ from takagi.certificates.checker.plant.graph import Graph
 from takagi.certificates.checker.plant.identity import Algebra
 
 Poles = dict[str, int]
+MOST_QUOTIENTS = 200  # of one node in which absolute values are divided out
 
 
 def parted(graph: Graph, root: int, vanishing: frozenset[str]) -> tuple[int, Poles]:
@@ -205,9 +206,18 @@ def with_signs(graph: Graph, root: int) -> int:
     """Return the node where |v|/v and v/|v| are sign(v), for variables v.
 
     Both are equal where v is not 0.
+
+    Raises
+    ------
+    Refused : too many quotients.
     """
+    listed = graph.below([root])
+    if not any(graph[number].name == "abs" for number in listed):
+        return root
+    if sum(graph[number].op == "divide" for number in listed) > MOST_QUOTIENTS:
+        raise Refused("absolute values and too many quotients")
     found: dict[int, int] = {}
-    for number in graph.below([root]):
+    for number in listed:
         node = graph[number]
         made = rebuilt(graph, number, tuple(found[part] for part in node.parts))
         if node.op == "divide":
@@ -250,17 +260,19 @@ def _products(graph: Graph, root: int) -> list[int]:
 
 def _without(graph: Graph, root: int, v: int, absolute: int, *, size: bool) -> int | None:
     """Return the node over v, or |v| for ``size``; None if not every term has such a factor."""
-    node, sign = graph[root], graph.sign(v)
-    if root in (v, absolute):
-        return graph.constant(1) if (root == absolute) == size else sign
-    if node.op == "add":
-        parts = [_without(graph, part, v, absolute, size=size) for part in node.parts]
-        first, second = parts
-        return None if first is None or second is None else graph.add(first, second)
-    if node.op in ("multiply", "divide"):
-        for place, part in enumerate(node.parts[: 1 if node.op == "divide" else 2]):
-            found = _without(graph, part, v, absolute, size=size)
-            if found is not None:
-                pair = (found, node.parts[1]) if place == 0 else (node.parts[0], found)
-                return graph.divide(*pair) if node.op == "divide" else graph.multiply(*pair)
-    return None
+    found: dict[int, int | None] = {}
+    for number in graph.below([root]):
+        node, made = graph[number], None
+        parts = [found[part] for part in node.parts]
+        if number in (v, absolute):
+            made = graph.constant(1) if (number == absolute) == size else graph.sign(v)
+        elif node.op == "add" and parts[0] is not None and parts[1] is not None:
+            made = graph.add(parts[0], parts[1])
+        elif node.op == "divide" and parts[0] is not None:
+            made = graph.divide(parts[0], node.parts[1])
+        elif node.op == "multiply" and parts[0] is not None:
+            made = graph.multiply(parts[0], node.parts[1])
+        elif node.op == "multiply" and parts[1] is not None:
+            made = graph.multiply(node.parts[0], parts[1])
+        found[number] = made
+    return found[root]

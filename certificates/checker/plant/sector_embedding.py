@@ -87,15 +87,15 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
     plant = read_plant(model, where)
     entries = multi_affine_entries(plant)
     corners = corners_of(plant.premises)
-    first, *others_ends = [
+    stacks: list[dict[str, Any]] = [
         {
             letter: tuple(Matrix.of(rows) for rows in vertex_stack(matrix, corners, ends))
             for letter, matrix in entries.items()
         }
         for ends in corners_of(plant.numbers)
     ]
-    others = tuple(_loop(plant, model, corners, stacks) for stacks in others_ends)
-    return replace(_loop(plant, model, corners, first), at_other_ends=others)
+    loop = _loop(plant, model, corners, stacks[0])
+    return replace(loop, at_other_ends=tuple(replace(loop, **some) for some in stacks[1:]))
 
 
 def _loop(
