@@ -398,7 +398,7 @@ class _Trim(NamedTuple):
 
 INDUCTION = Fraction("1.3")
 WIND_STEP, RATIO_STEP, PITCH_STEP = Fraction(1, 2), Fraction(1, 4), Fraction(1, 50)
-ROOT_DIGITS = 10**20
+ROOT_DIGITS, LARGEST_WIND = 10**20, Fraction(60)
 
 
 def momentum_slopes(
@@ -411,6 +411,8 @@ def momentum_slopes(
     CertificateError : a table or figure that is missing; no pitch holds rated torque at any wind.
     """
     last, ka = _figure(file, "operation", "cut_out", path), INDUCTION
+    if last > LARGEST_WIND:
+        raise CertificateError(f"{path}: operation.cut_out goes to {float(LARGEST_WIND):g} m/s")
     if "wake" in file:
         ka = _figure(file, "wake", "induction", path)
     section = file.get("coefficients")
