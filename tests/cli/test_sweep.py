@@ -100,7 +100,6 @@ def test_a_point_that_fails_is_status_1(
     [
         (("--law", "papr", *GRID[2:]), ["--law papr", "effort-sharing, published"]),
         (("--law", "effort-sharing"), ["no axis was given: add --over", "overlap, bandwidth"]),
-        (("--law", "effort-sharing", "--over", "overlp=1"), ["did you mean 'overlap'"]),
         (("--law", "effort-sharing", "--over", "inertia=0.1,0.95"), ["at most 0.9"]),
         (("--over", "z=1"), ["'z' cannot be swept", "speed-overlap [rad/s]", "wind [m/s]"]),
         (("--over", "wind=2,8"), ["2 m/s was given", "from 3 to 24.996 m/s"]),

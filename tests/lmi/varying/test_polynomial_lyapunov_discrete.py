@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from takagi.lmi import (
     Answer,
     exact_matrices,
-    expressed,
     polynomial_lyapunov,
     polynomial_lyapunov_condition,
 )
-from takagi.lmi.condition import margin
 from takagi.lmi.refutation import is_definite
 from tests.lmi.known_models import rolmip_pair
 
@@ -101,14 +99,3 @@ def test_how_far_the_discrete_vertices_may_be_scaled(
     assert 1 / radius == pytest.approx(1.22732, abs=1e-5)
     assert pose(A * (limit - 1e-4), sample_time=1.0, **options).found
     assert not pose(A * (limit + 1e-4), sample_time=1.0, **options).found
-
-
-@pytest.mark.parametrize("form", ["direct", "dilated"])
-def test_cvxpy_finds_the_same_margin(form: Any) -> None:
-    """The same condition through another modeller."""
-    condition = polynomial_lyapunov_condition(rolmip_pair(), form=form, sample_time=0.1)
-    said = expressed(condition)
-    said.problem().solve(solver="CLARABEL")
-    answer = polynomial_lyapunov(rolmip_pair(), form=form, scales=[1, 1], sample_time=0.1)
-
-    assert margin(condition, said.values()) == pytest.approx(answer.margin, rel=1e-4)
