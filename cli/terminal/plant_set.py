@@ -169,7 +169,9 @@ def _withstood(design: PlantDesign) -> list[str]:
     # What follows a reference is said in a line of its own.
     followed = {name for jump in proved_jumps(design) for name in jump}
     rows = [row for row in withstood(design) if row.variable.name not in followed]
-    if not rows or design.gains is None:
+    kinds = {claim["kind"] for claim in design.document["claims"]}
+    if not rows or design.gains is None or kinds == {"tracking"}:
+        # Where references alone are claimed, no set against moving disturbances was asked for.
         return []
     parts, less = [], False
     for one in rows:

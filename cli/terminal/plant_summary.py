@@ -115,8 +115,14 @@ def _gains(design: PlantDesign) -> list[str]:
         outputs = [design.plant.outputs[k].name for k in design.output_law.rows]
         lines += told(
             "observer",
-            f"of {', '.join(outputs)}, weights "
-            + ("at the estimate" if design.output_law.at_estimate else "as the plant's")
+            f"of {', '.join(outputs)}, "
+            + (
+                "constant matrices"
+                if design.plant.references
+                else "weights at the estimate"
+                if design.output_law.at_estimate
+                else "weights as the plant's"
+            )
             + f"; largest gain {np.abs(design.output_law.L).max():.4g}, all in gains.json",
         )
     return lines
