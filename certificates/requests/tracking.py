@@ -92,18 +92,22 @@ class Tracking:
 
     def _found(self, loop: ClaimedLoop, *, quick: bool) -> tuple[_Search, dict[str, Any]] | None:
         """Return evidence about a linear function of the signals, else about a quadratic one."""
-        search = self._search(loop)
+        search = self._search(loop, quick=quick)
         best = search.evidence(quick=quick)
         return None if best is None else (search, best)
 
-    def _search(self, loop: ClaimedLoop) -> _Search:
-        """Return the search about a linear function of the signals, or a quadratic one."""
+    def _search(self, loop: ClaimedLoop, *, quick: bool = False) -> _Search:
+        """Return the search about a linear function of the signals, or a quadratic one.
+
+        The largest rate of one function for all vertices takes the longest to find; the slowest
+        pole of the vertices bounds it, and is enough for what is not claimed.
+        """
         plant = _plant_of(loop)
         line = equilibrium_line(plant, _gain(loop), self.observer)
-        search = _Search(loop, plant, line, self)
+        search = _Search(loop, plant, line, self, quick=quick)
         if search.leaves_residuals and len(line.sides) <= MOST_SIGNALS:
             line = equilibrium_line(plant, _gain(loop), self.observer, curved=True)
-            return _Search(loop, plant, line, self, top=search.top)
+            return _Search(loop, plant, line, self, quick=quick, top=search.top)
         return search
 
 
@@ -160,6 +164,8 @@ class _Search:
         plant: Plant,
         line: EquilibriumLine,
         asked: Tracking,
+        *,
+        quick: bool,
         top: float | None = None,
     ) -> None:
         self.loop, self.plant, self.line, self.asked = loop, plant, line, asked
@@ -176,7 +182,10 @@ class _Search:
         self.rates = np.zeros(len(names))
         for place, one in zip(self.references, plant.references, strict=True):
             self.rates[place] = float(one.rate or 0)
-        self.top = decay_limit(self.A) if top is None else top
+        if top is None:
+            poles = float(np.linalg.eigvals(self.A).real.max())
+            top = max(-poles, 0.0) if quick else decay_limit(self.A)
+        self.top = top
         small = 1e-6 * np.abs(self.A @ line.D).sum() + 1e-9
         self.leaves_residuals = bool(np.any(line.residuals > small))
 

@@ -235,11 +235,14 @@ def _roots(scalar: _Scalar, level: Callable[[Complex], Floats]) -> list[float]:
     """Return the frequencies at which a real function of L changes sign [rad/s], increasing."""
     grid, sampled = scalar.response.frequencies, level(scalar.values)
     found = [float(w) for w, value in zip(grid, sampled, strict=True) if value == 0.0 and w > 0]
+
+    def at(w: float) -> float:
+        return float(level(scalar(w))[0])
+
     for k in np.flatnonzero(sampled[:-1] * sampled[1:] < 0):
-        root = brentq(
-            lambda w: float(level(scalar(w))[0]), grid[k], grid[k + 1], xtol=1e-14, rtol=1e-12
-        )
-        found.append(float(root))
+        # A sign that is rounding may be another one where the frequency is evaluated alone.
+        if at(grid[k]) * at(grid[k + 1]) < 0:
+            found.append(float(brentq(at, grid[k], grid[k + 1], xtol=1e-14, rtol=1e-12)))
     return sorted(found)
 
 

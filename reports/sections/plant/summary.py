@@ -90,6 +90,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
         _input(design, loop),
         _margins(loop),
         *_gains(loop),
+        _observer(design),
         _not_covered(design, loop),
     ]
     return [row for row in rows if row is not None and row.parts]
@@ -263,6 +264,20 @@ def _gains(loop: PlantLoop) -> list[SummaryRow]:
         head = f"{label} = -({sum_of_gains[0]}"
         rows.append(SummaryRow("gains", (head, *sum_of_gains[1:])))
     return rows
+
+
+def _observer(design: PlantDesign) -> SummaryRow | None:
+    law = design.output_law
+    if law is None:
+        return None
+    weights = "its weights are the plant's"
+    if law.at_estimate:
+        weights = "its weights are those at the estimate"
+    if design.plant.references:
+        weights = "constant matrices"
+    outputs = ", ".join(design.plant.outputs[k].name for k in law.rows)
+    largest = f"largest gain {np.abs(law.L).max():.4g} in SI, all in gains.json"
+    return SummaryRow("observer", (f"of {outputs}", weights, largest))
 
 
 def _not_covered(design: PlantDesign, loop: PlantLoop) -> SummaryRow:
