@@ -186,6 +186,9 @@ def _follows(design: PlantDesign) -> SummaryRow | None:
 
 def _disturbance(design: PlantDesign) -> SummaryRow | None:
     """Return the disturbances under which a proved set is never left, and their shares."""
+    if {claim["kind"] for claim in design.document["claims"]} == {"tracking"}:
+        # Where references alone are claimed, no set against moving disturbances was asked for.
+        return None
     followed = {name for jump in proved_jumps(design) for name in jump}
     parts, numbers = [], []
     for row in withstood(design) if design.gains is not None else ():
