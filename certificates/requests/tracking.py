@@ -214,7 +214,7 @@ class _Search:
             found = [
                 one
                 for part in (QUICK if quick else SHARES)
-                for left in self._left()
+                for left in self._left(quick=quick)
                 for one in self._at(rounded_down(part * self.top, 4), share, left)
             ]
             if found:
@@ -229,9 +229,11 @@ class _Search:
         near = [one for one in found if self._worth(one) >= NEARLY * self._worth(best)]
         return max(near, key=lambda one: float(one["decay_rate"]), default=best)
 
-    def _left(self) -> tuple[float, ...]:
+    def _left(self, *, quick: bool) -> tuple[float, ...]:
         """Return the shares of the set for the residuals of the equations."""
-        return LEFT if self.leaves_residuals else LEFT[:1]
+        if not self.leaves_residuals:
+            return LEFT[:1]
+        return LEFT[2:] if quick else LEFT
 
     def _at(self, alpha: float, share: float, left: float) -> Iterator[dict[str, Any]]:
         if alpha <= 0:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 TIMES = (32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25)
 # Share of the largest jump that a faster integral must still allow.
 KEPT = {"small": 0.97, "moderate": 0.9, "large": 0.75}
-SLOWER = 3  # how many slower integrals are tried with an observer
+SLOWER = 1  # how many slower integrals are tried with an observer
 WISHES = ("initial", "gain_bound", "damping", "fastest", "relaxation", "sample_time")
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 # Errors of the outputs over half their ranges, slowest observer first.
-SHARES = (1.0, 0.3, 0.1, 0.03, 0.01)
+SHARES = (1.0, 0.3, 0.1, 0.03)
 DIGITS = 6  # of A, B, C and L
 
 
