@@ -160,9 +160,9 @@ def held_rests(plant: Plant, *, inside: bool = False) -> HeldRests:
                 point[k] = end
                 corners.append(point)
     if inside:
-        halfway = [(low, (low + high) / 2, high) for low, high in ends]
+        halfway: list[tuple[float, ...]] = [(low, (low + high) / 2, high) for low, high in ends]
         if len(ends) > MOST_HALVED:
-            halfway = [(low, high) for low, high in ends]
+            halfway = list(ends)
         known = {tuple(corner) for corner in corners}
         corners += [np.array(point) for point in product(*halfway) if point not in known]
         for k, pair in enumerate(ends):

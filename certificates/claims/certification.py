@@ -269,7 +269,8 @@ def plant_certificate(
     plant = _referred(loop)
     if plant is not None and (observer is not None or not rests_exactly(plant)):
         loop = replace(loop, gains_data={**(loop.gains_data or {}), **observer_data(observer)})
-        attempts, tried, before = list(_tracking(loop, observer)), [], []
+        attempts, before = list(_tracking(loop, observer)), []
+        tried: list[str] = []
     else:
         attempts, tried = _attempts(loop, requirements)
     return _certificate(loop, before, attempts, settings, notes, tried, files=files)

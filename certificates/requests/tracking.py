@@ -278,7 +278,7 @@ class _Search:
     def _counted(self) -> Floats:
         """Return the residuals, none of them 0, so that each has a finite weight."""
         size = np.abs(self.A).max(axis=0) @ np.abs(self.line.D).max(axis=1)
-        return np.maximum(self.line.residuals * SLACK + 1e-12, 1e-9 * size)
+        return np.asarray(np.maximum(self.line.residuals * SLACK + 1e-12, 1e-9 * size), np.float64)
 
     def _evidence(
         self, P: Floats, u: Floats | None, alpha: float, share: float

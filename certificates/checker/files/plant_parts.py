@@ -263,7 +263,8 @@ def compare_measured(gains: Any, file: dict[str, Any], path: Path) -> None:
         own = gains["observer"]
         given = own.get("measured") if isinstance(own, dict) else None
         ours = _names(given, "gains.observer.measured", path)
-    if theirs == ours or (ours is None and theirs >= set(file.get("states", ()))):
+    every = set(file.get("states", ()))
+    if theirs == ours or (ours is None and theirs is not None and theirs >= every):
         return
     if ours is None:
         why = f"the law has all states, the field measured lists {_told(theirs)} alone"

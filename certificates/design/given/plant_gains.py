@@ -193,5 +193,5 @@ def read_reference_gains(
         raise CertificateError(f"{where}.K has shape {K.shape}; (1, {m}, {N}) is needed")
     K = np.array(np.broadcast_to(K, (r, m, N)))
     wanted = ClaimedLoop.of(model, K, model_data=plant_and_claim(model)[0]).gains_data
-    compare_law(law, {**(wanted or {}), **observer_data(observer)}, source)
+    compare_law(law, {**(wanted or {}), **observer_data(observer)}, source, moved=False)
     return K, observer

@@ -99,7 +99,9 @@ def constant_observers(
         if not design.found:
             continue
         L = np.asarray(design.require()[0])[:1].transpose(0, 2, 1)
-        yield ConstantObserver(*middle, rounded_gains(L, DIGITS)[0], plant.measured or ()), share
+        A_mean, B_mean, C_mean = middle
+        gain = rounded_gains(L, DIGITS)[0]
+        yield ConstantObserver(A_mean, B_mean, C_mean, gain, plant.measured or ()), share
 
 
 def _short(matrix: Floats) -> Floats:

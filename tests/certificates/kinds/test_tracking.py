@@ -380,7 +380,7 @@ def test_a_position_is_followed_from_a_rest_without_decimals(tmp_path: Path) -> 
     """Observer, integral and plant are proved together, and the file's program is that law."""
     design = design_plant(spring(tmp_path))
     assert isinstance(design, PlantDesign)
-    document = design.document
+    document: dict[str, Any] = dict(design.document)
 
     assert design.proved
     assert [c["kind"] for c in document["claims"]] == ["tracking"]
@@ -395,7 +395,7 @@ def test_a_position_is_followed_from_a_rest_without_decimals(tmp_path: Path) -> 
     assert float(design.plant.states[0].rest) + followed.motions[0].state[-1, 0] == (
         pytest.approx(0.4, abs=1e-3)
     )
-    document = copy.deepcopy(dict(document))
+    document = copy.deepcopy(document)
     document["gains"]["observer"]["L"] = (-np.array(document["gains"]["observer"]["L"])).tolist()
     assert "PROVED" not in {*verdicts(resealed(document)), *second(resealed(document))}
 

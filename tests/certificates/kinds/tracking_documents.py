@@ -173,7 +173,7 @@ def pushed_by_a_square(**numbers: Any) -> Data:
     model["disturbances"] += [{"name": "w", "unit": "-", "range": [-1, 1], "rest": 0}]
     premise = {"name": "z", "expression": "2*w", "lower": -2, "upper": 2, "unit": "-"}
     model["embedding"] |= {"premises": [premise], "E": [["0", "z"], ["-1", "0"]]}
-    claim = {"slope": [[1, 0], [-1.5, 0]], "curvature": [[0, 0, 0], [0, 0, 0.5]]}
+    claim: Data = {"slope": [[1, 0], [-1.5, 0]], "curvature": [[0, 0, 0], [0, 0, 0.5]]}
     claim |= {"slope_norms": [2.0616, 2.2361], "rates": [0, 0]}
     claim |= {"residuals": [0.01, 0], "residual_norm": 0.015} | numbers
     return at(found, **{k: v for k, v in claim.items() if v is not None})
