@@ -107,6 +107,7 @@ def largest_entry(found: OutputFeedback) -> float:
     return max(float(np.abs(part).max(initial=0.0)) for part in (K.A, K.B, K.C, K.D))
 
 
+@pytest.mark.slow
 def test_a_controller_that_is_lost_to_rounding_is_found_another_way(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
