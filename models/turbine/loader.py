@@ -193,7 +193,7 @@ def _turbine(document: Document) -> Turbine:
 
 def _require_all(document: Document) -> None:
     """Refuse a file that lacks entries; optional groups are needed whole or not at all."""
-    groups = [_FIELDS]
+    groups: list[tuple[FileFigure, ...]] = [_FIELDS]
     for group in (*_GROUPS, _BASELINE):
         places = [f.path.partition(".") for f in group]
         if any(key in document.data.get(section, {}) for section, _, key in places):
