@@ -28,8 +28,10 @@ def test_gains_are_the_published_second_order_design() -> None:
     turbine = nrel5mw()
     scale = turbine.inertia * turbine.rated_rotor_speed / (turbine.gear_ratio * 25.52e6)
 
-    assert turbine.baseline.proportional_gain == pytest.approx(2 * 0.7 * 0.6 * scale, rel=1e-3)
-    assert turbine.baseline.integral_gain == pytest.approx(0.6**2 * scale, rel=1e-3)
+    assert turbine.reference_controller.proportional_gain == pytest.approx(
+        2 * 0.7 * 0.6 * scale, rel=1e-3
+    )
+    assert turbine.reference_controller.integral_gain == pytest.approx(0.6**2 * scale, rel=1e-3)
 
 
 def test_torque_curve_through_its_regions() -> None:
@@ -74,7 +76,7 @@ def test_gain_halves_at_the_schedule_pitch() -> None:
         for pitch in (0.0, np.radians(6.302336))
     )
 
-    assert fine == pytest.approx(5.0 * turbine.baseline.proportional_gain, rel=1e-4)
+    assert fine == pytest.approx(5.0 * turbine.reference_controller.proportional_gain, rel=1e-4)
     assert scheduled == pytest.approx(fine / 2, rel=1e-6)
 
 
@@ -115,7 +117,7 @@ def test_partial_load_settles_where_the_curve_meets_the_rotor() -> None:
     plant = validation_plant(turbine)
     history = simulate(plant, law(), constant_wind(8.0, 200.0), time_step=0.05)
     speed = history.rotor_speed[-1]
-    curve = turbine.gear_ratio**3 * turbine.baseline.optimal_torque_constant * speed**2
+    curve = turbine.gear_ratio**3 * turbine.reference_controller.optimal_torque_constant * speed**2
 
     assert history.rotor_torque[-1] == pytest.approx(curve, rel=1e-4)
     assert history.pitch[-1] == 0.0

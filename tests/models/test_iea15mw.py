@@ -153,7 +153,7 @@ def test_the_torque_curve_is_near_the_tables() -> None:
     turbine = iea()
     own = optimal_torque_constant(turbine)
 
-    assert turbine.baseline.optimal_torque_constant == pytest.approx(
+    assert turbine.reference_controller.optimal_torque_constant == pytest.approx(
         turbine.generator_efficiency * own, rel=0.04
     )
     assert own == pytest.approx(0.5 * 1.225 * np.pi * 120.97**5 * 0.46538 / 9.0938**3, rel=1e-3)
@@ -166,10 +166,12 @@ def test_gains_of_the_baseline_follow_from_their_design() -> None:
     """
     turbine, wake = iea(), iea().frozen_wake
     per_speed = turbine.inertia * turbine.rated_rotor_speed / 57.2e6
-    line = -57.2e6 * (1 + np.array(wake.pitch[2:]) / turbine.baseline.schedule_pitch)
+    line = -57.2e6 * (1 + np.array(wake.pitch[2:]) / turbine.reference_controller.schedule_pitch)
 
-    assert turbine.baseline.proportional_gain == pytest.approx(2 * 1 * 0.2 * per_speed, rel=2e-3)
-    assert turbine.baseline.integral_gain == pytest.approx(0.2**2 * per_speed, rel=2e-3)
+    assert turbine.reference_controller.proportional_gain == pytest.approx(
+        2 * 1 * 0.2 * per_speed, rel=2e-3
+    )
+    assert turbine.reference_controller.integral_gain == pytest.approx(0.2**2 * per_speed, rel=2e-3)
     np.testing.assert_allclose(line, wake.power_sensitivity[2:], rtol=0.08)
 
 
@@ -178,7 +180,7 @@ def test_gains_of_the_baseline_follow_from_their_design() -> None:
 )
 def test_the_baseline_is_near_the_examples_schedule(pitch: float, integral: float) -> None:
     """Integral gain within 40 % of the controller file's, which is tuned on the slow wake."""
-    baseline = iea().baseline
+    baseline = iea().reference_controller
 
     found = baseline.integral_gain / (1 + pitch / baseline.schedule_pitch)
     assert found == pytest.approx(integral, rel=0.4)

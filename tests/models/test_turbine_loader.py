@@ -52,7 +52,7 @@ def test_figures_in_si() -> None:
     assert turbine.pitch_rate_limit == pytest.approx(np.radians(8))
     assert turbine.pitch_drive_frequency == pytest.approx(2 * np.pi)
     assert turbine.frozen_wake.power_sensitivity[-1] == pytest.approx(-125.3e6)
-    assert turbine.baseline.region_3_speed == pytest.approx(1161.963 * np.pi / 30)
+    assert turbine.reference_controller.region_3_speed == pytest.approx(1161.963 * np.pi / 30)
 
 
 def test_tower_and_shaft_modes() -> None:
@@ -75,8 +75,10 @@ def test_baseline_gains_follow_from_their_design() -> None:
     turbine = nrel5mw()
     per_speed = turbine.inertia * turbine.rated_rotor_speed / (turbine.gear_ratio * 25.52e6)
 
-    assert 2 * per_speed * 0.7 * 0.6 == pytest.approx(turbine.baseline.proportional_gain, rel=2e-3)
-    assert per_speed * 0.6**2 == pytest.approx(turbine.baseline.integral_gain, rel=2e-3)
+    assert 2 * per_speed * 0.7 * 0.6 == pytest.approx(
+        turbine.reference_controller.proportional_gain, rel=2e-3
+    )
+    assert per_speed * 0.6**2 == pytest.approx(turbine.reference_controller.integral_gain, rel=2e-3)
 
 
 def test_every_figure_has_unit_and_source() -> None:
