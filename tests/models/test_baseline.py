@@ -28,9 +28,10 @@ def test_gains_are_the_published_second_order_design() -> None:
     turbine = nrel5mw()
     scale = turbine.inertia * turbine.rated_rotor_speed / (turbine.gear_ratio * 25.52e6)
 
-    controller = turbine.reference_controller
-    assert controller.proportional_gain == pytest.approx(2 * 0.7 * 0.6 * scale, rel=1e-3)
-    assert controller.integral_gain == pytest.approx(0.6**2 * scale, rel=1e-3)
+    assert turbine.reference_controller.proportional_gain == pytest.approx(
+        2 * 0.7 * 0.6 * scale, rel=1e-3
+    )
+    assert turbine.reference_controller.integral_gain == pytest.approx(0.6**2 * scale, rel=1e-3)
 
 
 def test_torque_curve_through_its_regions() -> None:

@@ -166,11 +166,12 @@ def test_gains_of_the_baseline_follow_from_their_design() -> None:
     """
     turbine, wake = iea(), iea().frozen_wake
     per_speed = turbine.inertia * turbine.rated_rotor_speed / 57.2e6
-    controller = turbine.reference_controller
-    line = -57.2e6 * (1 + np.array(wake.pitch[2:]) / controller.schedule_pitch)
+    line = -57.2e6 * (1 + np.array(wake.pitch[2:]) / turbine.reference_controller.schedule_pitch)
 
-    assert controller.proportional_gain == pytest.approx(2 * 1 * 0.2 * per_speed, rel=2e-3)
-    assert controller.integral_gain == pytest.approx(0.2**2 * per_speed, rel=2e-3)
+    assert turbine.reference_controller.proportional_gain == pytest.approx(
+        2 * 1 * 0.2 * per_speed, rel=2e-3
+    )
+    assert turbine.reference_controller.integral_gain == pytest.approx(0.2**2 * per_speed, rel=2e-3)
     np.testing.assert_allclose(line, wake.power_sensitivity[2:], rtol=0.08)
 
 

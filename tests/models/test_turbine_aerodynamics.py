@@ -108,8 +108,9 @@ def test_optimal_torque_constant_against_the_published_one() -> None:
     ours = float(turbine.torque(ratio, 0.0)) / ratio**2
     scale = turbine.torque_constant * turbine.rotor_radius**2 / turbine.gear_ratio**3
 
-    constant = turbine.reference_controller.optimal_torque_constant
-    assert scale * published == pytest.approx(constant, rel=5e-3)
+    assert scale * published == pytest.approx(
+        turbine.reference_controller.optimal_torque_constant, rel=5e-3
+    )
     assert optimal_torque_constant(turbine) == pytest.approx(scale * ours, rel=1e-12)
     assert 0.9 < optimal_torque_constant(turbine) / 2.332287 < 1.0
 

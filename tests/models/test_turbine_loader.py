@@ -75,9 +75,10 @@ def test_baseline_gains_follow_from_their_design() -> None:
     turbine = nrel5mw()
     per_speed = turbine.inertia * turbine.rated_rotor_speed / (turbine.gear_ratio * 25.52e6)
 
-    controller = turbine.reference_controller
-    assert 2 * per_speed * 0.7 * 0.6 == pytest.approx(controller.proportional_gain, rel=2e-3)
-    assert per_speed * 0.6**2 == pytest.approx(controller.integral_gain, rel=2e-3)
+    assert 2 * per_speed * 0.7 * 0.6 == pytest.approx(
+        turbine.reference_controller.proportional_gain, rel=2e-3
+    )
+    assert per_speed * 0.6**2 == pytest.approx(turbine.reference_controller.integral_gain, rel=2e-3)
 
 
 def test_every_figure_has_unit_and_source() -> None:

@@ -83,7 +83,8 @@ def loops_section(design: TurbineDesign) -> Section:
     """Return the section about Bode plots and margins on the validation plant."""
     turbine = design.turbine
     rated = round(rated_wind(turbine, speed_setpoint=design.settings.speed_setpoint), 2)
-    winds = sorted({*TRIMS, rated})
+    low, high = turbine.cut_in, turbine.cut_out
+    winds = sorted({*(min(max(wind, low), high) for wind in TRIMS), rated})
     points, none = loop_points(design, winds)
     rows = [row for point in points for row in loop_rows(design, point)]
     return Section(
