@@ -21,8 +21,6 @@ from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.document.certificate_file import dumps
 from takagi.models import ModelError, Plant, load_model
 from takagi.models.plant.design_settings import PlantSettings
-from takagi.reports.simulation.plant import simulate_plant
-from takagi.reports.simulation.plant_scenario import PlantScenario
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.kinds.tracking_documents import (
@@ -375,42 +373,6 @@ def spring(folder: Path, *changes: tuple[str, str]) -> Plant:
     return plant_of(folder, text)[0]
 
 
-@pytest.mark.slow
-def test_a_position_is_followed_from_a_rest_without_decimals(tmp_path: Path) -> None:
-    """Observer, integral and plant are proved together, and the file's program is that law."""
-    design = design_plant(spring(tmp_path))
-    assert isinstance(design, PlantDesign)
-    document: dict[str, Any] = dict(design.document)
-
-    assert design.proved
-    assert [c["kind"] for c in document["claims"]] == ["tracking"]
-    assert second(document) == ["PROVED"]
-    compare_plant(read(document["model"]), tmp_path / "arm.toml", document["gains"])
-    followed = simulate_plant(
-        design,
-        references=[{"r": 0.4}],
-        duration=40.0,
-        scenario=PlantScenario(sample_time=0.005, disturbances=()),
-    )
-    assert float(design.plant.states[0].rest) + followed.motions[0].state[-1, 0] == (
-        pytest.approx(0.4, abs=1e-3)
-    )
-    document = copy.deepcopy(document)
-    document["gains"]["observer"]["L"] = (-np.array(document["gains"]["observer"]["L"])).tolist()
-    assert "PROVED" not in {*verdicts(resealed(document)), *second(resealed(document))}
-
-
 def test_what_follows_has_to_be_measured(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="measure x too"):
         design_plant(spring(tmp_path, ('measured = ["x"]', 'measured = ["v"]')))
-
-
-@pytest.mark.slow
-def test_without_a_set_the_answer_says_what_to_narrow(tmp_path: Path) -> None:
-    """x^2 has no slope at x = 0: no gain holds on both sides, one on the right alone does."""
-    square = ("[reference]", '[outputs]\ny = { expression = "x^2", unit = "-" }\n[reference]')
-    changes = [square, ('"x", range = [0, 0.5]', '"y", range = [0.05, 0.2]')]
-    found = design_plant(spring(tmp_path, *changes, ('measured = ["x"]\n', "")))
-
-    assert not isinstance(found, PlantDesign)
-    assert "A set is found with x in [" in found.reason
