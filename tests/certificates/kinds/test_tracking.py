@@ -376,3 +376,20 @@ def spring(folder: Path, *changes: tuple[str, str]) -> Plant:
 def test_what_follows_has_to_be_measured(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="measure x too"):
         design_plant(spring(tmp_path, ('measured = ["x"]', 'measured = ["v"]')))
+
+
+@pytest.mark.slow
+def test_an_angle_is_followed_though_the_rate_is_not_measured(tmp_path: Path) -> None:
+    """A stranger's first servo: plant, integral and observer are proved as one by both checkers."""
+    text = SPRING.replace('measured = ["x"]', 'measured = ["x"]\nunits = "unchecked"')
+    text = text.replace(', rest = "solve"', "").replace(", rest = 0.7", "")
+    text = text.replace(" - 0.4*x^3", "").replace("range = [0, 0.5]", "range = [-0.5, 0.5]")
+    design = design_plant(plant_of(tmp_path, text)[0])
+    assert isinstance(design, PlantDesign)
+    document: dict[str, Any] = dict(design.document)
+
+    assert design.proved and second(document) == ["PROVED"] * len(document["claims"])
+    assert "tracking" in {claim["kind"] for claim in document["claims"]}
+    document = copy.deepcopy(document)
+    document["gains"]["observer"]["L"] = (-np.array(document["gains"]["observer"]["L"])).tolist()
+    assert "PROVED" not in {*verdicts(resealed(document)), *second(resealed(document))}
