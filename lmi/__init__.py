@@ -125,9 +125,6 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.fuzzy.design import FuzzyDesign as FuzzyDesign
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc as fuzzy_pdc
     from takagi.lmi.gains.fuzzy.pdc import fuzzy_pdc_condition as fuzzy_pdc_condition
-    from takagi.lmi.gains.given.condition import closed_loop_condition as closed_loop_condition
-    from takagi.lmi.gains.given.largest_decay import closed_loop_decay as closed_loop_decay
-    from takagi.lmi.gains.given.largest_decay import closed_loop_ladder as closed_loop_ladder
     from takagi.lmi.gains.observer import observer as observer
     from takagi.lmi.gains.observer import observer_condition as observer_condition
     from takagi.lmi.gains.observer import secant_vertices as secant_vertices

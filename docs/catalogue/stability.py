@@ -13,7 +13,6 @@ from takagi.lmi import (
     NormBounded,
     attraction_level_condition,
     box_enlargement_condition,
-    closed_loop_condition,
     common_lyapunov_condition,
     d_stability_condition,
     enlarged_loops,
@@ -54,40 +53,6 @@ def _fuzzy(sizes: Sizes, step: float | None) -> Condition:
 
 def _enlarged(sizes: Sizes, step: float | None) -> Condition:
     return box_enlargement_condition(enlarged_loops(plant(sizes, step)), sample_time=step)
-
-
-def _given(sizes: Sizes, step: float | None) -> Condition:
-    model = plant(sizes, step)
-    gains = np.ones((sizes.r, sizes.m, sizes.n)) / np.arange(1, sizes.r + 1)[:, None, None]
-    return closed_loop_condition(model, gains / (16 * sizes.n))
-
-
-GIVEN = Entry(
-    title="Given gains, by each relaxation",
-    question="How fast does the loop of given gains decay, as far as a relaxation can show?",
-    call="closed_loop_decay",
-    builder="closed_loop_condition",
-    use=(
-        "For gains that are given, from any source. `closed_loop_ladder` shows the largest decay "
-        "rate of every relaxation, and a bound that none exceeds: the difference is due to the "
-        "relaxation, not to the gains."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, pairs",
-            pose=partial(_given, step=None),
-            lmis="r*(r+1)/2 + 2",
-            variables=P,
-            where="$G_{ij} = A_i - B_i K_j$",
-        ),
-        Case(
-            title="Discrete time, pairs",
-            pose=partial(_given, step=0.1),
-            lmis="r*(r+1)/2 + 2",
-            variables=P,
-        ),
-    ),
-)
 
 
 def _level(sizes: Sizes) -> Condition:
@@ -301,4 +266,4 @@ ENLARGEMENT = Entry(
     ),
 )
 
-ENTRIES = (COMMON, GIVEN, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT, LEVEL)
+ENTRIES = (COMMON, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT, LEVEL)
