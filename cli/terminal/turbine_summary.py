@@ -56,7 +56,7 @@ def as_text(design: TurbineDesign, *, every_claim: bool = False) -> str:
     rows = [
         ("winds", f"{found.edges[0]:g} to {found.edges[-1]:g} m/s in {len(found.winds)} cells"),
         ("wind class", f"schedule wind within {_span(found.wind_error)} m/s of the wind, moving at "
-         f"most {_span(found.wind_rate)} m/s^2, depending on the wind"),
+         f"most {_span(found.wind_rate)} m/s^2"),
         ("plants", _plants(found)),
         ("rotor speed", _speed(design, found)),
         ("settling", f"decay of at least {at_least(found.common_rate)} 1/s while the wind is "
@@ -94,6 +94,8 @@ def _margins(design: TurbineDesign) -> str:
     from takagi.reports.margins.running_search import design_margins
 
     rows = [row for row in design_margins(design).rows if row.loops]
+    if not rows:
+        return ""
     if any(row.decay_rate <= 0 for row in rows):
         return "the linear loop that runs is not stable at every wind, see the report"
     least = []

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from takagi.reports.margins import running_search
 from tests.cli.cubic import CUBIC
 
 if TYPE_CHECKING:
@@ -52,6 +53,9 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     module: Any = ModuleType("takagi.reports.design_folder")
     module.design_files = drawn
     monkeypatch.setitem(sys.modules, "takagi.reports.design_folder", module)
+    # The report searches them; what the summary says of them is tested beside the report.
+    none = running_search.SearchedMargins((), (), (), ())
+    monkeypatch.setattr(running_search, "design_margins", lambda _: none)
 
 
 @pytest.fixture

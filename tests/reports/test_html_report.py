@@ -13,6 +13,7 @@ import pytest
 from takagi.certificates import Claim, TurbineDesign, Verdict
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.certificates.document.certificate_file import dumps
+from takagi.cli.terminal.turbine_summary import as_text
 from takagi.models.laws.protocol import Measurement
 from takagi.reports.design_folder import design_files
 from takagi.reports.loops.turbine_local import loop_points
@@ -116,6 +117,19 @@ def test_folder_holds_the_certificate_as_it_is(
     """The folder's certificate is the design's document."""
     assert files["certificate.json"] == dumps(turbine_design.document)
     assert str(files["gains.json"]).startswith('{\n"format": "takagi-gains"')
+
+
+def test_the_terminal_has_the_least_margin_of_the_loop_that_runs(
+    files: dict[str, bytes | str], turbine_design: TurbineDesign
+) -> None:
+    """Of all plants, winds and loops of the report, in 20 lines of at most 100 characters."""
+    rows = running_search.design_margins(turbine_design).rows
+    phases = [np.degrees(each.phase) for row in rows for _, each in row.loops]
+    lines = as_text(turbine_design).splitlines()
+    (number,) = re.findall(r"phase ([\d.]+) deg", " ".join(" ".join(lines).split()))
+
+    assert len(files) > 3 and len(lines) <= 20 and max(map(len, lines)) <= 100
+    assert float(number) == pytest.approx(min(phases), rel=0.01)
 
 
 def test_verdict_states_the_certificates_numbers(turbine_design: TurbineDesign, html: str) -> None:

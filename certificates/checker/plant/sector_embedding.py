@@ -45,6 +45,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 from typing import Any, TypeAlias
 
 from takagi.certificates.checker.kernel.matrices import Matrix
@@ -94,8 +95,29 @@ def plant_loop(model: Any, where: str = "model") -> PolytopicLoop:
         }
         for ends in corners_of(plant.numbers)
     ]
+    for other in stacks[1:]:
+        _require_same_signs(stacks[0], other, where)
     loop = _loop(plant, model, corners, stacks[0])
     return replace(loop, at_other_ends=tuple(replace(loop, **some) for some in stacks[1:]))
+
+
+def _require_same_signs(first: dict[str, Any], other: dict[str, Any], where: str) -> None:
+    """Refuse numbers that change at an end of their bounds what a matrix's entries say.
+
+    What a disturbance reaches and which states an output shows is read from entries that are 0, or
+    1, and has to hold for all values between the ends.  An entry is of degree one in each number:
+    what has one sign at all ends has it between them.
+    """
+    for letter, matrices in first.items():
+        shows = letter in "CD"
+        for here, there in zip(matrices, other[letter], strict=True):
+            for place in product(*map(range, here.shape)):
+                a, b = here[place], there[place]
+                if (a == 0) != (b == 0) or (shows and (a * b < 0 or (a == 1) != (b == 1))):
+                    raise CertificateError(
+                        f"{where}.embedding.numbers: an entry of {letter} is {a} at one end of "
+                        f"their bounds and {b} at another; let it be a premise"
+                    )
 
 
 def _loop(

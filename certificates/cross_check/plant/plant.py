@@ -328,8 +328,26 @@ def plant_loop(model: Any) -> VertexLoop:
         _stacks(plant, values, list(ends))
         for ends in product(*((p.lower, p.upper) for p in plant.numbers))
     ]
+    for letter, matrices in first.items():
+        for there in further:
+            pairs = zip(matrices, there[letter], strict=True)
+            if not all(_alike(*pair, strictly=letter in ("C", "D")) for pair in pairs):
+                raise Refusal(f"numbers: an entry of {letter} vanishes, or is 1, at one end alone")
     loop = _with_vertices(model, plant, picks, first)
     return replace(loop, extremes=tuple(replace(loop, **some) for some in further))
+
+
+def _alike(one: fmpq_mat, two: fmpq_mat, *, strictly: bool) -> bool:
+    """Whether zeros stand at the same places; strictly: signs and ones too.
+
+    Then it is so between the ends, where an entry is a mean of its values at them.
+    """
+    for p, q in zip(one.entries(), two.entries(), strict=True):
+        if (p == 0) is not (q == 0):
+            return False
+        if strictly and ((p < 0) is not (q < 0) or (p == 1) is not (q == 1)):
+            return False
+    return True
 
 
 def _stacks(plant: TreePlant, values: list[list[fmpq]], constants: list[fmpq]) -> dict[str, Any]:

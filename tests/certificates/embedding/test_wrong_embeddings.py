@@ -13,6 +13,7 @@ from takagi.certificates.checker import CertificateError, check_document
 from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.model_loop import read_model_loop
+from takagi.certificates.cross_check.kernel.reading import Refusal
 from takagi.certificates.cross_check.kernel.reading import loads as read_numbers
 from takagi.certificates.cross_check.opinion import obligations
 from takagi.certificates.cross_check.plant.plant import read_loop
@@ -303,3 +304,30 @@ def test_a_law_about_another_trim_is_refused(cart_pole: Data) -> None:
         check_embedding(
             {"name": "e", "kind": "sector-embedding"}, as_read(cart_pole), as_read(law), "c"
         )
+
+
+@pytest.mark.parametrize(
+    ("letter", "output", "drift", "bounds"),
+    [("C", "(p*p - 2)*x", "", (-1e-6, 1e-6)), ("E", "x", " + (p*p - 3/2)*w", (0, 0.6))],
+)
+def test_a_number_that_may_vanish_is_refused(
+    letter: str, output: str, drift: str, bounds: tuple[float, float]
+) -> None:
+    """y = 0 x shows no premise, though its factor is not 0 at the ends of its bounds."""
+    data = one_state(f"-x - x^3{drift}", "x^2", 0, 1)
+    root = {"value": "1.4142135623", "within": "1e-8", "equals": "sqrt(2)"}
+    number = {"name": "c", "expression": "p*p - 2" if letter == "C" else "p*p - 3/2"}
+    number |= {"lower": bounds[0], "upper": bounds[1]}
+    data |= {"parameters": {"p": root}}
+    data["outputs"] = [{"name": "y", "unit": "-", "expression": output}]
+    data["embedding"] |= {"numbers": [number], "A": [["-1 - z"]], "C": [["1"]]}
+    if letter == "E":
+        data["disturbances"] = [{"name": "w", "unit": "-", "range": [-1, 1], "rest": 0}]
+        data["embedding"] |= {"E": [["c"]]}
+    else:
+        data["embedding"] |= {"C": [["c"]]}
+
+    with pytest.raises(CertificateError, match="embedding.numbers"):
+        read_model_loop(as_read(data), None)
+    with pytest.raises(Refusal, match="numbers"):
+        read_loop(read_numbers(json.dumps(data)), None)
