@@ -143,18 +143,6 @@ if TYPE_CHECKING:
     from takagi.lmi.gains.output_feedback.generalised_plant import (
         GeneralisedPlant as GeneralisedPlant,
     )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        DynamicController as DynamicController,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        DynamicOutputDesign as DynamicOutputDesign,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        dynamic_output_condition as dynamic_output_condition,
-    )
-    from takagi.lmi.gains.output_feedback.scheduled_controller import (
-        dynamic_output_feedback as dynamic_output_feedback,
-    )
     from takagi.lmi.gains.structured.design import StructuredDesign as StructuredDesign
     from takagi.lmi.gains.structured.design import structured_pdc as structured_pdc
     from takagi.lmi.gains.structured.slack_matrix import (

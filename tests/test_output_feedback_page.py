@@ -27,7 +27,7 @@ def test_the_code_prints_what_the_page_shows() -> None:
     for block in found:
         assert printed(block, {}) == block.shown, f"line {block.line}"
 
-    assert len(found) == 2
+    assert len(found) == 1
 
 
 def test_the_table_has_every_plant_with_hifoos_figures() -> None:

@@ -10,23 +10,16 @@ from catalogue.entry import SMALL, Case, Entry, Sizes, plant
 from takagi.lmi import (
     Condition,
     GeneralisedPlant,
-    dynamic_output_condition,
     hinf_output_feedback_condition,
     observer_condition,
     structured_pdc_condition,
 )
-from takagi.models import TSModel
 
 Q = "n*(n+1)/2"
 PAIRS = "r*(r+1)/2"
 ROWS = (
     "$g_{aj}$ and $F_{kj}$ are the rows of $G_j$ and of $K_j G_j$ without their zeros, $S$ puts "
     "them in their places, $e$ are unit vectors: $\\sum_a e_a g_{aj} S_{Ga} = G_j$"
-)
-
-UNKNOWNS = (
-    "the controller $\\dot s = \\sum_i h_i (F_i s + G_i y)$, $u = \\sum_i h_i H_i s$ is computed "
-    "from the unknowns"
 )
 
 
@@ -141,39 +134,4 @@ DYNAMIC = Entry(
 )
 
 
-def _scheduled(sizes: Sizes, step: float | None) -> Condition:
-    model = plant(sizes, step)
-    B, C = model.B[:1].repeat(sizes.r, axis=0), model.C[:1].repeat(sizes.r, axis=0)
-    return dynamic_output_condition(TSModel(model.A, B, C=C, sample_time=step))
-
-
-SCHEDULED = Entry(
-    title="Decay by dynamic output feedback",
-    question="Which controller with states of its own makes a blend of rules decay at a rate?",
-    call="dynamic_output_feedback",
-    builder="dynamic_output_condition",
-    use=(
-        "For models whose premises are measured and whose $B$ and $C$ are the same in all rules. "
-        "The controller has the order of the plant and one set of matrices for each rule; its "
-        "`closed_loop` is a model with gains for `certify`. See [laws with measured outputs]"
-        "(output-feedback.md)."
-    ),
-    cases=(
-        Case(
-            title="Continuous time, $\\alpha = 0$",
-            pose=partial(_scheduled, step=None),
-            lmis="r + 2",
-            variables="n*(n+1)/2 + n*(n+1)/2 + r*n*n + r*n*p + r*m*n",
-            where=UNKNOWNS,
-        ),
-        Case(
-            title="Discrete time, $\\alpha = 0$",
-            pose=partial(_scheduled, step=0.1),
-            lmis="r + 2",
-            variables="n*(n+1)/2 + n*(n+1)/2 + r*n*n + r*n*p + r*m*n",
-            where=UNKNOWNS,
-        ),
-    ),
-)
-
-ENTRIES = (STRUCTURED, OBSERVER, DYNAMIC, SCHEDULED)
+ENTRIES = (STRUCTURED, OBSERVER, DYNAMIC)

@@ -84,14 +84,6 @@ def controller_matrices(
     return A_K, B_K, C_K, Dh
 
 
-def lyapunov_matrix(X: Floats, Y: Floats) -> Floats:
-    """Return P (2n, 2n) of V = z' P z, z = (x, s): P [X, I; M', 0] = [I, Y; 0, N']."""
-    M, N = factors(X, Y)
-    zero, one = np.zeros_like(X), np.eye(len(X))
-    P = np.block([[one, Y], [zero, N.T]]) @ np.linalg.inv(np.block([[X, one], [M.T, zero]]))
-    return np.asarray((P + P.T) / 2)
-
-
 def _solved(M: Floats, right: Floats) -> Floats:
     return np.asarray(np.linalg.solve(M, right), dtype=np.float64)
 

@@ -316,7 +316,7 @@ def test_a_number_that_may_vanish_is_refused(
     """y = 0 x shows no premise, though its factor is not 0 at the ends of its bounds."""
     data = one_state(f"-x - x^3{drift}", "x^2", 0, 1)
     root = {"value": "1.4142135623", "within": "1e-8", "equals": "sqrt(2)"}
-    number = {"name": "c", "expression": "p*p - 2" if letter == "C" else "p*p - 3/2"}
+    number: Data = {"name": "c", "expression": "p*p - 2" if letter == "C" else "p*p - 3/2"}
     number |= {"lower": bounds[0], "upper": bounds[1]}
     data |= {"parameters": {"p": root}}
     data["outputs"] = [{"name": "y", "unit": "-", "expression": output}]
