@@ -175,7 +175,7 @@ SENTENCES: list[tuple[str, str, Callable[[Any], Fraction], bool]] = [
     ("docs/cli.md", r"schedule wind within ([\d.]+) to", lambda s: min(column(s, "wind_error")), False),
     ("docs/cli.md", r"schedule wind within [\d.]+ to ([\d.]+) m/s", lambda s: max(column(s, "wind_error")), False),
     ("docs/cli.md", r"rpm, ([\d.]+) % above rated", overspeed, True),
-    ("docs/cli.md", r"decay of at least ([\d.]+) 1/s", lambda s: number(s["claims"][0]["settling"], "decay_rate", ""), False),
+    ("docs/cli.md", r"settling decay of at least ([\d.]+) 1/s", lambda s: number(s["claims"][0]["settling"], "decay_rate", ""), False),
 ]  # fmt: skip
 
 

@@ -78,6 +78,8 @@ def overshoots(design: PlantDesign, loop: PlantLoop) -> dict[str, float]:
     if not loop.level_proved or disturbed or loop.observed is not None:
         return {}
     bounds = [np.sqrt(np.diag(P) * np.diag(np.linalg.inv(P))) for P in _functions(design)]
+    if not bounds:
+        return {}
     least: Floats = _ROUNDED * np.min(bounds, axis=0)
     found = zip(loop.names, least, strict=True)
     return {name: float(most) for name, most in found if most <= USEFUL}

@@ -145,8 +145,8 @@ REFUSED = {
 # The first line of what is told where there are no gains.
 NONE = {
     "a rate that cannot be had": (
-        plant(X, U, 'x = "x + u"', "[design]\ndecay_rate = 1e6"),
-        ["decay rate of 1e+06 1/s", "What to change: lower the rate (--decay-rate"],
+        plant(X, U, 'x = "x + u"', "[design]\ndecay_rate = 1e8"),
+        ["decay rate of 1e+08 1/s", "What to change: lower the rate (--decay-rate"],
     ),
     "a rate in the unit of the file": (
         plant('x = { unit = "mol/L", range = [-1, 1] }', 'u = { unit = "mol/(L min)" }',

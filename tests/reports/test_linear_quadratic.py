@@ -79,7 +79,7 @@ def test_the_section_says_what_is_floating_point_and_what_was_not_sought(sought:
         section = regulator_section(replace(design), plant_loop(design))
     assert section is not None
     rows = {row[0]: row[1:] for row in section.content["table"].rows}
-    assert rows["gain, u by x"] == ("m/s^2/m", "2.000", "6.000")
+    assert rows["gain, u by x"] == ("(m/s^2)/m", "2.000", "6.000")
     assert section.content["sought"] is sought
     assert (rows["proved start of x alone"][2] != "\N{EN DASH}") == sought or sought
     assert section.content["proved"] is sought
