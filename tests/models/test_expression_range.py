@@ -445,8 +445,10 @@ def scaled(seed: int) -> tuple[sp.Expr, dict[sp.Symbol, Interval]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(200))
-def test_random_expressions_of_mixed_scales_keep_the_promise(seed: int) -> None:
+def test_random_expressions_of_mixed_scales_keep_the_promise(seed: int, reduced: bool) -> None:
     """Bounds exceed what is attained by 1e-3 of the width at most, whatever the units."""
+    if reduced and seed >= 50:
+        pytest.skip("reduced: the first fifty of two hundred")
     expression, box = scaled(seed)
     box = {s: side for s, side in box.items() if s in expression.free_symbols}
     found = expression_range(expression, box, tolerance=Fraction(1, 1000))
