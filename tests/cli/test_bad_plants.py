@@ -221,7 +221,7 @@ def test_a_disturbance_beyond_what_is_withstood_is_told_beside_the_file_s(
 
     assert designed(text, tmp_path) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "w up to 0.75, which is 0.5 times the 1.5 of the file" in said
+    assert "w up to 0.75: 50 % of the stated 1.5" in said
 
 
 def test_files_of_another_kind_are_named(tmp_path: Path, capsys: Capture) -> None:
