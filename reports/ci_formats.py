@@ -24,6 +24,8 @@ class CheckedClaim(Protocol):
     def verdict(self) -> Enum: ...
     @property
     def text(self) -> str: ...
+    @property
+    def assumes(self) -> Sequence[str]: ...
 
 
 class CheckedFile(Protocol):
@@ -48,6 +50,7 @@ class _Failed(NamedTuple):
     name: str
     verdict: Enum
     text: str
+    assumes: tuple[str, ...] = ()
 
 
 class _File(NamedTuple):

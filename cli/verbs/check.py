@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.command import MISUSE, PROVED, UNPROVED
 from takagi.cli.progress import progress
-from takagi.cli.terminal.files import claim_lines, trusted_text
+from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
@@ -242,8 +242,6 @@ def _refused(reason: str, needed: str) -> CheckedFile:
 
 def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:
     lines = [f"{options.certificate}: {checked.verdict.name}", *claim_lines(checked)]
-    if checked.assumes:
-        lines.append(f"  assumes: {'; '.join(checked.assumes)}")
     lines += checked.messages
     if trusted is not None:
         lines.append(trusted_text(trusted))
@@ -256,15 +254,9 @@ def _as_json(
     trusted: Trusted | None,
     compared: VerdictComparison | None,
 ) -> str:
-    claims = [
-        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
-        for claim in checked.claims
-    ]
     answer: dict[str, Any] = {
         "certificate": str(options.certificate),
-        "verdict": checked.verdict.name,
-        "claims": claims,
-        "assumes": list(checked.assumes),
+        **claims_as_data(checked),
         "messages": list(checked.messages),
     }
     if trusted is not None:

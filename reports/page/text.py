@@ -77,6 +77,7 @@ class Tile:
     basis : what it rests on: ``"proved"``, ``"linear, not proved"``, ``"simulated"``; may be empty.
     beside : the same of another law, e.g. ``"LQR 1.47 s"``.
     partial : whether less than the range that the file states is proved; the tile is amber then.
+    shortfall : what is less there, or worse.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Tile:
     basis: str = ""
     beside: str = ""
     partial: bool = False
+    shortfall: str = "less than stated"
 
 
 @dataclass(frozen=True, slots=True)

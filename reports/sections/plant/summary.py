@@ -59,6 +59,8 @@ class SummaryRow:
     regulator : the same of a linear-quadratic regulator, "" where there is none.
     proved : whether the figures follow from proved claims.
     partial : whether less than the range that the file states is proved.
+    shortfall : what is less there, or worse.
+    claim, assumes : name and assumptions of the claim that the figures follow from.
     """
 
     name: str
@@ -67,6 +69,10 @@ class SummaryRow:
     regulator: str = ""
     proved: bool = True
     partial: bool = False
+    shortfall: str = "less than stated"
+    basis: str = ""
+    claim: str = ""
+    assumes: tuple[str, ...] = ()
 
 
 def starts_alone(design: PlantDesign) -> dict[str, float]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
+from takagi.certificates.design.turbine.result import ClaimSummary
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.figures.cells import cells_figure
@@ -21,7 +21,6 @@ from takagi.reports.page.text import (
     significant,
     with_decimals,
 )
-from takagi.reports.sections.turbine.drawings import effort_figure
 from takagi.reports.sections.turbine.model import trim_curve
 
 if TYPE_CHECKING:
@@ -30,20 +29,9 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 
-def cells_section(design: TurbineDesign) -> Section:
-    """Return the section with the details of the verdict."""
-    summary = claim_summary(design)
-    content: dict[str, Any] = {
-        "summary": summary,
-        "claims": [(c.name, c.verdict.name, c.text) for c in design.checked.claims],
-    }
-    if summary is not None:
-        content |= _details(design, summary)
-    return Section("certificate", "The certificate, cell by cell", content)
-
-
-def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
-    return {
+def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
+    """Return the section with the details of the claim about the set, cell by cell."""
+    content = {
         "figure": captioned_figure(
             cells_drawing(design, summary),
             "cells",
@@ -56,6 +44,7 @@ def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
         "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
         "table": _table(design, summary, _over(design, summary)),
     }
+    return Section("certificate", "The proved set, cell by cell", content)
 
 
 def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
@@ -133,8 +122,7 @@ GRID = (121, 101)
 def blending_section(design: TurbineDesign) -> Section:
     """Return the section about the blending of torque and pitch control."""
     coupling = filter_of(design)
-    content: dict[str, Any] = {
-        "coherent": design.effort_sharing_law is not None,
+    content = {
         "coupling": coupling,
         "speed_overlap": significant(coupling.speed_ramp.width),
         "torque_overlap": with_decimals(coupling.torque_overlap / 1e3, 2),
@@ -149,17 +137,6 @@ def blending_section(design: TurbineDesign) -> Section:
             "and commanded torque, with the trim curve",
         ),
     }
-    if design.effort_sharing_law is not None:
-        overlap = float(design.effort_sharing_law.schedule.overlap)
-        content["overlap"] = significant(overlap)
-        content["effort"] = captioned_figure(
-            effort_figure(overlap),
-            "effort-ramp",
-            caption="The effort ramp and its slope, the share of pitch in a change of effort. "
-            "The shares sum to 1 at every effort; both act in the shaded overlap only.",
-            alternative="The ramp psi of the demanded effort and of its negative, and their "
-            "slopes, which sum to one",
-        )
     return Section("blending", "Blending of torque and pitch", content)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.overlap_claims import synthesis_summary, synthesis_words
 from takagi.reports.page.text import Section, Table, significant, with_decimals
-from takagi.reports.sections.turbine.drawings import gains_figure
+from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
 from takagi.reports.sections.turbine.model import region_starts
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def gains_section(design: TurbineDesign) -> Section:
     """Return the section about the law and its gains."""
     law = design.effort_sharing_law
-    content: dict[str, Any] = {"law": design.law, "coherent": law is not None}
+    content: dict[str, Any] = {"law": design.law, "effort_sharing": law is not None}
     if law is not None:
         content |= _effort_sharing(design, law)
     else:
@@ -42,6 +42,14 @@ def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, A
             "and how a change of effort is shared at the trim.",
             alternative="Proportional gain, integral rate, pitch effectiveness, and the shares of "
             "pitch and torque over wind; pitch takes over from torque around rated wind",
+        ),
+        "effort": captioned_figure(
+            effort_figure(float(law.schedule.overlap)),
+            "effort-ramp",
+            caption="The effort ramp and its slope, the share of pitch in a change of effort. "
+            "The shares sum to 1 at every effort; both act in the shaded overlap only.",
+            alternative="The ramp psi of the demanded effort and of its negative, and their "
+            "slopes, which sum to one",
         ),
         "table": _table(law),
         "synthesis": synthesis_words(design),
@@ -72,7 +80,7 @@ def _table(law: EffortSharingLaw) -> Table:
         limit,
     )
     return Table(
-        "The emitted tables of the law",
+        "The tables of the law, as exported",
         (
             ("v<sub>s</sub>", "m/s"),
             ("ω*", "rad/s"),

@@ -42,7 +42,6 @@ def regions_section(design: TurbineDesign) -> Section:
         {
             "regions": [_region(part) for part in parts],
             "figures": [p for part in parts if (p := _over_wind(design, part)) is not None],
-            "used": design.effort_sharing_law is None,
         },
     )
 
