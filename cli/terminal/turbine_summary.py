@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # Lines of the answer without --all, the headline among them.
 MOST_LINES = 20
 # Rows that the short answer leaves out, unless less is proved than stated.
-DETAILS = ("known wind", "actuators", "speed at rest")
+DETAILS = ("known wind", "actuators", "other pairs")
 
 
 def as_data(design: TurbineDesign) -> dict[str, Any]:
@@ -57,11 +57,11 @@ def as_text(design: TurbineDesign, *, every_claim: bool = False) -> str:
     for row in summary_rows(design):
         if every_claim or row.partial or row.name not in DETAILS:
             lines += summary_lines(row)
-    found_in = synthesis_words(design)
     notes = [line for note in design.notes for line in row_lines("note", note)]
     if every_claim:
-        found = row_lines("found in", found_in) if found_in else []
-        return "\n".join([*lines, *found, *wrapped_claims(checked), *notes])
+        words = synthesis_words(design)
+        found_in = row_lines("found in", words) if words else []
+        return "\n".join([*lines, *found_in, *wrapped_claims(checked), *notes])
     shared = set.intersection(*(set(claim.assumes) for claim in checked.claims))
     each = [phrase for phrase in checked.assumes if phrase in shared]
     lines += row_lines("assumes", f"{', '.join(each)}; more: --all") if each else []

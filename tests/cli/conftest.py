@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from takagi.reports.margins.running_search import SearchedMargins
-from takagi.reports.sections.turbine import summary
 from tests.cli.cubic import CUBIC
+from tests.undrawn import unmeasured
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -54,11 +53,7 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     module: Any = ModuleType("takagi.reports.design_folder")
     module.design_files = drawn
     monkeypatch.setitem(sys.modules, "takagi.reports.design_folder", module)
-    # What the summary says of margins and simulated runs is tested beside the report.
-    none = SearchedMargins((), (), (), ())
-    monkeypatch.setattr(summary, "design_margins", lambda _: none)
-    for runs in ("every_run", "step_and_gust_runs", "turbulent_runs"):
-        monkeypatch.setattr(summary, runs, lambda _: {})
+    unmeasured(monkeypatch)
 
 
 @pytest.fixture

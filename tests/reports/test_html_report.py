@@ -19,11 +19,11 @@ from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import running_search
 from takagi.reports.margins.turbine_loops import LocalGains, closed_loop_poles
 from takagi.reports.page.rounded_bounds import at_most
-from takagi.reports.sections.turbine import summary, verdict
 from takagi.reports.sections.turbine.summary import summary_rows
 from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
 from takagi.reports.simulation import design_runs
 from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_of, unsettled
+from tests.undrawn import unmeasured
 
 FIGURES = {
     "gust", "wind-class", "power-coefficient", "trim", "gains", "effort-ramp", "cells", "poles",
@@ -182,13 +182,7 @@ def test_a_cell_that_is_not_proved_is_named(
 ) -> None:
     """UNDECIDED is printed as such, with the wind of the cell; nothing is called proved."""
     design = undecided(turbine_design)
-    for name in ("step_and_gust_runs", "gust_runs", "turbulent_runs"):
-        monkeypatch.setattr(design_runs, name, lambda _: {})
-    for module in (summary, verdict):
-        monkeypatch.setattr(module, "step_and_gust_runs", lambda _: {})
-    monkeypatch.setattr(summary, "turbulent_runs", lambda _: {})
-    none = running_search.SearchedMargins((), (), (), ())
-    monkeypatch.setattr(summary, "design_margins", lambda _: none)
+    unmeasured(monkeypatch)
     low, high = design.document["claims"][0]["cells"][2]["wind"]
     found = claim_summary(design)
     assert found is not None

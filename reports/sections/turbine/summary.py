@@ -62,13 +62,12 @@ ORDER = (
     "turbulence",
     "overspeed",
     "settling",
-    "set",
-    "speed at rest",
     "observer",
     "margins",
     "plants",
     "known wind",
     "actuators",
+    "other pairs",
     "gains",
     "not proved",
     "not covered",
@@ -93,11 +92,13 @@ def summary_sentence(design: TurbineDesign) -> str:
         return " ".join(sentences)
     if "overlaps" in rows:
         return (
-            f"Proved wind by wind, for {rows['overlaps'].parts[-1]}: at each constant wind that "
-            "the law knows, the loop settles at one equilibrium from a set around it. Nothing is "
-            "proved about a changing wind."
+            f"At constant winds of {rows['overlaps'].parts[1]} that the law knows, the loop is "
+            "proved to settle at one equilibrium, from a set around it. Nothing is proved about a "
+            "changing wind."
         )
-    return "No claim about this loop is proved."
+    proved = [one.name for one in design.checked.claims if one.verdict is Verdict.PROVED]
+    named = f": {', '.join(proved)}" if proved else ""
+    return f"{len(proved)} of {len(design.checked.claims)} claims are proved{named}."
 
 
 def proved_claim(design: TurbineDesign, kind: str) -> tuple[Mapping[str, Any], Claim] | None:
@@ -291,13 +292,14 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
     covered = sum(high - low for low, high in chosen.proved)
     every = covered + sum(high - low for low, high in chosen.left)
     winds = Number("winds covered", covered, "m/s", covered / every)
-    shown = (chosen.label, f"proved at {wind_words(chosen)}")
+    shown = (chosen.label, wind_words(chosen))
     rows = [_row("overlaps", shown, (winds,), claim, shortfall=left)]
     if chosen.decay:
         ends = _ends("decay rate", [float(rate) for rate in chosen.decay], "1/s")
         rate = f"decay rate at least {' to '.join(chosen.decay)} 1/s, by wind"
         rows.append(_row("settling", (rate, *_constant(chosen)), ends, claim))
-    return rows
+    others = [f"{one.label}: {wind_words(one)}" for one in claims if one is not chosen]
+    return [*rows, *([_row("other pairs", others, basis="of overlaps")] if others else [])]
 
 
 def _constant(claim: OverlapClaim) -> list[str]:
