@@ -47,7 +47,8 @@ def as_text(design: PlantDesign, *, every_claim: bool = False) -> str:
         count = f"{len(proved)} claims" if len(proved) > 1 else "1 claim"
     lines = [headline(design.verdict_words, design.plant.name, count, proved=design.proved)]
     for row in summary_rows(design):
-        text = ", ".join(unbroken(part) for part in row.parts).replace("+, ", "+ ")
+        shown = (*row.parts, row.basis) if row.numbers and row.basis else row.parts
+        text = ", ".join(unbroken(part) for part in shown).replace("+, ", "+ ")
         if row.regulator:
             text += f"; {unbroken(row.regulator) if len(row.regulator) < 60 else row.regulator}"
         amber = "  <- less than stated" if row.partial else ""
@@ -80,6 +81,7 @@ def _row_as_data(row: SummaryRow) -> dict[str, Any]:
         "text": ", ".join(row.parts).replace("+, ", "+ "),
         "regulator": row.regulator or None,
         "proved": row.proved,
+        "basis": row.basis or None,
         "less_than_stated": row.partial,
         "numbers": [
             {"quantity": n.quantity, "value": n.value, "unit": n.unit, "share": n.share}
