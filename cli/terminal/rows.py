@@ -37,9 +37,8 @@ def row_lines(word: str, text: str) -> list[str]:
 
 def summary_lines(row: SummaryRow) -> list[str]:
     """Return the lines of a row of the summary, in yellow where less is proved than stated."""
-    text = ", ".join(map(unbroken, row.parts)).replace("+, ", "+ ")
-    if "not proved" in row.basis or row.basis == "simulated":
-        text += f", {unbroken(row.basis)}"
+    shown = (*row.parts, row.basis) if row.numbers and row.basis else row.parts
+    text = ", ".join(map(unbroken, shown)).replace("+, ", "+ ")
     if row.regulator:
         text += f"; {unbroken(row.regulator)}"
     if row.partial:
@@ -54,6 +53,7 @@ def row_as_data(row: SummaryRow) -> dict[str, Any]:
         "text": ", ".join(row.parts).replace("+, ", "+ "),
         "regulator": row.regulator or None,
         "proved": row.proved,
+        "basis": row.basis or None,
         "less_than_stated": row.partial,
         "claim": row.claim or None,
         "assumes": list(row.assumes),

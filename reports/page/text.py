@@ -133,9 +133,12 @@ def behind(unit: str) -> str:
 
 
 def per_unit(above: str, below: str) -> str:
-    """Return the unit of a quotient of two units, "-" for none: ``per_unit("N", "rad/s")``."""
+    """Return the unit of a quotient, "-" for none: ``per_unit("N", "rad/s") == "N s/rad"``."""
     if below == "-":
         return above
+    divided, _, divisor = below.partition("/")
+    if divisor and "/" not in above and not set("/ ()") & set(divided + divisor):
+        return f"{divisor if above == '-' else f'{above} {divisor}'}/{divided}"
     bottom = f"({below})" if set(below) & set("/ ") else below
     top = f"({above})" if "/" in above else above
     return f"{'1' if above == '-' else top}/{bottom}"
@@ -199,6 +202,12 @@ def complex_words(values: Iterable[complex], digits: int = 3) -> list[str]:
 def powers(words: str) -> str:
     """Return words with ^2, ^3, ^-1 raised, as in m/s²."""
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(RAISED), words)
+
+
+def typeset(words: str) -> str:
+    """Return words as a page sets them: powers raised, the signs for <= and >=, units tied."""
+    signs = powers(words).replace("<=", "\u2264").replace(">=", "\u2265")
+    return re.sub(r"(?<=\d) (?=[%A-Za-z])", "\u00a0", signs)
 
 
 def range_text(values: Sequence[float], digits: int = 3) -> str:

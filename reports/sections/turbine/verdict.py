@@ -68,7 +68,7 @@ def verdict_section(design: TurbineDesign) -> Section:
         "The answer",
         {
             "verdict": design.checked.verdict.name,
-            "sentence": _tied(summary_sentence(design)),
+            "sentence": summary_sentence(design),
             "tiles": [tile for tile in tiles if tile.figures],
             "picture": _picture(design),
             "setpoint": design.settings.speed_setpoint,
@@ -87,17 +87,12 @@ def _tile(name: str, rows: list[tuple[SummaryRow, int]]) -> Tile:
     beside = [row.regulator for row, _ in rows if row.regulator]
     return Tile(
         name,
-        tuple(map(_tied, parts)),
+        tuple(parts),
         ", ".join(basis),
         ", ".join(beside),
         partial=bool(amber),
         shortfall=", ".join(amber),
     )
-
-
-def _tied(text: str) -> str:
-    """Return the text with percent signs that no line break parts from their numbers."""
-    return text.replace(" %", "\N{NO-BREAK SPACE}%")
 
 
 def _picture(design: TurbineDesign) -> CaptionedFigure | None:
