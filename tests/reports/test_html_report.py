@@ -26,7 +26,7 @@ from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_o
 from tests.undrawn import unmeasured
 
 FIGURES = {
-    "gust", "wind-class", "power-coefficient", "trim", "gains", "effort-ramp", "cells", "poles",
+    "gust", "power-coefficient", "trim", "gains", "effort-ramp", "cells", "poles",
     "bode-torque", "bode-pitch", "running-margins", "response-step-up", "response-step-down",
     "response-gust", "response-ramp",
 }  # fmt: skip

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,9 +34,10 @@ def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
         "figure": captioned_figure(
             cells_drawing(design, summary),
             "cells",
-            caption="Per wind cell: proved decay rate at constant wind, largest rate of the "
-            "schedule wind, and the bound on rotor speed above rated (0 where the bound lies "
-            f"below rated speed).{summary.hatched}",
+            caption="Per wind cell: proved decay rate at constant wind; the proved wind class; and "
+            "the bound on rotor speed above rated (0 where it lies below rated speed). A wind that "
+            "stays below both curves of the class cannot drive the loop out of the "
+            f"set.{summary.hatched}",
             alternative="Decay rate, wind class and overspeed bound per wind cell",
         ),
         "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
@@ -53,6 +53,7 @@ def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
         summary.edges,
         summary.proved,
         decay_rate=summary.decay_rates,
+        wind_error=summary.wind_error,
         wind_rate=summary.wind_rate,
         overspeed=[max(value, 0.0) for value in _over(design, summary)],
     )
@@ -66,7 +67,6 @@ def _over(design: TurbineDesign, summary: ClaimSummary) -> list[float]:
 
 
 def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> Table:
-    extra = _ranges(design, len(summary.winds))
     rows = []
     for k, ((low, high), fine) in enumerate(zip(summary.winds, summary.proved, strict=True)):
         rows.append(
@@ -77,7 +77,6 @@ def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> T
                 at_least(summary.wind_error[k]),
                 at_least(summary.wind_rate[k]),
                 at_most(100 * over[k], 2),
-                *extra[k],
             )
         )
     return Table(
@@ -89,31 +88,10 @@ def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> T
             ("|v − v<sub>s</sub>|", "m/s"),
             ("|v<sub>s</sub>'|", "m/s²"),
             ("speed over rated", "%"),
-            ("torque", "kN m"),
-            ("pitch", "°"),
-            ("pitch rate demanded", "°/s"),
         ),
         tuple(rows),
         folded=f"All {len(rows)} cells as a table",
     )
-
-
-def _ranges(design: TurbineDesign, count: int) -> list[tuple[str, str, str]]:
-    """Return torque, pitch and demanded pitch rate on the enclosed set of each cell."""
-    if design.candidate is None:
-        return [("", "", "")] * count
-    rated, found = design.turbine.rated_torque, []
-    for cell in design.candidate.cells:
-        torque = [min(float(end), rated) / 1e3 for end in (cell.torque.lower, cell.torque.upper)]
-        pitch = [math.degrees(float(end)) for end in (cell.pitch.lower, cell.pitch.upper)]
-        found.append(
-            (
-                f"{with_decimals(torque[0], 2)} – {with_decimals(torque[1], 2)}",
-                f"{with_decimals(pitch[0], 2)} – {with_decimals(pitch[1], 2)}",
-                with_decimals(math.degrees(float(cell.pitch_rate)), 2),
-            )
-        )
-    return found
 
 
 GRID = (121, 101)

@@ -1,4 +1,4 @@
-"""Figures that only this page has: wind class, gains over wind, effort ramp."""
+"""Figures that only this page has: a gust, gains over wind, effort ramp."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
-from takagi.reports.figures.cells import cells_panel
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
@@ -24,7 +23,6 @@ from takagi.reports.figures.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import ClaimSummary
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
     from takagi.reports.simulation.design_runs import DesignRun
 
@@ -64,25 +62,6 @@ def gust_figure(run: DesignRun, bound: float | None) -> Figure:
         handles = [*wind.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
         figure.align_ylabels([wind, speed])
-    return figure
-
-
-def wind_class_figure(summary: ClaimSummary) -> Figure:
-    """Return the certified |v - v_s| [m/s] and |v_s'| [m/s^2] over the schedule wind."""
-    edges, proved = np.array(summary.edges), np.array(summary.proved)
-    shown = (
-        (summary.wind_error, "|v \u2212 v$_s$| up to\n[m/s]"),
-        (summary.wind_rate, "|v$_s$'| up to\n[m/s\u00b2]"),
-    )
-    with house_style():
-        figure, panels = new_figure(2, 1, height=3.4, share_x=True)
-        for axes, (values, label) in zip(panels, shown, strict=True):
-            cells_panel(axes, edges, values, proved)
-            axes.set_ylabel(label)
-            axes.set_ylim(bottom=0.0)
-        panels[-1].set_xlim(edges[0], edges[-1])
-        wind_axis(panels[-1])
-        figure.align_ylabels(panels)
     return figure
 
 

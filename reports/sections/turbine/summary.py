@@ -37,41 +37,22 @@ LINEAR, SIMULATED = "linear loop that runs, not proved", "simulated"
 
 def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
     """Return the rows on a design; claims that are not proved have none but ``not proved``."""
-    law = design.effort_sharing_law
-    rows = [
-        *_set_rows(design),
+    law, of_set = design.effort_sharing_law, _set_rows(design)
+    return [
+        *_overlaps(design),
+        *of_set[:2],
+        *_turbulence(turbulent_runs(design)),
+        *_overspeed(every_run(design), step_and_gust_runs(design).get("gust")),
+        *of_set[2:3],
         *_observer(design),
+        *_margins(design),
+        *of_set[3:],
         *_wind_rate(design),
         *_actuators(design),
-        *_overlaps(design),
-        *_not_proved(design),
-        *_overspeed(every_run(design), step_and_gust_runs(design).get("gust")),
-        *_turbulence(turbulent_runs(design)),
-        *_margins(design),
         *([] if law is None else [_gains(law)]),
+        *_not_proved(design),
         _not_covered(design),
     ]
-    order = {name: place for place, name in enumerate(ORDER)}
-    return sorted(rows, key=lambda row: order[row.name])
-
-
-ORDER = (
-    "overlaps",
-    "rotor speed",
-    "wind class",
-    "turbulence",
-    "overspeed",
-    "settling",
-    "observer",
-    "margins",
-    "plants",
-    "known wind",
-    "actuators",
-    "other pairs",
-    "gains",
-    "not proved",
-    "not covered",
-)
 
 
 def summary_sentence(design: TurbineDesign) -> str:
@@ -172,10 +153,7 @@ def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
         ),
         _row(
             "settling",
-            (
-                _rate_words(summary.common_rate),
-                "constant known wind",
-            ),
+            (_rate_words(summary.common_rate), "constant known wind"),
             (Number("decay rate", summary.common_rate, "1/s"),),
             claim,
         ),
@@ -304,7 +282,7 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
 
 def _constant(claim: OverlapClaim) -> list[str]:
     width = f"from {claim.half_width} rad/s around it or less" if claim.half_width else ""
-    share = f"speed settles within {claim.speed_share} % of its reference"
+    share = f"speed settles within {claim.speed_share} % of rated from its reference"
     pitch = f"{claim.pitch} at rest" if claim.pitch else ""
     return ["constant wind that the law knows", width, share if claim.speed_share else "", pitch]
 

@@ -15,7 +15,7 @@ from takagi.reports.loops.overlap_claims import (
     window_width,
 )
 from takagi.reports.page.text import DASH, CaptionedFigure, ClaimRow, Section, Table, Tile
-from takagi.reports.sections.turbine.drawings import gust_figure, wind_class_figure
+from takagi.reports.sections.turbine.drawings import gust_figure
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
 from takagi.reports.simulation.design_runs import step_and_gust_runs
 
@@ -131,16 +131,6 @@ def claims_section(design: TurbineDesign) -> Section:
             for (low, high), fine in zip(summary.winds, summary.proved, strict=True)
             if not fine
         ]
-        content["figure"] = captioned_figure(
-            wind_class_figure(summary),
-            "wind-class",
-            caption="The proved wind class over the law's schedule wind v<sub>s</sub>. A wind that "
-            "stays below both curves cannot drive the loop out of the invariant "
-            f"set.{summary.hatched}",
-            alternative="Two step curves over wind: the largest difference between wind and "
-            "schedule wind, and the largest rate of the schedule wind, for which the set is proved "
-            "invariant",
-        )
     return Section("claims", "What is proved", content)
 
 
