@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
