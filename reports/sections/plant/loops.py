@@ -11,7 +11,6 @@ from takagi.models.plant.file_units import file_unit
 from takagi.reports.figures.plant.captioned import (
     Drawn,
     captioned_bode_figures,
-    captioned_poles_figure,
 )
 from takagi.reports.figures.plant.poles import equilibrium_poles
 from takagi.reports.loops.linear_quadratic import Regulator, regulator
@@ -33,21 +32,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
 FOLDED = 8
-
-
-def poles_section(loop: PlantLoop) -> Section:
-    """Return the section with the poles of vertices and of the plant at rest."""
-    alone, closed = equilibrium_poles(loop)
-    return Section(
-        "poles",
-        "Poles",
-        {
-            "figure": captioned_poles_figure(loop),
-            "alone": ", ".join(complex_words(alone)),
-            "closed": ", ".join(complex_words(closed)),
-            "discrete": loop.discrete,
-        },
-    )
 
 
 def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> Section:
@@ -147,6 +131,7 @@ def motion_section(
     jumps, jumped : motions after jumps of references, and their figures.
     others : the motions from the same starts under a linear-quadratic regulator.
     """
+    poles = (", ".join(complex_words(each)) for each in equilibrium_poles(loop))
     return Section(
         "responses",
         "Motions of the nonlinear plant",
@@ -154,6 +139,8 @@ def motion_section(
             "figures": list(drawn.captioned_figures),
             "jumps": list(jumped.captioned_figures),
             "slowest": _slowest(shown),
+            "poles": list(poles),
+            "discrete": loop.discrete,
             "compared": _beside_motions(loop, shown, others),
             "lost": [motion.name for motion in (*shown, *jumps) if not motion.whole],
             "rising": [motion.name for motion in shown if _rises(motion)],
