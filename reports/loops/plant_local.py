@@ -39,13 +39,16 @@ class PlantLocalLoop:
 
 
 def local_loops(loop: PlantLoop) -> tuple[PlantLocalLoop, ...]:
-    """Return the loops at rest, then at each vertex with its own gain; none for an analysis.
+    """Return the loops at rest, then at each of several vertices with its own gain.
+
+    None for an analysis.
 
     Vertices are corners of the premises' ranges: the plant need not reach them.  Of a law with
     outputs only the loop at rest: plant and observer in a row.
     """
     found = rest_loops(loop)
-    if loop.gains is None or loop.observed is not None or len(loop.model.rules) > LISTED:
+    rules = len(loop.model.rules)
+    if loop.gains is None or loop.observed is not None or not 1 < rules <= LISTED:
         return found
     stacks = zip(loop.model.A, loop.model.B, loop.gains, strict=True)
     for i, (A, B, K) in enumerate(stacks, 1):

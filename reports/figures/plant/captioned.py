@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.reports.figures.loops import bode_figure, bode_line
-from takagi.reports.figures.plant.poles import responses_figure, vertex_poles_figure
+from takagi.reports.figures.plant.poles import responses_figure
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
 from takagi.reports.figures.style import captioned_figure
@@ -55,19 +55,6 @@ def captioned_weights_figure(loop: PlantLoop) -> Drawn:
         alternative=f"Weights of the premises {names} over the box",
     )
     return Drawn((found,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
-
-
-def captioned_poles_figure(loop: PlantLoop) -> CaptionedFigure:
-    """Return the poles of vertices, of pairs of rules, and at rest."""
-    rate = "" if loop.decay_rate is None else " Dashed: the decay rate that is proved."
-    own = "Poles of the vertices" if loop.gains is None else "Closed-loop poles of the vertices"
-    return captioned_figure(
-        vertex_poles_figure(loop),
-        "poles",
-        caption=f"{own}, and of the plant linearised where it rests. Poles of vertices alone say "
-        f"nothing about their blends: the certificate does.{rate}",
-        alternative="Poles in the complex plane: of the vertices, of pairs of rules, and at rest",
-    )
 
 
 def bode_drawings(loops: Sequence[PlantLocalLoop]) -> list[tuple[str, Figure]]:

@@ -71,9 +71,8 @@ def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
 
 COLUMNS = (
     ("state", ""), ("unit", ""), ("safe start, it alone displaced", ""), ("never beyond", ""),
-    ("range in the file", ""), ("overshoot, at most times", ""),
+    ("range in the file", ""), ("overshoot, at most times", ""), ("safe start under LQR", ""),
 )  # fmt: skip
-LQR = ("safe start under LQR", "")
 
 
 def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
@@ -97,6 +96,9 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
                 alternative="Ellipses of the proved set for every pair of states, with the box",
             )
         )
+    rows = _rows(design, loop, reach, others)
+    # A column without a figure is left out.
+    kept = [k for k in range(len(COLUMNS)) if any(row[k] != DASH for row in rows)]
     time = settling_time(loop)
     settled = ""
     if time is not None:
@@ -108,9 +110,10 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
         {
             "table": Table(
                 "Half-widths of the set, deviations from rest",
-                COLUMNS if others is None else (*COLUMNS, LQR),
-                _rows(design, loop, reach, others),
+                tuple(COLUMNS[k] for k in kept),
+                tuple(tuple(row[k] for k in kept) for row in rows),
             ),
+            "overshoot": 5 in kept,
             "none_beside": beside is not None and beside.sought and others is None,
             "figures": captioned_figures,
             "left_out": max(len(loop.names) - MOST_STATES, 0) if captioned_figures else 0,
@@ -143,7 +146,7 @@ def _rows(
                 f"±{at_most(float(reach[k]) / size, 4)}",
                 box,
                 at_most(beyond[name]) if name in beyond else DASH,
-                *(() if others is None else (f"±{at_least(float(others[k]) / size)}",)),
+                DASH if others is None else f"±{at_least(float(others[k]) / size)}",
             )
         )
     return tuple(rows)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.page.rounded_bounds import at_least, at_most
-from takagi.reports.page.text import DASH, ClaimRow, behind
+from takagi.reports.page.text import DASH, ClaimRow, behind, per_unit
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -190,6 +190,7 @@ def _sampling(claim: Mapping[str, Any]) -> list[str]:
 
 def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
     from takagi.certificates.requests.tracking import jump_shares
+    from takagi.models.tracking import signals_of
 
     signals = {variable.name: variable for variable in design.plant.disturbances}
     found = []
@@ -199,6 +200,11 @@ def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
         size, unit = file_unit(signals[one.name])
         jump = min(share, 1.0) * float(side.width)
         found.append(f"{one.name} steps up to {at_least(jump / size)}{behind(unit)}")
+    for variable, rate in zip(signals_of(design.plant), claim["rates"], strict=True):
+        if rate:
+            size, unit = file_unit(variable)
+            fastest = at_least(float(_exact(rate)) / size)
+            found.append(f"{variable.name} may move at {fastest} {per_unit(unit, 's')}")
     return found
 
 

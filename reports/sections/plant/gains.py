@@ -46,7 +46,6 @@ def gains_section(design: PlantDesign, loop: PlantLoop) -> Section:
             gain_rows(loop),
             folded=f"Gains of all {rules} rules" if rules > FOLDED else "",
         ),
-        "trim": _trim(loop),
         "observer": None,
         "relaxation": "" if design.design is None else design.design.relaxation,
         "notes": list(design.notes),
@@ -96,22 +95,6 @@ def gain_rows(loop: PlantLoop) -> tuple[tuple[str, ...], ...]:
     return tuple(
         (str(i), *(CORNERS[rule[k]] for k in varying), *(decimal(float(x)) for x in K.ravel()))
         for i, (rule, K) in enumerate(zip(loop.model.rules, loop.gains, strict=True), 1)
-    )
-
-
-def _trim(loop: PlantLoop) -> Table:
-    rows = [
-        (v.name, decimal(float(value)), v.unit)
-        for v, value in (
-            *zip(loop.plant.states, loop.state, strict=True),
-            *zip(loop.plant.inputs, loop.input, strict=True),
-        )
-    ]
-    return Table(
-        "Where the plant rests, x* and u*",
-        (("variable", ""), ("value", ""), ("unit", "")),
-        tuple(rows),
-        folded="The operating point",
     )
 
 

@@ -11,21 +11,17 @@ from takagi.models.plant.file_units import file_unit
 from takagi.reports.figures.plant.captioned import (
     Drawn,
     captioned_bode_figures,
-    captioned_poles_figure,
 )
 from takagi.reports.figures.plant.poles import equilibrium_poles
 from takagi.reports.loops.linear_quadratic import Regulator, regulator
 from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop, rest_loops
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time
 from takagi.reports.page.text import (
-    DASH,
     Section,
-    Table,
     behind,
     complex_words,
     name_of,
     significant,
-    unit_of,
 )
 from takagi.reports.sections.plant.summary import least_margins
 from takagi.reports.sections.shared import margin_table
@@ -36,21 +32,6 @@ if TYPE_CHECKING:
     from takagi.reports.loops.plant_loop import PlantLoop
 
 FOLDED = 8
-
-
-def poles_section(loop: PlantLoop) -> Section:
-    """Return the section with the poles of vertices and of the plant at rest."""
-    alone, closed = equilibrium_poles(loop)
-    return Section(
-        "poles",
-        "Poles",
-        {
-            "figure": captioned_poles_figure(loop),
-            "alone": ", ".join(complex_words(alone)),
-            "closed": ", ".join(complex_words(closed)),
-            "discrete": loop.discrete,
-        },
-    )
 
 
 def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> Section:
@@ -82,6 +63,7 @@ def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLoc
                 f"{one.place}, {name_of(one.input)}" for one in loops if not one.margins.stable
             ],
             "left_out": 0 if len(loop.model.rules) <= LISTED else len(loop.model.rules),
+            "vertices": len(loops) > at,
             "discrete": loop.discrete,
             "inputs": len(loop.model.inputs),
         },
@@ -142,13 +124,14 @@ def motion_section(
     jumped: Drawn = NOTHING,
     others: Sequence[PlantMotion] = (),
 ) -> Section:
-    """Return the section with responses, planes of states and a table of figures.
+    """Return the section with responses over time.
 
     Parameters
     ----------
     jumps, jumped : motions after jumps of references, and their figures.
     others : the motions from the same starts under a linear-quadratic regulator.
     """
+    poles = (", ".join(complex_words(each)) for each in equilibrium_poles(loop))
     return Section(
         "responses",
         "Motions of the nonlinear plant",
@@ -156,12 +139,12 @@ def motion_section(
             "figures": list(drawn.captioned_figures),
             "jumps": list(jumped.captioned_figures),
             "slowest": _slowest(shown),
+            "poles": list(poles),
+            "discrete": loop.discrete,
             "compared": _beside_motions(loop, shown, others),
-            "table": _table(loop, [*shown, *jumps]),
             "lost": [motion.name for motion in (*shown, *jumps) if not motion.whole],
             "rising": [motion.name for motion in shown if _rises(motion)],
             "cut": cut_words(loop, [*shown, *jumps]),
-            "valued": bool(shown and shown[0].value.size),
             "law": loop.gains is not None,
         },
     )
@@ -212,26 +195,3 @@ def _rises(motion: PlantMotion) -> bool:
     if motion.value.size < 2:
         return False
     return bool(np.any(np.diff(motion.value) > SLACK * motion.value[0]))
-
-
-def _table(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Table:
-    inputs = [v.label for v in loop.plant.inputs] if loop.gains is not None else []
-    columns = [
-        ("start", ""),
-        *((f"{name_of(label)} at start", unit_of(label)) for label in loop.model.states),
-        ("settled to 1 %", "s"),
-        *((f"{name_of(label)}, largest", unit_of(label)) for label in inputs),
-    ]
-    rows = []
-    for motion in shown:
-        time = settling_time(motion)
-        largest = np.abs(motion.input).max(axis=0) if inputs else []
-        rows.append(
-            (
-                motion.name,
-                *(significant(float(x)) for x in motion.state[0]),
-                DASH if np.isnan(time) else significant(time),
-                *(significant(float(u)) for u in largest),
-            )
-        )
-    return Table("The motions in figures", tuple(columns), tuple(rows))

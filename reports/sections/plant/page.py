@@ -63,13 +63,12 @@ def _sections(
     from takagi.reports.loops.plant_local import local_loops
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.loops.plant_motion import motions, starts
-    from takagi.reports.sections.plant.blend import actuators_csv, blend_section
+    from takagi.reports.sections.plant.blend import blend_section
     from takagi.reports.sections.plant.certificate import certificate_section, set_section
     from takagi.reports.sections.plant.gains import gains_section
     from takagi.reports.sections.plant.loops import (
         loops_section,
         motion_section,
-        poles_section,
     )
     from takagi.reports.sections.plant.plant import derivation_section, plant_section
     from takagi.reports.sections.plant.verdict import verdict_section
@@ -102,16 +101,13 @@ def _sections(
         found.append(loops_section(design, loop, loops))
     found += [
         motion_section(loop, shown, moved, jumps, jumped, others),
-        poles_section(loop),
         plant_section(design),
         derivation_section(design, weights),
     ]
-    blended: dict[str, str] = {}
     if loop.blend is not None:
         found.append(blend_section(loop, loop.blend))
-        blended["actuators.csv"] = actuators_csv(loop.blend, loop)
     found += [
         check_section(compared="the plant's file its", law=loop.gains is not None),
         provenance_section(design, timings=timings),
     ]
-    return found, {**weights.data, **blended, **picture.data, **moved.data, **jumped.data}
+    return found, {**weights.data, **picture.data, **moved.data, **jumped.data}

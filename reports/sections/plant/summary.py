@@ -114,7 +114,7 @@ def answer_sentence(design: PlantDesign) -> str:
     missing = [claim for claim in claims if claim.verdict is not Verdict.PROVED]
     if missing or not claims:
         proved = f"{len(claims) - len(missing)} of {len(claims)} claims are proved"
-        verdict = "disproved" if missing and missing[0].verdict is Verdict.DISPROVED else "open"
+        verdict = missing[0].verdict.name if missing else ""
         return f"{proved}; {verdict}: {missing[0].name}." if missing else "There is no claim."
     loop = plant_loop(design)
     where = "" if design.is_about_plant else "Of the Takagi-Sugeno model: "
@@ -278,7 +278,9 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
 def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return the proved bounds of the inputs; else the largest commands in floating point."""
     proved = proved_limits(design)
-    commands = list(zip(loop.model.inputs, proved, strict=True)) or largest_commands(loop)
+    commands = largest_commands(loop)
+    if proved:
+        commands = list(zip(loop.model.inputs, proved, strict=True))
     parts, numbers = [], []
     for variable, (label, most) in zip(loop.plant.inputs, commands, strict=False):
         size, unit = file_unit(variable)

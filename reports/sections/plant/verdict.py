@@ -29,7 +29,8 @@ def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Sec
     for name, absent in TILES.items():
         row = rows.get(name)
         if row is None:
-            tiles.append(Tile(name, (absent,)))
+            ranged = any(state in design.model.box for state in design.model.states)
+            tiles.append(Tile(name, (absent,), partial=ranged and name == "safe start"))
         else:
             basis = row.basis or "proved"
             tiles.append(Tile(name, row.parts, basis, row.regulator, row.partial))
