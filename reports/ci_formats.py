@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from itertools import zip_longest
 from typing import NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
@@ -103,7 +102,7 @@ def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ())
     """
     cases = [
         _junit_case(name, claim, source, of_claim)
-        for (name, claim), of_claim in zip_longest(_named(checked), numbers, fillvalue={})
+        for name, claim, of_claim in _numbered(checked, numbers)
     ]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
@@ -160,9 +159,9 @@ def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = 
         "| Verdict | Claim | | Numbers |",
         "|---|---|---|---|",
     ]
-    for (name, claim), of_claim in zip_longest(_named(checked), numbers, fillvalue={}):
-        told = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
-        cells = (claim.verdict.name, name, claim.text, told)
+    for name, claim, of_claim in _numbered(checked, numbers):
+        listed = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
+        cells = (claim.verdict.name, name, claim.text, listed)
         lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
     told = [*_assumed(checked), *checked.messages]
     if told:
@@ -185,6 +184,14 @@ def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
             name = f"{claim.name} ({k})"
         found[name] = claim
     return list(found.items())
+
+
+def _numbered(
+    checked: CheckedFile, numbers: Sequence[Numbers]
+) -> list[tuple[str, CheckedClaim, Numbers]]:
+    named = _named(checked)
+    missing: list[Numbers] = [{}] * (len(named) - len(numbers))
+    return [(*one, found) for one, found in zip(named, [*numbers, *missing], strict=True)]
 
 
 def _proved(claim: CheckedClaim) -> bool:
