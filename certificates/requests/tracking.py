@@ -357,7 +357,7 @@ class _Search:
         jumps = np.vstack([self.line.slopes(j) for j in self.references])
         P = tracking_function(self.A, alpha, self.rows, none, jumps=jumps)
         if P is None:
-            P = np.eye(len(self.A[0]))
+            P = _of_the_middle(self.A.mean(axis=0))
         return self._filled(short(P, DIGITS[0]), alpha, self.rates)
 
     def replay(self, claim: dict[str, Any]) -> Claim:
@@ -367,6 +367,17 @@ class _Search:
         )
         read = read_text(json.dumps(claim), "claim")
         return in_words(replay(read, data, self.loop.exact, [], "claim"))
+
+
+def _of_the_middle(A: Floats) -> Floats:
+    """Return P of A'P + P A = -I, for the loop in the middle of its slopes; else the identity."""
+    from scipy.linalg import solve_continuous_lyapunov
+
+    unit = np.eye(len(A))
+    if np.linalg.eigvals(A).real.max() >= 0:
+        return unit
+    P = np.asarray(solve_continuous_lyapunov(A.T, -unit), dtype=np.float64)
+    return P if np.linalg.eigvalsh(P)[0] > 0 else unit
 
 
 def jump_shares(plant: Plant, claim: Mapping[str, Any]) -> list[float]:

@@ -163,13 +163,19 @@ def _design_tracking(work: _Work) -> PlantDesign | NoDesign:
         require_measured(plant, model)
     with clock("gains"), in_plant_words(plant):
         found = tracking_gains(plant, model, asked, observed=observed)
-        if observed or not rests_exactly(plant):
-            # Of such a plant all claims say that states stay in their ranges.
+        if claims_alone(plant):
+            # All claims say that states stay in their ranges.
             work, found = _within_narrower_ranges(work, found, observed=observed)
     if found.jump > 0:
         return _rounded(work, found.found, found.observer)
     with clock("what would help"):
         return NoDesign(tracking_obstacle(plant, asked, found, observed=observed))
+
+
+def claims_alone(plant: Plant) -> bool:
+    """Return whether a plant's claims are those about its references alone."""
+    observed = plant.measured is not None and not measures_all(plant)
+    return bool(plant.references) and (observed or not rests_exactly(plant))
 
 
 def _within_narrower_ranges(
@@ -255,6 +261,10 @@ def certify_filed(
 
     asked = settings or PlantSettings()
     clock = StepClock(tell)
+    if claims_alone(plant):
+        from takagi.certificates.design.given.plant_gains import in_ranges_of
+
+        plant = in_ranges_of(path, plant)
     if plant.references and plant.measured is not None and not measures_all(plant):
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 
