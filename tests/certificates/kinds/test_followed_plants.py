@@ -161,7 +161,7 @@ def test_the_output_follows(name: str, tmp_path: Path, reduced: bool) -> None:
 
 @pytest.mark.slow
 def test_a_series_motor_is_proved_within_narrower_ranges(tmp_path: Path) -> None:
-    """Within the file's ranges the slope 2 K i of the torque varies 24-fold: jumps of 0.56 rad/s."""
+    """Within the ranges of the file the slope 2 K i varies 24-fold, and jumps are 0.56 rad/s."""
     plant, file = plant_of(tmp_path, HEAD + SERIES_MOTOR)
     design = design_plant(plant)
     assert isinstance(design, PlantDesign) and design.proved

@@ -151,17 +151,6 @@ def test_claims_about_other_loops_are_refused(change: Callable[[Data], None]) ->
     assert "PROVED" not in second(resealed(document))[-1:]
 
 
-def test_a_product_of_premises_is_no_entry() -> None:
-    """The second checker refuses it as well: the mean of a product is no product of means."""
-
-    def product(document: Data) -> None:
-        one, other = (p["name"] for p in document["model"]["embedding"]["premises"][:2])
-        document["model"]["embedding"]["A"][1][0] = f"{one}*{other}"
-
-    assert verdicts(changed(product)) == ["REFUSED"]
-    assert "PROVED" not in second(changed(product))
-
-
 def test_references_behind_a_blend_need_its_proof() -> None:
     kinds = ["secant-embedding", "effort-blend", "tracking"]
     for blend in (Verdict.PROVED, Verdict.UNDECIDED):
