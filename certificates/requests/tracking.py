@@ -40,8 +40,8 @@ DIGITS = (6, 9, 12)
 MOST_SIGNALS = 4  # of a quadratic function: the corners of their ranges double with each
 # Relative margin that is added to norms and residuals computed in floating point.
 SLACK = 1 + 1e-6
-# Residuals with no more than this share of the set's square are claimed as large as that: a bound at
-# the level of rounding costs the checkers many boxes.
+# Residuals with no more than this share of the set's square are claimed as large as that: a bound
+# at the level of rounding costs the checkers many boxes.
 SPARE = 1e-6
 # The weights of the residuals are claimed larger by this factor than they were found.
 WIDER = 1 + 1e-4

@@ -32,6 +32,7 @@ from takagi.models.errors import ModelError
 
 ATTEMPTS = 3  # of solvers: many rates are tried, and slow solvers seldom find what these do not
 
+
 def tracking_condition(
     A: Floats,
     alpha: float,
