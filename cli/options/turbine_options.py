@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
@@ -24,6 +25,11 @@ Model = Annotated[
         help="A built-in name (see `takagi models`) or the path of a TOML file.",
         show_default=False,
     ),
+]
+
+Folder = Annotated[
+    Path,
+    typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False),
 ]
 
 

@@ -41,6 +41,10 @@ class Maker(Protocol):
         """Take the model's file, and those options of the command line that concern it."""
 
     @property
+    def source(self) -> Any:
+        """The model's file."""
+
+    @property
     def asked(self) -> Mapping[str, Any]:
         """The options of the command line."""
 
