@@ -27,6 +27,14 @@ Model = Annotated[
     ),
 ]
 
+ModelOrFolder = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A built-in name, the path of a TOML file, or the folder of a design.",
+        show_default=False,
+    ),
+]
 Folder = Annotated[
     Path,
     typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False),
