@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import degrees, inf, log10, pi
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.terminal.files import claim_lines
@@ -136,15 +135,6 @@ def _observer(design: TurbineDesign) -> str:
     return (
         f"in the loop, constant wind of {winds}: decay of at least {at_least(rate)} 1/s, from a set"
     )
-
-
-def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
-    """Return commands that a user may type next; ``files`` of the design lie in ``out``."""
-    gains = out / "gains.json"
-    return [
-        f"takagi check {out / 'certificate.json'} --gains {gains}",
-        f"takagi simulate {model} --law-from {gains} --out {out / 'simulation'}",
-    ]
 
 
 def _aligned(rows: Mapping[str, str]) -> list[str]:
