@@ -8,15 +8,11 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.result import Verdict
-from takagi.certificates.design.turbine.result import claim_summary
-from takagi.reports.figures.loops import BodeLine, bode_figure, bode_line, poles_figure
-from takagi.reports.figures.style import captioned_figure
-from takagi.reports.loops.turbine_local import LoopPoint, loop_points
+from takagi.reports.figures.loops import BodeLine, bode_figure, bode_line
+from takagi.reports.loops.turbine_local import LoopPoint
 from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import loop_response
-from takagi.reports.margins.turbine_loops import Loops, closed_loop_poles, loops_at_trim
-from takagi.reports.page.text import Section, at_least, with_decimals
+from takagi.reports.margins.turbine_loops import Loops, loops_at_trim
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,46 +34,6 @@ class LoopRow:
     factor: float
     loops: Loops
     margins: Margins
-
-
-def poles_section(design: TurbineDesign) -> Section:
-    """Return the section about the poles of the design model over wind."""
-    turbine = design.turbine
-    winds = np.arange(np.ceil(turbine.cut_in), turbine.cut_out + 0.25, 0.5)
-    points, none = loop_points(design, winds.tolist())
-    poles = closed_loop_poles(
-        turbine, [p.point for p in points], [p.controller for p in points], kind="design"
-    )
-    summary = claim_summary(design)
-    rate = None
-    if summary is not None and summary.verdict is Verdict.PROVED:
-        rate = summary.common_rate
-    figure = poles_figure(
-        [p.wind for p in points],
-        poles,
-        decay_rate=rate or None,
-        reach=6.0,
-    )
-    slowest = min(zip(points, poles, strict=True), key=lambda pair: -pair[1].real.max())
-    return Section(
-        "poles",
-        "Closed-loop poles over wind",
-        {
-            "figure": captioned_figure(
-                figure,
-                "poles",
-                caption="Poles of the design model with the law linearised at its trims, "
-                "every 0.5 m/s. Dashed: the decay rate proved for all winds of the certificate.",
-                alternative="Closed-loop poles in the complex plane coloured by wind, and the "
-                "decay of the slowest pole over wind",
-            ),
-            "slowest": with_decimals(-float(slowest[1].real.max()), 4),
-            "slowest_wind": f"{slowest[0].wind:g}",
-            "stable": all(p.real.max() < 0 for p in poles),
-            "none": ", ".join(f"{v:g}" for v in none),
-            "certified": "" if rate is None else at_least(rate),
-        },
-    )
 
 
 def loop_rows(design: TurbineDesign, point: LoopPoint) -> list[LoopRow]:

@@ -66,7 +66,7 @@ def _worse(runs: Sequence[DesignRun], metric: str) -> str:
 def _figure(design: TurbineDesign, name: str, run: DesignRun) -> CaptionedFigure:
     turbine, results = design.turbine, [run.law]
     results += [run.reference] if run.reference else []
-    lines = [ResponseLine.of(law_words(each.label), each.history) for each in results]
+    lines = [ResponseLine.of(powers(law_words(each.label)), each.history) for each in results]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
     wind = powers(run.words)
