@@ -122,10 +122,15 @@ def sarif(checked: CheckedFile, *, source: str) -> str:
     ``source`` is the certificate's path, as it shall appear in the results.
     """
     named = _named(checked)
-    rules = [{"id": name, "shortDescription": {"text": claim.text}} for name, claim in named]
+    rules = [
+        {
+            "id": name,
+            "shortDescription": {"text": claim.text},
+            **({"properties": {"assumes": list(claim.assumes)}} if claim.assumes else {}),
+        }
+        for name, claim in named
+    ]
     driver: dict[str, object] = {"name": "takagi", "rules": rules}
-    if checked.assumes:
-        driver["properties"] = {"assumes": list(checked.assumes)}
     results = [
         {
             "ruleId": name,
@@ -161,8 +166,12 @@ def markdown(checked: CheckedFile, *, source: str) -> str:
 
 
 def _assumed(checked: CheckedFile) -> list[str]:
-    """Return the line on the assumptions of the verdict, if there are any."""
-    return [f"assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
+    """Return a line for each claim that assumes anything: its own assumptions."""
+    return [
+        f"{name} assumes: {'; '.join(claim.assumes)}"
+        for name, claim in _named(checked)
+        if claim.assumes
+    ]
 
 
 def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
