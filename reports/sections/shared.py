@@ -1,4 +1,4 @@
-"""Sections and tables that both reports have: verdict, premises, margins, checking, provenance."""
+"""Sections and tables that both reports have: premises, margins, checking, provenance."""
 
 from __future__ import annotations
 
