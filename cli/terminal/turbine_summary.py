@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from takagi.cli.options.turbine_options import typed_name
 from takagi.cli.terminal.files import claims_as_data
 from takagi.cli.terminal.rows import (
     headline,
@@ -32,7 +33,7 @@ def as_data(design: TurbineDesign) -> dict[str, Any]:
     synthesis = _synthesis(design)
     return {
         "model": design.turbine.name,
-        "law": design.settings.law,
+        "law": typed_name(design.settings.law),
         "summary": [row_as_data(row) for row in summary_rows(design)],
         **claims_as_data(design.checked),
         **({"synthesis": synthesis} if synthesis else {}),
