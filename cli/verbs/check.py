@@ -34,6 +34,7 @@ neither the solver nor any code that made the certificate.
 
 _EPILOG = """\
 Examples:
+  takagi check build/nrel5mw                          with the gains and the model of the design
   takagi check build/nrel5mw/certificate.json
   takagi check certificate.json --gains gains.json    the claims are about these very gains
   takagi check certificate.json --gains gains.json --c-source law.c
@@ -84,6 +85,8 @@ def _check(options: argparse.Namespace) -> int:
     asked = _asked_margins(options.margins) if options.margins else None
     _require_places(options)
     try:
+        if options.certificate.is_dir():
+            _take_folder(options)
         with progress(f"takagi check {options.certificate}"):
             checked, trusted = _verdict(options)
     except CertificateError as error:
@@ -118,6 +121,16 @@ def _check(options: argparse.Namespace) -> int:
         _write_reports(options, with_failures(checked, [differ]))
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _take_folder(options: argparse.Namespace) -> None:
+    """Take certificate, gains and model of a design's folder; files that are named are kept."""
+    # Imported here: most checks are given a file.
+    from takagi.reports.design_folder import design_folder
+
+    parts = design_folder(options.certificate)
+    options.certificate = parts.certificate
+    options.gains, options.model = options.gains or parts.gains, options.model or parts.model
 
 
 def _require_places(options: argparse.Namespace) -> None:
@@ -303,7 +316,12 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     arguments = parser.add_argument_group("Arguments")
-    arguments.add_argument("certificate", metavar="CERT", type=Path, help="the certificate file")
+    arguments.add_argument(
+        "certificate",
+        metavar="CERT",
+        type=Path,
+        help="the certificate file, or the folder of a design",
+    )
     add = parser.add_argument
     add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
     add(

@@ -23,8 +23,6 @@ from tests.reports.published_designs import with_published_law
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
 
-# What a verb asks before it designs; its five seconds are spent in test_running_stability.
-STABILITY = "takagi.reports.margins.running_stability.require_stable"
 HOSTILE = r"50 % of a_1 & b^2 {x} \input{y} #3 $z$ ~ <|>"
 
 
@@ -231,49 +229,32 @@ def test_numbers_keep_their_meaning() -> None:
 
 
 @pytest.mark.slow
-def test_the_verb_writes_the_same_files_for_the_same_design(
-    design: TurbineDesign,
-    files: dict[str, bytes | str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    """Made a second time, by `takagi appendix`, every file has the same bytes; status 0."""
-    from takagi.certificates.design.turbine import design as turbine_design
-    from takagi.cli.main import main
-
-    monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: design)
-    monkeypatch.setattr(STABILITY, lambda *_: ())
-    undrawn(monkeypatch)
-
-    assert main(["appendix", "nrel5mw", "--out", str(tmp_path)]) == 0
-    assert "pdflatex appendix.tex" in capsys.readouterr().out
-
-    for name, content in files.items():
-        expected = content.encode() if isinstance(content, str) else content
-        assert (tmp_path / name).read_bytes() == expected, name
-
-
-@pytest.mark.slow
-def test_the_verb_speaks_json_and_fails_an_open_certificate(
+def test_the_verb_reads_a_folder_and_designs_nothing(
     design: TurbineDesign,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Status 1 where not everything is proved, and the files are listed."""
-    from takagi.certificates.design.turbine import design as turbine_design
+    """The appendix of a folder has the bytes of its design's; the files are listed; status 0."""
     from takagi.cli.main import main
+    from takagi.models.loading import read_model
+    from takagi.reports import design_folder
+    from takagi.reports.output import write_folder
 
-    opened = replace(design, checked=concluded([Claim("c", Verdict.UNDECIDED, "why")], []))
-    monkeypatch.setattr(turbine_design, "design_turbine", lambda *_, **__: opened)
-    monkeypatch.setattr(STABILITY, lambda *_: ())
     undrawn(monkeypatch)
+    monkeypatch.setattr(design_folder, "report_files", lambda *_, **__: {})
+    written = design_folder.design_files(design, source=read_model("nrel5mw"))
+    folder = write_folder(tmp_path / "design", written)
+    read = design_folder.read_design(folder)
+    assert (read.document, read.checked) == (design.document, design.checked)
 
-    assert main(["appendix", "nrel5mw", "--out", str(tmp_path), "--json"]) == 1
+    out = tmp_path / "appendix"
+    assert main(["appendix", str(folder), "--out", str(out), "--json"]) == 0
 
     answer = json.loads(capsys.readouterr().out)
-    assert answer["verdict"] == "UNDECIDED"
-    assert sorted(answer["files"]) == sorted(
-        str(path) for path in tmp_path.rglob("*") if path.is_file()
-    )
+    assert answer["verdict"] == "PROVED"
+    names = sorted(str(path) for path in out.rglob("*") if path.is_file())
+    assert sorted(answer["files"]) == names
+    for name, content in appendix_files(design).items():
+        expected = content.encode() if isinstance(content, str) else content
+        assert (out / name).read_bytes() == expected, name

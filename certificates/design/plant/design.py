@@ -95,7 +95,7 @@ def design_plant(
     """
     asked = settings or PlantSettings()
     clock = StepClock(tell)
-    model = _model(plant, asked, clock)
+    model = plant_model(plant, asked, clock)
     work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
     if plant.references:
         return _design_tracking(work)
@@ -185,7 +185,7 @@ def certify_plant(
         )
     asked = settings or PlantSettings()
     clock = StepClock(tell)
-    model = _model(plant, asked, clock)
+    model = plant_model(plant, asked, clock)
     K = gains(model) if callable(gains) else np.asarray(gains, dtype=np.float64)
     work = _Work(plant, asked, model, requirements_of(plant, model, asked), tuple(files), clock)
     return work.certified(K, None, ("gains were given",))
@@ -216,14 +216,14 @@ def certify_filed(
     if plant.references and plant.measured is not None and not measures_all(plant):
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 
-        model = _model(plant, asked, clock)
+        model = plant_model(plant, asked, clock)
         K, observer = read_reference_gains(path, plant, model)
         requirements = requirements_of(plant, model, asked)
         work = _Work(plant, asked, model, requirements, tuple(files), clock)
         return work.certified(K, None, ("gains were given",), observer=observer)
     if plant.measured is not None and not plant.references:
         return _certify_observed(plant, path, asked, tuple(files), clock)
-    given = law_for(plant, _model(plant, asked, clock), path, asked, files=files)
+    given = law_for(plant, plant_model(plant, asked, clock), path, asked, files=files)
     requirements = requirements_of(plant, given.model, asked)
     work = _Work(plant, asked, given.model, requirements, tuple(files), clock)
     return work.certified(given.gains, None, given.notes, law=given.law)
@@ -241,7 +241,7 @@ def _certify_observed(
     from takagi.certificates.design.given.plant_gains import read_observer_gains, read_plant_law
     from takagi.certificates.design.plant.observed_design import ObservedWork
 
-    model = _model(plant, asked, clock)
+    model = plant_model(plant, asked, clock)
     requirements = requirements_of(plant, model, asked)
     work = ObservedWork.of(plant, asked, model, requirements, files, clock)
     try:
@@ -285,10 +285,16 @@ def _rounded(
     return last
 
 
-def _model(plant: Plant, asked: PlantSettings, clock: StepClock) -> TSModel:
+def plant_model(plant: Plant, asked: PlantSettings, clock: StepClock | None = None) -> TSModel:
+    """Return the Takagi-Sugeno model that a design with these settings is made for.
+
+    Raises
+    ------
+    ModelError : the plant has none on its box.
+    """
     from takagi.models.sector.model import sector_model
 
-    with clock("model"), in_plant_words(plant):
+    with (clock or StepClock(None))("model"), in_plant_words(plant):
         if plant.references:
             return secant_model(plant, rest=asked.rest)
         if plant.blending is not None:
