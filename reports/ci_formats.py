@@ -6,13 +6,17 @@ The standard library alone, since `takagi check` writes them.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
+from itertools import zip_longest
 from typing import NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
+
+
+Numbers = Mapping[str, str]  # quantity with its unit -> number, of one claim
 
 
 class CheckedClaim(Protocol):
@@ -24,6 +28,8 @@ class CheckedClaim(Protocol):
     def verdict(self) -> Enum: ...
     @property
     def text(self) -> str: ...
+    @property
+    def assumes(self) -> Sequence[str]: ...
 
 
 class CheckedFile(Protocol):
@@ -48,6 +54,7 @@ class _Failed(NamedTuple):
     name: str
     verdict: Enum
     text: str
+    assumes: tuple[str, ...] = ()
 
 
 class _File(NamedTuple):
@@ -89,12 +96,15 @@ def with_failures(
     )
 
 
-def junit(checked: CheckedFile, *, source: str) -> str:
+def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
     """Return JUnit XML: one test case a claim; what is not PROVED is a failure.
 
-    ``source`` is the certificate's path.
+    ``source`` is the certificate's path; ``numbers`` of each claim become properties of its case.
     """
-    cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
+    cases = [
+        _junit_case(name, claim, source, of_claim)
+        for (name, claim), of_claim in zip_longest(_named(checked), numbers, fillvalue={})
+    ]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
     told = "\n".join([*_assumed(checked), *checked.messages])
@@ -119,10 +129,15 @@ def sarif(checked: CheckedFile, *, source: str) -> str:
     ``source`` is the certificate's path, as it shall appear in the results.
     """
     named = _named(checked)
-    rules = [{"id": name, "shortDescription": {"text": claim.text}} for name, claim in named]
+    rules = [
+        {
+            "id": name,
+            "shortDescription": {"text": claim.text},
+            **({"properties": {"assumes": list(claim.assumes)}} if claim.assumes else {}),
+        }
+        for name, claim in named
+    ]
     driver: dict[str, object] = {"name": "takagi", "rules": rules}
-    if checked.assumes:
-        driver["properties"] = {"assumes": list(checked.assumes)}
     results = [
         {
             "ruleId": name,
@@ -139,18 +154,21 @@ def sarif(checked: CheckedFile, *, source: str) -> str:
     return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
 
 
-def markdown(checked: CheckedFile, *, source: str) -> str:
-    """Return a Markdown summary: the verdict, a table of the claims, the checker's messages."""
+def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
+    """Return a Markdown summary: the verdict, a table of the claims, the checker's messages.
+
+    ``numbers`` of each claim stand in a column of their own.
+    """
     lines = [
         f"## {markdown_cell(source)}: {checked.verdict.name}",
         "",
-        "| Verdict | Claim | |",
-        "|---|---|---|",
+        "| Verdict | Claim | | Numbers |",
+        "|---|---|---|---|",
     ]
-    lines += [
-        f"| {claim.verdict.name} | {markdown_cell(name)} | {markdown_cell(claim.text)} |"
-        for name, claim in _named(checked)
-    ]
+    for (name, claim), of_claim in zip_longest(_named(checked), numbers, fillvalue={}):
+        told = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
+        cells = (claim.verdict.name, name, claim.text, told)
+        lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
     told = [*_assumed(checked), *checked.messages]
     if told:
         lines += ["", *(f"- {markdown_cell(line)}" for line in told)]
@@ -158,8 +176,12 @@ def markdown(checked: CheckedFile, *, source: str) -> str:
 
 
 def _assumed(checked: CheckedFile) -> list[str]:
-    """Return the line on the assumptions of the verdict, if there are any."""
-    return [f"assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
+    """Return a line for each claim that assumes anything: its own assumptions."""
+    return [
+        f"{name} assumes: {'; '.join(claim.assumes)}"
+        for name, claim in _named(checked)
+        if claim.assumes
+    ]
 
 
 def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
@@ -182,10 +204,14 @@ def _level(claim: CheckedClaim) -> str:
     return "warning" if claim.verdict.name == "UNDECIDED" else "error"
 
 
-def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
+def _junit_case(name: str, claim: CheckedClaim, source: str, numbers: Numbers) -> str:
     head = f"    <testcase classname={_attribute(source)} name={_attribute(name)}"
     if _proved(claim):
-        return f"{head}/>"
+        listed = "".join(
+            f"<property name={_attribute(quantity)} value={_attribute(number)}/>"
+            for quantity, number in numbers.items()
+        )
+        return f"{head}><properties>{listed}</properties></testcase>" if listed else f"{head}/>"
     verdict = quoteattr(claim.verdict.name)
     return (
         f"{head}>\n      <failure type={verdict} message={verdict}>{_text(claim.text)}</failure>\n"

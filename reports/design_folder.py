@@ -9,7 +9,7 @@ import json
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from takagi.certificates.checker.kernel.refusal import CertificateError
 
@@ -76,37 +76,50 @@ def report_files(design: Design, *, tell: Tell | None = None) -> Files:
     return {REPORT: report.html} | {f"{FIGURES}/{n}": text for n, text in report.figures.items()}
 
 
+class DesignFolder(NamedTuple):
+    """A finished design's folder: ``record`` is the content of design.json, the rest are places.
+
+    ``gains`` is None of an analysis.
+    """
+
+    record: Mapping[str, Any]
+    model: Path
+    certificate: Path
+    gains: Path | None
+
+
+def design_folder(folder: Path) -> DesignFolder:
+    """Return the parts of a folder of a design.
+
+    Raises
+    ------
+    CertificateError : as ``design_file``, or a file is damaged.
+    """
+    record, places = _content(design_file(folder, RECORD)), design_file(folder, CERTIFICATE)
+    model = design_file(folder, str(record.get(MODEL, f"{MODEL}/")))
+    gains = design_file(folder, GAINS) if "controller" in _content(places) else None
+    return DesignFolder(record, model, places, gains)
+
+
 def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
     """Return the design in a folder; nothing is designed again, and the certificate is checked.
 
     Raises
     ------
-    CertificateError : no folder of a design, a file is missing or damaged, or gains, certificate
-        and model are not of one design.
+    CertificateError : as ``design_folder``, or gains, certificate and model are not of one design.
     ModelError : the model, or ``design.json``, cannot be read; another version may have written it.
     """
-    record = design_record_of(folder)
+    parts = design_folder(folder)
     from takagi.reports.design_record import design_of_record
 
-    return design_of_record(folder, record, tell)
+    return design_of_record(parts, tell)
 
 
-def design_record_of(folder: Path) -> Mapping[str, Any]:
-    """Return the content of ``design.json``.
-
-    Raises
-    ------
-    CertificateError : as ``design_file``, or it is damaged.
-    """
-    path = design_file(folder, RECORD)
+def _content(path: Path) -> Any:
     try:
-        found: Any = json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        found = error
-    if not isinstance(found, dict) or not {"given", MODEL, "settings", "design"} <= set(found):
-        raise CertificateError(f"{path}: is damaged; {_again(folder)}")
-    design_file(folder, str(found[MODEL]))
-    return found
+        raise CertificateError(f"{path}: is damaged ({error}); {_again(path.parent)}") from error
 
 
 def design_file(folder: Path, name: str) -> Path:
@@ -124,8 +137,8 @@ def design_file(folder: Path, name: str) -> Path:
             f"{folder}: {what}; make one with 'takagi design MODEL --out DIR', and give DIR"
         )
     raise CertificateError(
-        f"{folder}: {name} is missing: the folder is incomplete, is of an analysis, which has no "
-        f"gains, or is of an earlier version of takagi; {_again(folder)}"
+        f"{folder}: {name} is missing, of a folder that is incomplete or of an earlier version of "
+        f"takagi; {_again(folder)}"
     )
 
 

@@ -15,7 +15,6 @@ from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from fractions import Fraction
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from takagi.certificates.design.design import StepClock, Tell
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.loading import read_model
-from takagi.reports.design_folder import CERTIFICATE, GAINS, design_file
+from takagi.reports.design_folder import RECORD, DesignFolder
 
 if TYPE_CHECKING:
     from takagi.certificates.design.design import Design
@@ -50,12 +49,11 @@ def design_record(design: Design, source: ModelFile, model: str) -> str:
     return json.dumps(data, separators=(",", ":")) + "\n"
 
 
-def design_of_record(folder: Path, record: Mapping[str, Any], tell: Tell | None = None) -> Design:
+def design_of_record(folder: DesignFolder, tell: Tell | None = None) -> Design:
     """Return the design that a folder records, with the verdicts of a check made now.
 
     Parameters
     ----------
-    record : the content of the folder's ``design.json``.
     tell : called with a word before each step.
 
     Raises
@@ -63,17 +61,14 @@ def design_of_record(folder: Path, record: Mapping[str, Any], tell: Tell | None 
     CertificateError : a file is damaged, or gains, model and certificate are not of one design.
     ModelError : the copy of the model, or a member of the record, cannot be read.
     """
+    record, model, certificate, gains = folder
     clock = StepClock(tell)
-    certificate, model = design_file(folder, CERTIFICATE), folder / str(record["model"])
-    gains = folder / GAINS
     with clock("check of the certificate"):
-        checked = check(certificate, gains=gains if gains.is_file() else None, model=model)
+        checked = check(certificate, gains=gains, model=model)
         # What a check says of the files that it was not given is no part of a design.
         messages = [text for text in checked.messages if text != WITHOUT.format("gain", "gains")]
         checked = replace(checked, messages=messages)
     document = json.loads(certificate.read_text(encoding="utf-8"))
-    if "controller" in document:
-        design_file(folder, GAINS)
     with clock("model"):
         source = read_model(model)
         try:
@@ -86,9 +81,9 @@ def design_of_record(folder: Path, record: Mapping[str, Any], tell: Tell | None 
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             before = document["provenance"]["versions"]["takagi"]
             raise ModelError(
-                f"{folder / 'design.json'}: cannot be read ({type(error).__name__}: {error}); it "
-                f"is damaged, or takagi {before}, which wrote it, had other members: design again, "
-                f"'takagi design {record['given']} --out {folder} --force'"
+                f"{certificate.parent / RECORD}: cannot be read ({type(error).__name__}: {error}); "
+                f"it is damaged, or takagi {before}, which wrote it, had other members: design "
+                f"again, 'takagi design {record['given']} --out {certificate.parent} --force'"
             ) from error
     return design
 

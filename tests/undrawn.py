@@ -1,4 +1,4 @@
-"""Verbs that design a plant, without drawing its report: that is tested in ``tests/reports``."""
+"""Designs without what takes long and is tested in ``tests/reports``: drawing, margins, runs."""
 
 from __future__ import annotations
 
@@ -45,3 +45,14 @@ def undrawn() -> Iterator[None]:
         patch.setattr(page, "plant_report_files", lambda *_, **__: files)
         patch.setattr(latex, "plant_appendix", lambda *_, **__: {"appendix.tex": "%"})
         yield
+
+
+def unmeasured(patch: pytest.MonkeyPatch) -> None:
+    """Let the summary of a turbine have neither margins nor simulated runs."""
+    from takagi.reports.margins.running_search import SearchedMargins
+    from takagi.reports.sections.turbine import summary, verdict
+
+    patch.setattr(summary, "design_margins", lambda _: SearchedMargins((), (), (), ()))
+    patch.setattr(verdict, "step_and_gust_runs", lambda _: {})
+    for runs in ("every_run", "step_and_gust_runs", "turbulent_runs"):
+        patch.setattr(summary, runs, lambda _: {})

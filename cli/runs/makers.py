@@ -27,8 +27,7 @@ class Maker(Protocol):
     ----------
     words : the kind of model in words, for messages.
     groups : functions that declare the options of a design.
-    summary : name of the module that prints a design, with ``as_text``, ``as_data`` and
-        ``next_commands``.
+    summary : name of the module that prints a design, with ``as_text`` and ``as_data``.
     simulation : name of the module that simulates, with ``GROUPS`` of options and ``simulate``.
     """
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.command import MISUSE, PROVED, UNPROVED
 from takagi.cli.progress import progress
-from takagi.cli.terminal.files import claim_lines, trusted_text
+from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
@@ -34,6 +34,7 @@ neither the solver nor any code that made the certificate.
 
 _EPILOG = """\
 Examples:
+  takagi check build/nrel5mw                          with the gains and the model of the design
   takagi check build/nrel5mw/certificate.json
   takagi check certificate.json --gains gains.json    the claims are about these very gains
   takagi check certificate.json --gains gains.json --c-source law.c
@@ -84,6 +85,8 @@ def _check(options: argparse.Namespace) -> int:
     asked = _asked_margins(options.margins) if options.margins else None
     _require_places(options)
     try:
+        if options.certificate.is_dir():
+            _take_folder(options)
         with progress(f"takagi check {options.certificate}"):
             checked, trusted = _verdict(options)
     except CertificateError as error:
@@ -118,6 +121,16 @@ def _check(options: argparse.Namespace) -> int:
         _write_reports(options, with_failures(checked, [differ]))
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _take_folder(options: argparse.Namespace) -> None:
+    """Take certificate, gains and model of a design's folder; files that are named are kept."""
+    # Imported here: most checks are given a file.
+    from takagi.reports.design_folder import design_folder
+
+    parts = design_folder(options.certificate)
+    options.certificate = parts.certificate
+    options.gains, options.model = options.gains or parts.gains, options.model or parts.model
 
 
 def _require_places(options: argparse.Namespace) -> None:
@@ -225,13 +238,23 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
     from takagi.reports import ci_formats
     from takagi.reports.output import write_file
 
-    source = str(options.certificate)
+    source, numbers = str(options.certificate), _numbers(options, checked)
     if options.junit:
-        write_file(options.junit, ci_formats.junit(checked, source=source))
+        write_file(options.junit, ci_formats.junit(checked, source=source, numbers=numbers))
     if options.sarif:
         write_file(options.sarif, ci_formats.sarif(checked, source=source))
     if options.summary:
-        write_file(options.summary, ci_formats.markdown(checked, source=source))
+        write_file(options.summary, ci_formats.markdown(checked, source=source, numbers=numbers))
+
+
+def _numbers(options: argparse.Namespace, checked: CheckedFile) -> list[dict[str, str]]:
+    """Return the numbers of the claims; [] of a file that was refused or is gone."""
+    if checked.verdict.name == "REFUSED" or not options.certificate.is_file():
+        return []
+    from takagi.certificates.checker.kernel.reader import read_json
+    from takagi.reports.baseline.claim_numbers import claim_numbers
+
+    return claim_numbers(read_json(options.certificate), checked)
 
 
 def _refused(reason: str, needed: str) -> CheckedFile:
@@ -242,8 +265,6 @@ def _refused(reason: str, needed: str) -> CheckedFile:
 
 def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:
     lines = [f"{options.certificate}: {checked.verdict.name}", *claim_lines(checked)]
-    if checked.assumes:
-        lines.append(f"  assumes: {'; '.join(checked.assumes)}")
     lines += checked.messages
     if trusted is not None:
         lines.append(trusted_text(trusted))
@@ -256,15 +277,9 @@ def _as_json(
     trusted: Trusted | None,
     compared: VerdictComparison | None,
 ) -> str:
-    claims = [
-        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
-        for claim in checked.claims
-    ]
     answer: dict[str, Any] = {
         "certificate": str(options.certificate),
-        "verdict": checked.verdict.name,
-        "claims": claims,
-        "assumes": list(checked.assumes),
+        **claims_as_data(checked),
         "messages": list(checked.messages),
     }
     if trusted is not None:
@@ -301,7 +316,12 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     arguments = parser.add_argument_group("Arguments")
-    arguments.add_argument("certificate", metavar="CERT", type=Path, help="the certificate file")
+    arguments.add_argument(
+        "certificate",
+        metavar="CERT",
+        type=Path,
+        help="the certificate file, or the folder of a design",
+    )
     add = parser.add_argument
     add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
     add(

@@ -45,7 +45,7 @@ def design(
 
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """
-    from takagi.reports.design_folder import design_files, refuse_to_replace
+    from takagi.reports.design_folder import GAINS, design_files, refuse_to_replace
 
     if not force:
         refuse_to_replace(out)
@@ -67,5 +67,8 @@ def design(
     else:
         print(summary.as_text(finished, every_claim=every_claim))
         print_files(out, files)
-        print("\n  ".join(["\nNext", *summary.next_commands(model, out, files)]))
+        verbs = [f"check {out}"]
+        if GAINS in files:
+            verbs += [f"simulate {out}", f"export {out} --to c --out {out / 'c'}"]
+        print("\n  takagi ".join(["\nNext", *verbs]))
     return PROVED if finished.proved else UNPROVED

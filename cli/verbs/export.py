@@ -25,8 +25,8 @@ def export(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="gains.json of a design; with --coq, its certificate.json; with --law baseline a "
-            "turbine's TOML file or built-in name.",
+            help="The folder of a design, or its gains.json; with --coq, its certificate.json; "
+            "with --law baseline a turbine's TOML file or built-in name.",
         ),
     ],
     *,
@@ -88,6 +88,8 @@ def export(
     """
     from takagi.models.errors import ModelError
 
+    if given.is_dir():
+        given = _of_folder(given, coq)
     if (coq is None) == (to is None):
         raise ModelError(
             "give one of --to TARGET --out DIR (a gain file as code) and --coq FILE (a "
@@ -99,6 +101,18 @@ def export(
         raise ModelError(f"--to {to} needs --out DIR, the folder to write")
     program = _program(given, law, without or [])
     return _code(program, str(to), out, precision, sample_time, (given, certificate))
+
+
+def _of_folder(folder: Path, coq: Path | None) -> Path:
+    """Return the gain file of a design's folder, or for Coq its certificate."""
+    from takagi.models.errors import ModelError
+    from takagi.reports.design_folder import design_folder
+
+    parts = design_folder(folder)
+    found = parts.certificate if coq is not None else parts.gains
+    if found is None:
+        raise ModelError(f"{folder}: is an analysis without gains; there is no law to export")
+    return found
 
 
 def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:

@@ -17,7 +17,7 @@ _WORDS: tuple[tuple[str, str, str], ...] = (
     ("common decay rate", "faster", "slower"),
     ("settling time", "faster", "slower"),
     ("volume of the set", "larger set", "smaller set"),
-    ("reach along", "larger set", "smaller set"),
+    ("safe start of", "larger set", "smaller set"),
     ("overshoot", "smaller overshoot", "larger overshoot"),
     ("overspeed", "smaller overspeed", "larger overspeed"),
     ("gain", "weaker effect of the disturbance", "stronger effect of the disturbance"),
@@ -144,6 +144,42 @@ def as_markdown(found: CertificateComparison, *, source: str) -> str:
     lines += [f"- gains: {markdown_cell(one)}" for one in _gains(found)]
     lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(found.changed)]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def as_html(found: CertificateComparison, *, name: str, old: str, new: str) -> str:
+    """Return the comparison as one page: what changed, in words and in colour.
+
+    Parameters
+    ----------
+    name : of the plant;  old, new : where the certificates are.
+    """
+    # Imported here: only a page needs the templates.
+    from takagi.reports.page.assembly import report_files
+    from takagi.reports.page.text import Section
+
+    rows = list(_rows(found))
+    content = {
+        "head": _head(found, old),
+        "passes": found.passes,
+        "old": old,
+        "new": new,
+        "rows": rows,
+        "same": len(found.moved) - len(rows),
+        "lists": (
+            ("Lost", [f"{claim}: {why}" for claim, why in found.lost.items()]),
+            ("New claims", found.added),
+            ("Gains", list(_gains(found))),
+            ("Parameters, gains and options that differ", listed_changes(found.changed)),
+        ),
+    }
+    return report_files(
+        "plant",
+        [Section("comparison", "What changed", content)],
+        title=name,
+        verdict="comparison of two designs",
+        subtitle="Comparison of two designs",
+        units="Numbers carry the units of the certificates.",
+    ).html
 
 
 def as_data(found: CertificateComparison) -> dict[str, Any]:

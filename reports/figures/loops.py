@@ -154,34 +154,34 @@ def bode_figure(
 
 def _draw(top: Axes, bottom: Axes, omega: Floats, line: BodeLine, colour: str) -> None:
     decibels = 20 * np.log10(np.maximum(np.abs(line.response), SILENT))
-    unwrapped = np.degrees(np.unwrap(np.angle(line.response)))
+    phase = np.degrees(np.unwrap(np.angle(line.response)))
+    # Whole turns are free: the crossover, or the lowest frequency, lies in [-360, 0) degrees.
+    known = [w for w in (line.crossover, omega[0]) if w and omega[0] <= w <= omega[-1]]
+    phase -= 360.0 * (np.floor(np.interp(known[0], omega, phase) / 360.0) + 1.0)
     label = f"{line.label}:"
     for where, filled in ((line.crossover, True), (line.phase_crossover, False)):
         if where is None or not omega[0] <= where <= omega[-1]:
             continue
         gain = float(np.interp(where, omega, decibels))
-        angle = float(np.interp(where, omega, unwrapped)) % 360.0 - 360.0
+        angle = float(np.interp(where, omega, phase))
         style: Any = {"color": colour, "marker": "o", "markersize": 5.0, "linestyle": "none"}
         for axes, value in ((top, gain), (bottom, angle)):
             axes.plot([where], [value], markerfacecolor=colour if filled else "white", **style)
-        label += f" PM {abs(angle + 180.0):.0f}°" if filled else f" GM {-gain:.1f} dB"
+        label += f" PM {abs(angle % 360.0 - 180.0):.0f}°" if filled else f" GM {-gain:.1f} dB"
     top.plot(*decimate(omega, decibels), color=colour, label=label.rstrip(":"))
-    # One turn of phase is shown, so -180 degrees is one line even if a resonance adds whole turns.
-    for turn in range(int(unwrapped.min() // 360), int(unwrapped.max() // 360) + 1):
-        part = unwrapped - 360.0 * (turn + 1)
-        shown = (part >= -400.0) & (part <= 40.0)
-        near = np.convolve(shown, [1, 1, 1], mode="same") > 0
-        bottom.plot(omega, np.where(near, part, np.nan), color=colour)
+    bottom.plot(*decimate(omega, phase), color=colour)
 
 
 def _finish(figure: Figure, top: Axes, bottom: Axes, omega: Floats) -> None:
+    from matplotlib.ticker import MultipleLocator
+
     top.set_xscale("log")
     top.set_xlim(omega[0], omega[-1])
     top.set_ylabel("|L| [dB]")
     bottom.set_ylabel("phase of L [°]")
     bottom.set_xlabel("frequency [rad/s]")
-    bottom.set_yticks(np.arange(-360, 1, 90))
-    bottom.set_ylim(-360.0, 0.0)
+    low, high = bottom.get_ylim()
+    bottom.yaxis.set_major_locator(MultipleLocator(90.0 * max(1, round((high - low) / 540.0))))
     top.axhline(0.0, color=GREY, linewidth=0.8)
     bottom.axhline(-180.0, color=GREY, linewidth=0.8)
     figure.legend(loc="outside lower center", ncols=LEGEND_COLUMNS)

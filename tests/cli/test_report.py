@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from typing import Any
@@ -48,6 +49,21 @@ def test_pages_of_a_read_design_have_the_same_bytes(
     assert main(["appendix", str(folder), "--out", str(tmp_path)]) == 0
     written = (tmp_path / "appendix-body.tex").read_text(encoding="utf-8")
     assert written == appendix_files(design)["appendix-body.tex"]
+
+
+def test_the_other_verbs_read_the_folder_too(
+    folder: Path, never: None, tmp_path: Path, capsys: Capture
+) -> None:
+    """Its certificate with gains and model, its law to run and to export; status 0."""
+    capsys.readouterr()
+    assert main(["check", str(folder), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["messages"] == []
+    assert main(["simulate", str(folder), "--duration", "0.1"]) == 0
+    assert main(["export", str(folder), "--to", "c", "--out", str(tmp_path / "c")]) == 0
+    assert main(["export", str(folder), "--coq", str(tmp_path / "proof.v")]) in (0, 1)
+    page = tmp_path / "page.html"
+    assert main(["compare", str(folder), str(folder), "--html", str(page)]) == 0
+    assert "Lorenz system" in page.read_text(encoding="utf-8")
 
 
 def test_a_design_is_replaced_with_force_only(

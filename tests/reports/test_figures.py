@@ -72,9 +72,8 @@ def cells() -> Figure:
     proved = np.ones(20, dtype=bool)
     proved[[0, 8]] = False
     values = np.linspace(0.05, 0.1, 20)
-    return cells_figure(
-        np.linspace(5, 25, 21), proved, decay_rate=values, wind_rate=values, overspeed=values
-    )
+    shown = dict.fromkeys(("decay_rate", "wind_error", "wind_rate", "overspeed"), values)
+    return cells_figure(np.linspace(5, 25, 21), proved, **shown)
 
 
 @maker

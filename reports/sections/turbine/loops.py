@@ -1,4 +1,4 @@
-"""Linear checks: closed-loop poles over wind, Bode plots and margins of both loops."""
+"""Closed-loop poles over wind; Bode plots of the law's own loops, for the appendix."""
 
 from __future__ import annotations
 
@@ -8,23 +8,17 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from takagi.certificates.design.turbine.result import claim_summary
-from takagi.models.turbine.trim import rated_wind
-from takagi.reports.figures.loops import BodeLine, bode_figure, bode_line, poles_figure
-from takagi.reports.figures.style import captioned_figure
-from takagi.reports.loops.turbine_local import LoopPoint, loop_points
+from takagi.reports.figures.loops import BodeLine, bode_figure, bode_line
+from takagi.reports.loops.turbine_local import LoopPoint
 from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import loop_response
-from takagi.reports.margins.turbine_loops import Loops, closed_loop_poles, loops_at_trim
-from takagi.reports.page.text import CaptionedFigure, Section, significant, with_decimals
-from takagi.reports.sections.shared import margin_table
+from takagi.reports.margins.turbine_loops import Loops, loops_at_trim
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-TRIMS = (8.0, 11.0, 12.0, 14.0, 18.0, 25.0)
 FREQUENCY = np.geomspace(1e-2, 30.0, 700)
 Actuator = Literal["torque", "pitch"]
 ACTUATORS: tuple[Actuator, ...] = ("torque", "pitch")
@@ -40,78 +34,6 @@ class LoopRow:
     factor: float
     loops: Loops
     margins: Margins
-
-
-def poles_section(design: TurbineDesign) -> Section:
-    """Return the section about the poles of the design model over wind."""
-    turbine = design.turbine
-    winds = np.arange(np.ceil(turbine.cut_in), turbine.cut_out + 0.25, 0.5)
-    points, none = loop_points(design, winds.tolist())
-    poles = closed_loop_poles(
-        turbine, [p.point for p in points], [p.controller for p in points], kind="design"
-    )
-    summary = claim_summary(design)
-    figure = poles_figure(
-        [p.wind for p in points],
-        poles,
-        decay_rate=None if summary is None else summary.decay_rate or None,
-        reach=6.0,
-    )
-    slowest = min(zip(points, poles, strict=True), key=lambda pair: -pair[1].real.max())
-    return Section(
-        "poles",
-        "Closed-loop poles over wind",
-        {
-            "figure": captioned_figure(
-                figure,
-                "poles",
-                caption="Poles of the design model with the law linearised at its trims, "
-                "every 0.5 m/s. Dashed: the decay rate proved for all winds of the certificate.",
-                alternative="Closed-loop poles in the complex plane coloured by wind, and the "
-                "decay of the slowest pole over wind",
-            ),
-            "slowest": with_decimals(-float(slowest[1].real.max()), 4),
-            "slowest_wind": f"{slowest[0].wind:g}",
-            "stable": all(p.real.max() < 0 for p in poles),
-            "none": ", ".join(f"{v:g}" for v in none),
-            "certified": "" if summary is None else significant(summary.decay_rate),
-        },
-    )
-
-
-def loops_section(design: TurbineDesign) -> Section:
-    """Return the section about Bode plots and margins on the validation plant."""
-    turbine = design.turbine
-    rated = round(rated_wind(turbine, speed_setpoint=design.settings.speed_setpoint), 2)
-    low, high = turbine.cut_in, turbine.cut_out
-    winds = sorted({*(min(max(wind, low), high) for wind in TRIMS), rated})
-    points, none = loop_points(design, winds)
-    rows = [row for point in points for row in loop_rows(design, point)]
-    return Section(
-        "loops",
-        "Bode plots and margins",
-        {
-            "figures": [
-                _bode(design, rows, "torque", "equilibrium"),
-                _bode(design, rows, "pitch", "equilibrium"),
-                _bode(design, rows, "pitch", "frozen"),
-            ],
-            "table": margin_table(
-                "Margins on the validation plant",
-                (("wind", "m/s"), ("loop", ""), ("wake", "")),
-                [(_which(row), row.margins) for row in rows],
-            ),
-            "unstable": [
-                f"{row.loop.wind:g} m/s, {row.actuator} loop, {row.wake}"
-                for row in rows
-                if not row.margins.stable
-            ],
-            "least": _least(rows),
-            "none": ", ".join(f"{v:g}" for v in none),
-            "setpoint": design.settings.speed_setpoint,
-            "turbine": turbine,
-        },
-    )
 
 
 def loop_rows(design: TurbineDesign, point: LoopPoint) -> list[LoopRow]:
@@ -137,20 +59,6 @@ def _acting(point: LoopPoint) -> list[Actuator]:
     return found
 
 
-def _bode(
-    design: TurbineDesign, rows: Sequence[LoopRow], actuator: Actuator, wake: str
-) -> CaptionedFigure:
-    words = "torque command" if actuator == "torque" else "pitch reference"
-    return captioned_figure(
-        bode_drawing(design, rows, actuator, wake),
-        f"bode-{actuator}" + ("-frozen" if wake == "frozen" else ""),
-        caption=f"The loop broken at the {words}, where it acts, the other actuator closed; {wake} "
-        "wake. Filled dot: crossover with phase margin (PM); open dot: phase crossover with gain "
-        "margin (GM). 3P at full-load speed.",
-        alternative=f"Bode plot of the loop at the {words} for several winds, {wake} wake",
-    )
-
-
 def bode_drawing(
     design: TurbineDesign, rows: Sequence[LoopRow], actuator: Actuator, wake: str
 ) -> Figure:
@@ -167,27 +75,3 @@ def bode_drawing(
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
     return bode_figure(FREQUENCY, lines, marks=marks)
-
-
-def _which(row: LoopRow) -> tuple[str, str, str]:
-    wake = row.wake if row.wake == "equilibrium" else f"{row.wake} × {with_decimals(row.factor, 2)}"
-    return f"{row.loop.wind:g}", row.actuator, wake
-
-
-def _least(rows: Sequence[LoopRow]) -> dict[str, str]:
-    """Return the smallest margins over all rows, with their winds."""
-    if not rows:
-        return {}
-
-    def worst(name: str, value: list[float], digits: int) -> str:
-        k = int(np.argmin(value))
-        least = f"{with_decimals(value[k], digits)}{name}"
-        return f"{least} at {rows[k].loop.wind:g} m/s ({rows[k].actuator})"
-
-    gains = [20 * np.log10(max(row.margins.gain_increase, 1e-9)) for row in rows]
-    return {
-        "gain": worst(" dB", gains, 1),
-        "phase": worst("°", [float(np.degrees(row.margins.phase)) for row in rows], 0),
-        "delay": worst(" s", [row.margins.delay for row in rows], 2),
-        "disk": worst("", [row.margins.disk.alpha for row in rows], 2),
-    }
