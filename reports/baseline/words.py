@@ -17,7 +17,7 @@ _WORDS: tuple[tuple[str, str, str], ...] = (
     ("common decay rate", "faster", "slower"),
     ("settling time", "faster", "slower"),
     ("volume of the set", "larger set", "smaller set"),
-    ("reach along", "larger set", "smaller set"),
+    ("safe start of", "larger set", "smaller set"),
     ("overshoot", "smaller overshoot", "larger overshoot"),
     ("overspeed", "smaller overspeed", "larger overspeed"),
     ("gain", "weaker effect of the disturbance", "stronger effect of the disturbance"),

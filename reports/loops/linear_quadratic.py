@@ -11,7 +11,7 @@ Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weig
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -96,6 +96,14 @@ def regulator(design: PlantDesign) -> Regulator | None:
         inputs,
         _starts(design, gain) if sought else None,
         sought,
+    )
+
+
+def regulator_loop(loop: PlantLoop, beside: Regulator) -> PlantLoop:
+    """Return the plant under the regulator; the design's set and function are left out."""
+    gains = np.broadcast_to(beside.gain, (len(loop.model.rules), *beside.gain.shape))
+    return replace(
+        loop, gains=gains, P=None, level=None, level_proved=False, decay_rate=None, decay_P=None
     )
 
 

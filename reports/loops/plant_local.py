@@ -39,29 +39,45 @@ class PlantLocalLoop:
 
 
 def local_loops(loop: PlantLoop) -> tuple[PlantLocalLoop, ...]:
-    """Return the loops at rest, then at each vertex with its own gain; none for an analysis.
+    """Return the loops at rest, then at each of several vertices with its own gain.
+
+    None for an analysis.
 
     Vertices are corners of the premises' ranges: the plant need not reach them.  Of a law with
     outputs only the loop at rest: plant and observer in a row.
+    """
+    found = rest_loops(loop)
+    rules = len(loop.model.rules)
+    if loop.gains is None or loop.observed is not None or not 1 < rules <= LISTED:
+        return found
+    stacks = zip(loop.model.A, loop.model.B, loop.gains, strict=True)
+    for i, (A, B, K) in enumerate(stacks, 1):
+        found += _at_each_input(loop, f"vertex {i}", A, B, K)
+    return found
+
+
+def rest_loops(loop: PlantLoop, gain: Floats | None = None) -> tuple[PlantLocalLoop, ...]:
+    """Return the loops at rest, one for each input; none for an analysis.
+
+    Parameters
+    ----------
+    gain : K (m, n) of another law of all states; None for the design's own law.
     """
     if loop.gains is None:
         return ()
     if loop.observed is not None:
         h = loop.memberships(np.zeros(len(loop.names)))
-        A, B, G = loop.observed.joint(h)
-        return tuple(_broken(loop, "rest", A, B, G, k) for k in range(B.shape[1]) if np.any(G[k]))
+        return _at_each_input(loop, "rest", *loop.observed.joint(h))
     rest, K = loop.at_rest()
     assert K is not None
-    places = [("rest", rest.A, rest.B, K)]
-    if len(loop.model.rules) <= LISTED:
-        stacks = zip(loop.model.A, loop.model.B, loop.gains, strict=True)
-        places += [(f"vertex {i}", A, B, K_i) for i, (A, B, K_i) in enumerate(stacks, 1)]
-    return tuple(
-        _broken(loop, place, A, B, K_i, k)
-        for place, A, B, K_i in places
-        for k in range(B.shape[1])
-        if np.any(K_i[k])
-    )
+    return _at_each_input(loop, "rest", rest.A, rest.B, K if gain is None else gain)
+
+
+def _at_each_input(
+    loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats
+) -> tuple[PlantLocalLoop, ...]:
+    inputs = [k for k in range(B.shape[1]) if np.any(K[k])]
+    return tuple(_broken(loop, place, A, B, K, k) for k in inputs)
 
 
 def pair_poles(loop: PlantLoop) -> tuple[Complex, Complex]:

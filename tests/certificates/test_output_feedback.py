@@ -293,7 +293,6 @@ def test_wishes_that_are_not_proved_are_refused(
 def test_the_report_is_about_the_law_with_outputs() -> None:
     page = plant_report_files(link()).html
 
-    assert "an observer has tm in the place of the states" in page
+    assert "The law has tm exactly, without noise" in page
     assert "Gains L of the observer" in page and "whose shadow on the states" in page
-    assert "The law knows the whole state exactly" not in page
-    assert "Beside a linear-quadratic regulator" not in page
+    assert "The law knows the whole state exactly" not in page and "LQR" not in page

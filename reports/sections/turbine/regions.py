@@ -13,7 +13,6 @@ from takagi.reports.page.text import (
     CaptionedFigure,
     Section,
     Table,
-    complex_words,
     decimal,
     significant,
     with_decimals,
@@ -42,7 +41,6 @@ def regions_section(design: TurbineDesign) -> Section:
         {
             "regions": [_region(part) for part in parts],
             "figures": [p for part in parts if (p := _over_wind(design, part)) is not None],
-            "used": design.effort_sharing_law is None,
         },
     )
 
@@ -143,24 +141,9 @@ def observer_section(design: TurbineDesign) -> Section:
             "decay": significant(found.decay_rate),
             "limits": f"{with_decimals(low, 1)} to {with_decimals(high, 1)}",
             "premises": premise_table(found.model, "Premises, estimation error", EVIDENCE),
-            "poles": _poles(design),
             "box": [
                 (name, decimal(float(a)), decimal(float(b)))
                 for name, (a, b) in found.model.box.items()
             ],
         },
-    )
-
-
-def _poles(design: TurbineDesign) -> Table:
-    """Return the poles of [-l1, d; -l2, 0] at both corners of d."""
-    l1, l2 = design.observer.gains
-    rows = []
-    for vertex, name in zip(design.observer.model.vertices, ("lower", "upper"), strict=True):
-        A = vertex.A - np.array([[l1], [l2]]) @ vertex.C
-        rows.append((f"d {name}", *complex_words(np.linalg.eigvals(A), 4)))
-    return Table(
-        "Poles of the estimation error at the premise's corners",
-        (("corner", ""), ("first", "1/s"), ("second", "1/s")),
-        tuple(rows),
     )
