@@ -33,12 +33,12 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     from takagi.reports.appendix.regional import conditions_context, region_context
     from takagi.reports.appendix.tex import assembled
     from takagi.reports.appendix.turbine import (
-        RESPONSES,
         blending_context,
         drawn_figures,
         law_context,
         margins_context,
         plant_context,
+        responses_context,
     )
 
     say = tell or (lambda _: None)
@@ -54,7 +54,7 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
         **conditions_context(design),
         **certificate_context(design),
         **margins,
-        "responses": list(RESPONSES.items()),
+        **responses_context(design),
         "partial": region_context(design.partial_load, design.regional.partial, "b"),
         "full": region_context(design.full_load, design.regional.full, "c"),
         "subject": design.turbine.name,

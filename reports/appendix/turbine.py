@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,14 +9,10 @@ import numpy as np
 from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.design.turbine.result import TurbineDesign, claim_summary
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
-from takagi.models.laws.protocol import law_words
 from takagi.models.laws.published.law import PublishedLaw
-from takagi.models.simulation.scenario import Case, run_case
-from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.models.simulation.wind import WindSeries, gust_wind, ramp_wind, step_wind
 from takagi.models.turbine.data import Figure as DataFigure
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
+from takagi.models.turbine.trim import optimal_tip_speed_ratio, rated_wind
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
@@ -28,7 +23,6 @@ from takagi.reports.appendix.tex import (
     unit,
     with_decimals,
 )
-from takagi.reports.figures.response import ResponseLine, response_figure
 from takagi.reports.margins.margins import Margins
 from takagi.reports.margins.running_search import SearchedMargins, design_margins, wind_ranges
 from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
@@ -38,12 +32,14 @@ from takagi.reports.sections.turbine.model import (
     trim_curve,
     trim_drawing,
 )
+from takagi.reports.sections.turbine.responses import response_drawing, response_words
+from takagi.reports.sections.turbine.running import margins_drawing
+from takagi.reports.simulation.design_runs import step_and_gust_runs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEGREES = 180 / np.pi
-RPM = 30 / np.pi
 _SYMBOLS = {
     "rotor.radius": "R",
     "rotor.inertia": "J_r",
@@ -63,7 +59,6 @@ _SYMBOLS = {
 # Sections of a turbine's file with published results and with another controller's numbers: nothing
 # in the appendix depends on them.
 _LEFT_OUT = ("reference", "baseline")
-_WINDS = (*range(3, 12), 11.4, 11.5, 12, 13, 14, 16, 18, 20, 22, 24, 25)
 
 
 def _filters(design: TurbineDesign) -> Tex:
@@ -100,22 +95,9 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
         "derated": setpoint is not None,
         "rated_wind": with_decimals(rated_wind(turbine, speed_setpoint=setpoint), 3),
         "optimal_ratio": with_decimals(optimal_tip_speed_ratio(turbine), 3),
-        "trims": [_trim_row(point) for point in trim_points(design)],
         "observer": _observer(design),
         "frozen_wake_source": turbine.frozen_wake.source,
     }  # fmt: skip
-
-
-def table_winds(turbine: Turbine) -> tuple[float, ...]:
-    """Return the winds of the trim table from cut-in to cut-out [m/s]."""
-    inside = [float(v) for v in _WINDS if turbine.cut_in <= v <= turbine.cut_out]
-    return tuple(sorted({turbine.cut_in, *inside, turbine.cut_out}))
-
-
-def trim_points(design: TurbineDesign) -> list[TrimPoint]:
-    """Return the turbine's trims at the winds of the table."""
-    setpoint = design.settings.speed_setpoint
-    return [trim(design.turbine, v, speed_setpoint=setpoint) for v in table_winds(design.turbine)]
 
 
 def _parameters(turbine: Turbine) -> list[list[Tex]]:
@@ -135,17 +117,6 @@ def _parameter(path: str, words: str, figure: DataFigure) -> list[Tex]:
         scientific(figure.value, 8),
         unit(figure.unit),
         escape(figure.source),
-    ]
-
-
-def _trim_row(point: TrimPoint) -> list[Tex]:
-    return [
-        with_decimals(point.wind, 1),
-        escape(point.region),
-        with_decimals(point.rotor_speed, 4),
-        with_decimals(point.rotor_speed * RPM, 2),
-        with_decimals(point.pitch * DEGREES, 2),
-        with_decimals(point.torque / 1e3, 3),
     ]
 
 
@@ -265,35 +236,14 @@ def _four(m: Margins) -> tuple[float, float, float, float]:
     return float(gain), m.phase * DEGREES, m.delay, m.disk.alpha
 
 
-# Response -> its caption; the winds are those of the report.
-RESPONSES = {
-    "gust": "Extreme operating gust at rated wind",
-    "step-up": "Step of the wind across rated wind",
-    "ramp": "Ramp of the wind across rated wind",
-}
-_STEP, _DURATION, _BEGIN = 1.5, 90.0, 15.0
+# The runs of the report that the appendix shows.
+RESPONSES = ("gust", "step-up", "ramp")
 
 
-def response_winds(design: TurbineDesign) -> dict[str, WindSeries]:
-    """Return the winds of the responses, by the names in ``RESPONSES``."""
-    rated = round(rated_wind(design.turbine, speed_setpoint=design.settings.speed_setpoint), 2)
-    low, high, radius = rated - _STEP, rated + _STEP, design.turbine.rotor_radius
-    return {
-        "gust": gust_wind(rated, _DURATION, rotor_radius=radius, begin=_BEGIN),
-        "step-up": step_wind(low, high, _DURATION, begin=_BEGIN),
-        "ramp": ramp_wind(low - 2, high + 2, _DURATION, rate=0.2, begin=_BEGIN),
-    }
-
-
-def _response(design: TurbineDesign, wind: WindSeries) -> Figure:
-    turbine, law = design.turbine, design.law
-    plant = replace(validation_plant(turbine), speed_filter=design.speed_filter)
-    history = run_case(Case(law.name, plant, law, wind, design.observer.observer)).history
-    speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
-    rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
-    return response_figure(
-        history.time, [ResponseLine.of(law_words(law.name), history)], rated=rated
-    )
+def responses_context(design: TurbineDesign) -> dict[str, object]:
+    """Return (name, caption) of each simulated response."""
+    runs = step_and_gust_runs(design)
+    return {"responses": [(name, response_words(runs[name])) for name in RESPONSES if name in runs]}
 
 
 def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
@@ -310,5 +260,8 @@ def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
     summary = claim_summary(design)
     if summary is not None and design.checked.verdict is Verdict.PROVED:
         found["cells"] = cells_drawing(design, summary)
-    winds = response_winds(design)
-    return found | {f"response-{name}": _response(design, wind) for name, wind in winds.items()}
+    margins, runs = design_margins(design), step_and_gust_runs(design)
+    if margins.rows:
+        found["running-margins"] = margins_drawing(margins)
+    shown = [name for name in RESPONSES if name in runs]
+    return found | {f"response-{name}": response_drawing(design, runs[name]) for name in shown}

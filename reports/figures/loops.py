@@ -1,4 +1,4 @@
-"""Bode plots of linear loops, and margins of the loop that runs over wind."""
+"""Linear loops over wind: Bode plots, and margins of the loop that runs."""
 
 from __future__ import annotations
 

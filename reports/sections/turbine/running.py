@@ -35,6 +35,8 @@ from takagi.reports.sections.turbine.summary import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 LOOPS = ("torque", "pitch")
@@ -48,13 +50,12 @@ def running_section(design: TurbineDesign) -> Section:
     found = design_margins(design)
     rows, filters = found.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
-    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
     figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, found)) is not None]
     if len(winds):
         figures.insert(
             0,
             captioned_figure(
-                running_margins_figure(winds, lines),
+                margins_drawing(found),
                 "running-margins",
                 caption="Margins of the loop that runs, over wind. Line: the machine as its file "
                 "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
@@ -78,6 +79,13 @@ def running_section(design: TurbineDesign) -> Section:
             "torsion_filter": significant(filters.stop) if filters and filters.stop else "",
         },
     )
+
+
+def margins_drawing(found: SearchedMargins) -> Figure:
+    """Return the margins over wind; only where there are some."""
+    winds = np.array(sorted({row.wind for row in found.rows}))
+    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
+    return running_margins_figure(winds, lines)
 
 
 def _least(design: TurbineDesign, rows: Sequence[RunningMargins]) -> list[str]:
