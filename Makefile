@@ -54,7 +54,7 @@ types: $(VENV)/.installed-dev
 	$(BIN)/mypy
 
 layers: $(VENV)/.installed-dev
-	$(BIN)/lint-imports
+	cd .links && ../$(BIN)/lint-imports --config ../pyproject.toml --no-cache
 
 packaging: $(VENV)/.installed-dev
 	.ci/try-wheel $(BIN)/python

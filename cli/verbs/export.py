@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -141,6 +142,7 @@ def _code(
     places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
+    from takagi.reports.code.proof_words import proof_lines
     from takagi.reports.code.targets import certified, export_settings, exported
     from takagi.reports.output import write_folder
 
@@ -153,7 +155,10 @@ def _code(
     write_folder(out, found.files)
     print(f"{out}: {program.name}, {len(found.files)} files")
     # The file's own word: neither the proof nor its numbers are read here.
-    print(f"  verdict that the gain file names: {program.verdict}; `takagi check` reads the proof")
+    given, beside = places[0], places[1] or places[0].with_name("certificate.json")
+    for line in proof_lines(program)[:3]:
+        line = line.replace("CERTIFICATE", str(beside)).replace("GAINS", str(given))
+        print(fill(line, 98, initial_indent="  ", subsequent_indent="    "))
     width = max(map(len, found.use)) + 2
     for name, line in found.use.items():
         print(f"  {name:<{width}}{line}")

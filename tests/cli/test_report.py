@@ -59,11 +59,14 @@ def test_the_other_verbs_read_the_folder_too(
     assert main(["check", str(folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["messages"] == []
     assert main(["simulate", str(folder), "--duration", "0.1"]) == 0
-    assert main(["export", str(folder), "--to", "c", "--out", str(tmp_path / "c")]) == 0
+    for target in ("c", "st", "mat"):
+        assert main(["export", str(folder), "--to", target, "--out", str(tmp_path / target)]) == 0
+        page = (tmp_path / target / "README.md").read_text(encoding="utf-8")
+        assert "continuous time" in page and "x -30 to 30" in page and "inputs within" in page
     assert main(["export", str(folder), "--coq", str(tmp_path / "proof.v")]) in (0, 1)
-    page = tmp_path / "page.html"
-    assert main(["compare", str(folder), str(folder), "--html", str(page)]) == 0
-    assert "Lorenz system" in page.read_text(encoding="utf-8")
+    page_file = tmp_path / "page.html"
+    assert main(["compare", str(folder), str(folder), "--html", str(page_file)]) == 0
+    assert "Lorenz system" in page_file.read_text(encoding="utf-8")
 
 
 def test_a_design_is_replaced_with_force_only(
