@@ -149,20 +149,16 @@ def sarif(
     """
     named = _named(checked)
     identifiers = [*kinds[: len(named)], *(_word(name) for name, _ in named[len(kinds) :])]
-    assumed = {rule: claim.assumes for rule, (_, claim) in zip(identifiers, named, strict=True)}
-    rules = list(assumed)
+    rules = list(dict.fromkeys(identifiers))
     driver: dict[str, object] = {
         "name": "takagi",
         "version": version("takagi"),
         "rules": [
-            {
-                "id": rule,
-                "shortDescription": {"text": rule.replace("-", " ")},
-                **({"properties": {"assumes": list(assumes)}} if assumes else {}),
-            }
-            for rule, assumes in assumed.items()
+            {"id": one, "shortDescription": {"text": one.replace("-", " ")}} for one in rules
         ],
     }
+    if assumed := {name: list(claim.assumes) for name, claim in named if claim.assumes}:
+        driver["properties"] = {"assumes": assumed}
     lines = plant.read_text(encoding="utf-8", errors="replace").splitlines() if plant else []
     results = [
         {
