@@ -72,7 +72,7 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "plant": plant, "off": off}
-    said |= {"boxes": ranges.boxes, "removable": ranges.removable}
+    said |= {"removable": ranges.removable}
     return Found(Verdict.PROVED, "embedding", said)
 
 

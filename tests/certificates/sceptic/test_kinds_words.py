@@ -50,7 +50,7 @@ def test_decay_is_of_a_plant_in_its_box_and_without_disturbance(claim: Data) -> 
 
     assert {found.verdict for found in (plain, boxed, pushed)} == {Verdict.PROVED}
     assert "box" not in plain.text and "disturbance" not in plain.text
-    assert boxed.text.endswith("as long as that stays in the model's box")
+    assert boxed.text.endswith("while it stays in the model's box")
     assert "without disturbance" in pushed.text
 
 
