@@ -96,8 +96,8 @@ def prove_secants(
     ------
     CertificateError : an entry has a product of premises.
     """
-    for rows in entries.values():
-        if any(len(members) > 1 for row in rows for entry in row for members in entry):
+    for matrix in entries.values():
+        if any(len(members) > 1 for line in matrix for entry in line for members in entry):
             raise CertificateError("model: an entry has a product of premises")
     g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
