@@ -60,7 +60,7 @@ def test_matrices_alone_are_not_said_to_be_their_plant() -> None:
     family = read_model_loop(model, None)
     claim = read_text('{"name": "a", "decay_rate": 0.5, "P": [[1]]}', "claim")
 
-    assert "of a plant that the model contains" in in_words(check_decay(claim, family, "a")).text
+    assert "for a plant that the model contains" in in_words(check_decay(claim, family, "a")).text
     known = replace(family, scheduled_by=("x1 [-]",))
     assert "for its plant while" in in_words(check_decay(claim, known, "a")).text
 
