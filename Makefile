@@ -29,7 +29,7 @@ help:
 	@echo "make clean       remove all that was made, the environment included"
 
 design: $(VENV)/.installed
-	$(BIN)/takagi design nrel5mw --out $(OUT)
+	$(BIN)/takagi design nrel5mw --out $(OUT) --force
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
@@ -54,7 +54,7 @@ types: $(VENV)/.installed-dev
 	$(BIN)/mypy
 
 layers: $(VENV)/.installed-dev
-	$(BIN)/lint-imports
+	cd .links && ../$(BIN)/lint-imports --config ../pyproject.toml --no-cache
 
 packaging: $(VENV)/.installed-dev
 	.ci/try-wheel $(BIN)/python

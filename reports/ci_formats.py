@@ -6,13 +6,25 @@ The standard library alone, since `takagi check` writes them.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from enum import Enum
+from importlib.metadata import version
+from pathlib import Path
 from typing import NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
 
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
+# Kind of claim -> the sections of a plant's file that it follows from, the first that is there.
+_SECTIONS: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("input-limits", "input-rate"), ("inputs",)),
+    **dict.fromkeys(("l2-gain", "peak", "h2-norm", "exit-probability"), ("disturbances",)),
+    **dict.fromkeys(("observer", "observed-loop"), ("outputs",)),
+    **dict.fromkeys(("invariant-ellipsoid",), ("states",)),
+    "sector-embedding": ("equations",),
+    "tracking": ("reference",),
+}
 
 
 Numbers = Mapping[str, str]  # quantity with its unit -> number, of one claim
@@ -119,33 +131,63 @@ def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ())
     return "\n".join(lines) + "\n"
 
 
-def sarif(checked: CheckedFile, *, source: str) -> str:
-    """Return SARIF 2.1.0: one rule a claim; a result for what is not PROVED: UNDECIDED warns.
+def sarif(
+    checked: CheckedFile, *, source: str, kinds: Sequence[str] = (), plant: Path | None = None
+) -> str:
+    """Return SARIF 2.1.0: a rule a kind of claim, a result for what is not PROVED; UNDECIDED warns.
 
     SARIF viewers show every result as a finding, even of kind ``pass``. So a proved claim is a rule
     without a result.
 
-    ``source`` is the certificate's path, as it shall appear in the results.
+    Parameters
+    ----------
+    source : the certificate's path, as it shall appear in the results.
+    kinds : of the claims, in their order: the rules.  What was asked besides is a rule by its name.
+    plant : the plant's file: a result marks the line there that the claim follows from, as far as
+        the kind tells; None marks the certificate.
     """
     named = _named(checked)
-    rules = [{"id": name, "shortDescription": {"text": claim.text}} for name, claim in named]
-    driver: dict[str, object] = {"name": "takagi", "rules": rules}
-    if checked.assumes:
-        driver["properties"] = {"assumes": list(checked.assumes)}
+    identifiers = [*kinds[: len(named)], *(_word(name) for name, _ in named[len(kinds) :])]
+    rules = list(dict.fromkeys(identifiers))
+    driver: dict[str, object] = {
+        "name": "takagi",
+        "version": version("takagi"),
+        "rules": [
+            {"id": one, "shortDescription": {"text": one.replace("-", " ")}} for one in rules
+        ],
+    }
+    if assumed := {name: list(claim.assumes) for name, claim in named if claim.assumes}:
+        driver["properties"] = {"assumes": assumed}
+    lines = plant.read_text(encoding="utf-8", errors="replace").splitlines() if plant else []
     results = [
         {
-            "ruleId": name,
-            "ruleIndex": index,
+            "ruleId": rule,
+            "ruleIndex": rules.index(rule),
             "kind": "fail",
             "level": _level(claim),
-            "message": {"text": f"{claim.verdict.name}: {claim.text}"},
-            "locations": [_location(source)],
+            "message": {"text": f"{claim.verdict.name}: {name}: {claim.text}"},
+            "locations": [_location(str(plant or source), _line(lines, rule))],
+            "partialFingerprints": {"claim/v1": name},
         }
-        for index, (name, claim) in enumerate(named)
+        for rule, (name, claim) in zip(identifiers, named, strict=True)
         if not _proved(claim)
     ]
     run = {"tool": {"driver": driver}, "results": results}
     return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
+
+
+def _word(name: str) -> str:
+    """Return a name as the identifier of a rule."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+
+
+def _line(lines: Sequence[str], rule: str) -> int:
+    """Return the line of the first section that is there, from 1; the first line for none."""
+    for section in (*_SECTIONS.get(rule, ()), "design", "equations"):
+        for number, line in enumerate(lines, 1):
+            if re.match(rf"\s*\[{section}[].]", line):
+                return number
+    return 1
 
 
 def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
@@ -170,8 +212,12 @@ def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = 
 
 
 def _assumed(checked: CheckedFile) -> list[str]:
-    """Return the line on the assumptions of the verdict, if there are any."""
-    return [f"assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
+    """Return a line for each claim that assumes anything: its own assumptions."""
+    return [
+        f"{name} assumes: {'; '.join(claim.assumes)}"
+        for name, claim in _named(checked)
+        if claim.assumes
+    ]
 
 
 def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
@@ -217,10 +263,10 @@ def _junit_case(name: str, claim: CheckedClaim, source: str, numbers: Numbers) -
     )
 
 
-def _location(source: str) -> dict[str, object]:
-    # Viewers that mark lines need a region; the whole certificate is marked at its first line.
+def _location(source: str, line: int) -> dict[str, object]:
+    # Viewers that mark lines need a region; a certificate is marked at its first line.
     artifact = {"uri": quote(source.replace("\\", "/"))}
-    return {"physicalLocation": {"artifactLocation": artifact, "region": {"startLine": 1}}}
+    return {"physicalLocation": {"artifactLocation": artifact, "region": {"startLine": line}}}
 
 
 def markdown_cell(text: str) -> str:

@@ -1,13 +1,24 @@
-"""The files that a design leaves: gains, certificate, report and figures; the LaTeX appendix."""
+"""The files that a design leaves, and the design that they are read as; the LaTeX appendix.
+
+Imports the standard library and the checker's errors alone, since `takagi check` reads folders.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
 
 if TYPE_CHECKING:
     from takagi.certificates.design.design import Design
+    from takagi.models.loading import ModelFile
+
+GAINS, CERTIFICATE, REPORT, RECORD = "gains.json", "certificate.json", "report.html", "design.json"
+FIGURES, MODEL = "figures", "model"
 
 Files = dict[str, bytes | str]
 Tell = Callable[[str], None]
@@ -26,22 +37,128 @@ _MADE_BY: Mapping[str, Mapping[str, str]] = {
 }
 
 
-def design_files(design: Design, *, tell: Tell | None = None) -> Files:
+def design_files(
+    design: Design, *, source: ModelFile | None = None, tell: Tell | None = None
+) -> Files:
     """Return relative name -> content, ready for ``takagi.reports.output.write_folder``.
 
-    Names: ``gains.json`` (not for an analysis), ``certificate.json``, ``report.html``,
-    ``figures/<name>.svg``, and of a plant the numbers beside them, ``figures/<name>.csv``.
+    Names: ``gains.json`` (not for an analysis), ``certificate.json``, those of ``report_files``,
+    and with ``source`` what ``read_design`` needs besides: ``design.json`` and ``model/<name>``.
+
+    Parameters
+    ----------
+    source : the model's file;  tell : called with a word before each step.
     """
     from takagi.certificates.document.certificate_file import dumps
     from takagi.reports.gains_file.envelope import dump_gains
 
-    report = _made("report", design, tell=tell)
-    found: Files = {}
+    files: Files = {}
     if "controller" in design.document:
-        found["gains.json"] = dump_gains(_made("gains", design))
-    found["certificate.json"] = dumps(design.document)
-    found["report.html"] = report.html
-    return found | {f"figures/{name}": content for name, content in report.figures.items()}
+        files[GAINS] = dump_gains(_made("gains", design))
+    files[CERTIFICATE] = dumps(design.document)
+    if source is not None:
+        from takagi.reports.design_record import design_record
+
+        top = source.files[0]
+        copies = {f"{MODEL}/{f.relative_to(top.parent).as_posix()}": f for f in source.files}
+        files[RECORD] = design_record(design, source, f"{MODEL}/{top.name}")
+        files |= {name: copied.read_bytes() for name, copied in copies.items()}
+    return files | report_files(design, tell=tell)
+
+
+def report_files(design: Design, *, tell: Tell | None = None) -> Files:
+    """Return relative name -> content of the report.
+
+    Names: ``report.html``, ``figures/<name>.svg``, and of a plant the numbers beside them,
+    ``figures/<name>.csv``.
+    """
+    report = _made("report", design, tell=tell)
+    return {REPORT: report.html} | {f"{FIGURES}/{n}": text for n, text in report.figures.items()}
+
+
+class DesignFolder(NamedTuple):
+    """A finished design's folder: ``record`` is the content of design.json, the rest are places.
+
+    ``gains`` is None of an analysis.
+    """
+
+    record: Mapping[str, Any]
+    model: Path
+    certificate: Path
+    gains: Path | None
+
+
+def design_folder(folder: Path) -> DesignFolder:
+    """Return the parts of a folder of a design.
+
+    Raises
+    ------
+    CertificateError : as ``design_file``, or a file is damaged.
+    """
+    record, places = _content(design_file(folder, RECORD)), design_file(folder, CERTIFICATE)
+    model = design_file(folder, str(record.get(MODEL, f"{MODEL}/")))
+    gains = design_file(folder, GAINS) if "controller" in _content(places) else None
+    return DesignFolder(record, model, places, gains)
+
+
+def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
+    """Return the design in a folder; nothing is designed again, and the certificate is checked.
+
+    Raises
+    ------
+    CertificateError : as ``design_folder``, or gains, certificate and model are not of one design.
+    ModelError : the model, or ``design.json``, cannot be read; another version may have written it.
+    """
+    parts = design_folder(folder)
+    from takagi.reports.design_record import design_of_record
+
+    return design_of_record(parts, tell)
+
+
+def _content(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise CertificateError(f"{path}: is damaged ({error}); {_again(path.parent)}") from error
+
+
+def design_file(folder: Path, name: str) -> Path:
+    """Return the place of a file of a design.
+
+    Raises
+    ------
+    CertificateError : no such folder, or none of a design; or the file is missing.
+    """
+    if (folder / name).is_file():
+        return folder / name
+    if not any((folder / each).is_file() for each in (GAINS, CERTIFICATE, RECORD)):
+        what = "holds no design" if folder.is_dir() else "no such folder of a design"
+        raise CertificateError(
+            f"{folder}: {what}; make one with 'takagi design MODEL --out DIR', and give DIR"
+        )
+    raise CertificateError(
+        f"{folder}: {name} is missing, of a folder that is incomplete or of an earlier version of "
+        f"takagi; {_again(folder)}"
+    )
+
+
+def refuse_to_replace(folder: Path) -> None:
+    """Return if the folder holds no design.
+
+    Raises
+    ------
+    CertificateError : it holds one.
+    """
+    for name in (GAINS, CERTIFICATE, RECORD):
+        if (folder / name).is_file():
+            raise CertificateError(
+                f"{folder}: holds a design already ({name}); give another folder, or --force to "
+                "replace it"
+            )
+
+
+def _again(folder: Path) -> str:
+    return f"design again with 'takagi design MODEL --out {folder} --force'"
 
 
 def appendix_files(design: Design, *, tell: Tell | None = None) -> Files:

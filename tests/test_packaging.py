@@ -41,7 +41,8 @@ def test_links_mirror_the_package_map() -> None:
     """A missing or broken link makes mypy check an empty tree and report success."""
     links = (ROOT / ".links/takagi").iterdir()
 
-    expected = {name: (ROOT / folder).resolve() for name, folder in FOLDERS.items()}
+    floors = {name: folder for name, folder in FOLDERS.items() if "." in name}
+    expected = {name: (ROOT / folder).resolve() for name, folder in floors.items()}
 
     assert {f"takagi.{link.name}": link.resolve() for link in links} == expected
 
@@ -91,6 +92,16 @@ def test_both_lists_of_development_tools_are_the_same() -> None:
 def test_no_address_is_named(name: str) -> None:
     """Where packages come from is the installer's business, never the project's."""
     assert "://" not in (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_the_release_is_one_number_everywhere() -> None:
+    """``takagi.__version__``, the command, and the distribution."""
+    program = "import takagi, takagi.models; print('takagi', takagi.__version__)"
+    said = [
+        subprocess.run([sys.executable, *how], capture_output=True, text=True, check=True).stdout
+        for how in (["-c", program], ["-m", "takagi.cli", "--version"])
+    ]
+    assert said == [f"takagi {CONFIG['project']['version']}\n"] * 2
 
 
 def test_a_foreign_models_folder_in_the_way_is_not_imported(tmp_path: Path) -> None:

@@ -7,6 +7,31 @@ from contextlib import contextmanager
 
 import pytest
 
+from takagi.certificates import TurbineDesign
+from takagi.reports.margins.running_over_wind import NOMINAL, running_margins
+from takagi.reports.margins.running_search import SearchedMargins
+
+WIND = 8.0
+
+
+def few_margins(patch: pytest.MonkeyPatch) -> None:
+    """Let a turbine's appendix have the margins at one wind: a search over all takes a minute."""
+
+    def at_one_wind(design: TurbineDesign) -> SearchedMargins:
+        rows = running_margins(
+            design.turbine,
+            design.law,
+            design.observer.observer,
+            [WIND],
+            speed_filter=design.speed_filter,
+            sample_time=0.02,
+            computation_time=0.0,
+            plants=[NOMINAL],
+        )
+        return SearchedMargins(tuple(rows), (WIND,), (), ())
+
+    patch.setattr("takagi.reports.appendix.turbine.design_margins", at_one_wind)
+
 
 @contextmanager
 def undrawn() -> Iterator[None]:

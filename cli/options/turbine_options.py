@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
@@ -27,6 +28,19 @@ Model = Annotated[
         help="A built-in name (see `takagi models`) or the path of a TOML file.",
         show_default=False,
     ),
+]
+
+ModelOrFolder = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL",
+        help="A built-in name, the path of a TOML file, or the folder of a design.",
+        show_default=False,
+    ),
+]
+Folder = Annotated[
+    Path,
+    typer.Argument(metavar="DIR", help="A folder of `takagi design`.", show_default=False),
 ]
 
 

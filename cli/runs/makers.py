@@ -27,8 +27,7 @@ class Maker(Protocol):
     ----------
     words : the kind of model in words, for messages.
     groups : functions that declare the options of a design.
-    summary : name of the module that prints a design, with ``as_text``, ``as_data`` and
-        ``next_commands``.
+    summary : name of the module that prints a design, with ``as_text`` and ``as_data``.
     simulation : name of the module that simulates, with ``GROUPS`` of options and ``simulate``.
     """
 
@@ -39,6 +38,10 @@ class Maker(Protocol):
 
     def __init__(self, source: Any, asked: Mapping[str, Any]) -> None:
         """Take the model's file, and those options of the command line that concern it."""
+
+    @property
+    def source(self) -> Any:
+        """The model's file."""
 
     @property
     def asked(self) -> Mapping[str, Any]:

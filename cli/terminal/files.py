@@ -21,8 +21,10 @@ PURPOSES = {
     "certificate.json": "the claims with every number that proves them",
     "report.html": "model, gains, margins, poles and responses, to read in a browser",
     "figures": "the report's figures, one file each",
+    "design.json": "the rest of the design: report, appendix and simulate read it",
+    "model": "a copy of the model's files",
 }
-FOLDERS = ("figures",)
+FOLDERS = ("figures", "model")
 
 
 def print_files(out: Path, files: Mapping[str, bytes | str]) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from takagi.cli.terminal.files import claims_as_data
@@ -64,16 +62,6 @@ def as_text(design: PlantDesign, *, every_claim: bool = False) -> str:
         return "\n".join([*lines, *notes])
     left_out = f"{len(design.notes)} notes and " if design.notes else ""
     return "\n".join([*lines, *row_lines("more", f"{left_out}all claims: --all, or the report")])
-
-
-def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
-    """Return commands that a user may type next; ``files`` of the design lie in ``out``."""
-    companion = f" --gains {out / 'gains.json'}" if "gains.json" in files else ""
-    plant_file = f" --model {model}" if Path(model).suffix == ".toml" else ""
-    commands = [f"takagi check {out / 'certificate.json'}{companion}{plant_file}"]
-    if companion:
-        commands.append(f"takagi simulate {model}{companion} --out {out / 'simulation'}")
-    return commands
 
 
 def _model(design: PlantDesign) -> list[str]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from takagi.cli.options.turbine_options import typed_name
 from takagi.cli.terminal.files import claims_as_data
 from takagi.cli.terminal.rows import (
     headline,
@@ -32,7 +31,7 @@ def as_data(design: TurbineDesign) -> dict[str, Any]:
     synthesis = _synthesis(design)
     return {
         "model": design.turbine.name,
-        "law": design.settings.law,
+        "law": typed_name(design.settings.law),
         "summary": [row_as_data(row) for row in summary_rows(design)],
         **claims_as_data(design.checked),
         **({"synthesis": synthesis} if synthesis else {}),
@@ -69,15 +68,6 @@ def as_text(design: TurbineDesign, *, every_claim: bool = False) -> str:
     if not notes or len(lines) + len(notes) <= MOST_LINES:
         return "\n".join([*lines, *notes])
     return "\n".join([*lines, *row_lines("more", f"{len(design.notes)} notes: --all")])
-
-
-def next_commands(model: str, out: Path, files: Mapping[str, bytes | str]) -> list[str]:
-    """Return commands that a user may type next; ``files`` of the design lie in ``out``."""
-    gains = out / "gains.json"
-    return [
-        f"takagi check {out / 'certificate.json'} --gains {gains}",
-        f"takagi simulate {model} --law-from {gains} --out {out / 'simulation'}",
-    ]
 
 
 def _synthesis(design: TurbineDesign) -> dict[str, Any] | None:

@@ -5,49 +5,48 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from shutil import which
+from typing import Annotated
 
 import typer
 
-from takagi.certificates.design.design import NoDesign
 from takagi.cli.command import PROVED, UNPROVED, run_command
-from takagi.cli.options.turbine_options import Model
+from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
-from takagi.cli.runs.makers import DESIGN_OPTIONS, maker_of
-from takagi.cli.terminal.files import tell_none
 
-_MAIN, _BODY, _FIGURES = "appendix.tex", "appendix-body.tex", "figures"
+_MAIN, _BODY, _BIB, _FIGURES = "appendix.tex", "appendix-body.tex", "appendix.bib", "figures"
+
+_NO_TEX = (
+    "pdflatex is not installed here: apt install texlive-latex-extra texlive-fonts-recommended, or "
+    "take the folder to an online LaTeX editor"
+)
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
-    return run_command("appendix", appendix, arguments, groups=DESIGN_OPTIONS)
+    return run_command("appendix", appendix, arguments)
 
 
 def appendix(
-    model: Model,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
+    folder: Folder,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="OUT", help="The folder to write.")],
     *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
-    **options: Any,
 ) -> int:
-    """Design for MODEL as `takagi design` does, and write the LaTeX appendix.
+    """Write the LaTeX appendix of the design in DIR; nothing is designed again.
 
-    Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, and the
-    figures as PDF: all of them, or none.
+    Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, their
+    references in appendix.bib, and the figures as PDF: all of them, or none.
 
-    Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
+    Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.
     """
-    require_folder_place(out, files=[_MAIN, _BODY], folders=[_FIGURES])
-    maker = maker_of(model, options)
-    with progress(f"takagi appendix {model}") as tell:
-        finished = maker.design(tell)
-        if isinstance(finished, NoDesign):
-            return tell_none(finished, as_json=as_json)
-        from takagi.reports.design_folder import appendix_files
-        from takagi.reports.output import write_folder
+    require_folder_place(out, files=[_MAIN, _BODY, _BIB], folders=[_FIGURES])
+    from takagi.reports.design_folder import appendix_files, read_design
+    from takagi.reports.output import write_folder
 
+    with progress(f"takagi appendix {folder}") as tell:
+        finished = read_design(folder, tell=tell)
         files = appendix_files(finished, tell=tell)
         tell(f"writing {out}")
         write_folder(out, files)
@@ -61,6 +60,9 @@ def _print(verdict: str, out: Path, names: list[str], *, as_json: bool) -> None:
         return
     figures = sum(name.startswith(f"{_FIGURES}/") for name in names)
     print(f"{out / _MAIN}: {verdict}, {figures} figures")
-    print(f"\nCompile\n  cd {out} && pdflatex {_MAIN} && pdflatex {_MAIN} && pdflatex {_MAIN}")
-    print(f"Take into a paper\n  \\input{{{_BODY.removesuffix('.tex')}}}; its first lines name the "
-          "packages")  # fmt: skip
+    run = f"pdflatex {_MAIN}"
+    print(f"\nCompile\n  cd {out} && {run} && bibtex appendix && {run} && {run}")
+    if which("pdflatex") is None:
+        print(f"  {_NO_TEX}")
+    print(f"Take into a paper\n  \\input{{{_BODY.removesuffix('.tex')}}}, and {_BIB} among its "
+          "references; the first lines name the packages")  # fmt: skip

@@ -34,6 +34,7 @@ neither the solver nor any code that made the certificate.
 
 _EPILOG = """\
 Examples:
+  takagi check build/nrel5mw                          with the gains and the model of the design
   takagi check build/nrel5mw/certificate.json
   takagi check certificate.json --gains gains.json    the claims are about these very gains
   takagi check certificate.json --gains gains.json --c-source law.c
@@ -84,6 +85,8 @@ def _check(options: argparse.Namespace) -> int:
     asked = _asked_margins(options.margins) if options.margins else None
     _require_places(options)
     try:
+        if options.certificate.is_dir():
+            _take_folder(options)
         with progress(f"takagi check {options.certificate}"):
             checked, trusted = _verdict(options)
     except CertificateError as error:
@@ -118,6 +121,17 @@ def _check(options: argparse.Namespace) -> int:
         _write_reports(options, with_failures(checked, [differ]))
         return UNPROVED
     return PROVED if checked.verdict.name == "PROVED" else UNPROVED
+
+
+def _take_folder(options: argparse.Namespace) -> None:
+    """Take certificate, gains and model of a design's folder; files that are named are kept."""
+    # Imported here: most checks are given a file.
+    from takagi.reports.design_folder import design_folder
+
+    parts = design_folder(options.certificate)
+    options.certificate = parts.certificate
+    options.plant_file = options.model or Path(str(parts.record["given"]))
+    options.gains, options.model = options.gains or parts.gains, options.model or parts.model
 
 
 def _require_places(options: argparse.Namespace) -> None:
@@ -229,7 +243,10 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
     if options.junit:
         write_file(options.junit, ci_formats.junit(checked, source=source, numbers=numbers))
     if options.sarif:
-        write_file(options.sarif, ci_formats.sarif(checked, source=source))
+        kinds = _kinds(options.certificate) if checked.verdict.name != "REFUSED" else []
+        plant = _plant_file(options)
+        report = ci_formats.sarif(checked, source=source, kinds=kinds, plant=plant)
+        write_file(options.sarif, report)
     if options.summary:
         write_file(options.summary, ci_formats.markdown(checked, source=source, numbers=numbers))
 
@@ -242,6 +259,23 @@ def _numbers(options: argparse.Namespace, checked: CheckedFile) -> list[dict[str
     from takagi.reports.baseline.claim_numbers import claim_numbers
 
     return claim_numbers(read_json(options.certificate), checked)
+
+
+def _kinds(certificate: Path) -> list[str]:
+    """Return the kinds of a certificate's claims; none of a file that is refused."""
+    try:
+        return [str(one["kind"]) for one in json.loads(certificate.read_bytes())["claims"]]
+    except (OSError, ValueError, LookupError, TypeError):
+        return []
+
+
+def _plant_file(options: argparse.Namespace) -> Path | None:
+    """Return the model file that was given, or that a folder was designed from; None for neither.
+
+    A built-in model is no file of the user's.
+    """
+    given: Path | None = options.plant_file or options.model
+    return given if given is not None and given.suffix and given.is_file() else None
 
 
 def _refused(reason: str, needed: str) -> CheckedFile:
@@ -303,7 +337,12 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     arguments = parser.add_argument_group("Arguments")
-    arguments.add_argument("certificate", metavar="CERT", type=Path, help="the certificate file")
+    arguments.add_argument(
+        "certificate",
+        metavar="CERT",
+        type=Path,
+        help="the certificate file, or the folder of a design",
+    )
     add = parser.add_argument
     add("--gains", metavar="FILE", type=Path, help="a gain file that must hold the proved gains")
     add(
@@ -332,6 +371,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--junit", metavar="FILE", type=Path, help="write the results as JUnit XML")
     add("--sarif", metavar="FILE", type=Path, help="write what is not proved as SARIF 2.1.0")
     add("--summary", metavar="FILE", type=Path, help="write the results as a Markdown table")
+    parser.set_defaults(plant_file=None)
     add("--json", action="store_true", help="print JSON, for machines")
     add("--trusted", action="store_true", help="list the code that the verdict ran through")
     add("--cross", action="store_true", help="ask the second checker too; 1 where they differ")

@@ -29,6 +29,9 @@ def design(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write.")],
     *,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace the design that DIR holds.")
+    ] = False,
     every_claim: Annotated[
         bool, typer.Option("--all", help="Print every claim with its assumptions, and all notes.")
     ] = False,
@@ -36,21 +39,25 @@ def design(
 ) -> int:
     """Design a controller for MODEL, prove what is claimed of it, and report.
 
-    Leaves gains.json, certificate.json, report.html and figures/ in DIR: all of them, or none.
-    A plant without inputs is analysed, and has no gains.
+    Leaves gains.json, certificate.json, report.html, figures/, and what other verbs need to read
+    DIR as this design, in DIR: all of them, or none. A design that is there already is replaced
+    with --force only. A plant without inputs is analysed, and has no gains.
 
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """
+    from takagi.reports.design_folder import GAINS, design_files, refuse_to_replace
+
+    if not force:
+        refuse_to_replace(out)
     require_folder_place(out, files=[n for n in PURPOSES if n not in FOLDERS], folders=FOLDERS)
     maker = maker_of(model, options)
     with progress(f"takagi design {model}") as tell:
         finished = maker.design(tell)
         if isinstance(finished, NoDesign):
             return tell_none(finished, as_json=as_json)
-        from takagi.reports.design_folder import design_files
         from takagi.reports.output import write_folder
 
-        files = design_files(finished, tell=tell)
+        files = design_files(finished, source=maker.source, tell=tell)
         tell(f"writing {out}")
         write_folder(out, files)
     summary = import_module(maker.summary)
@@ -60,5 +67,8 @@ def design(
     else:
         print(summary.as_text(finished, every_claim=every_claim))
         print_files(out, files)
-        print("\n  ".join(["\nNext", *summary.next_commands(model, out, files)]))
+        verbs = [f"check {out}"]
+        if GAINS in files:
+            verbs += [f"simulate {out}", f"export {out} --to c --out {out / 'c'}"]
+        print("\n  takagi ".join(["\nNext", *verbs]))
     return PROVED if finished.proved else UNPROVED

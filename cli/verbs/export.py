@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -25,8 +26,8 @@ def export(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="gains.json of a design; with --coq, its certificate.json; with --law baseline a "
-            "turbine's TOML file or built-in name.",
+            help="The folder of a design, or its gains.json; with --coq, its certificate.json; "
+            "with --law baseline a turbine's TOML file or built-in name.",
         ),
     ],
     *,
@@ -88,6 +89,8 @@ def export(
     """
     from takagi.models.errors import ModelError
 
+    if given.is_dir():
+        given = _of_folder(given, coq)
     if (coq is None) == (to is None):
         raise ModelError(
             "give one of --to TARGET --out DIR (a gain file as code) and --coq FILE (a "
@@ -99,6 +102,18 @@ def export(
         raise ModelError(f"--to {to} needs --out DIR, the folder to write")
     program = _program(given, law, without or [])
     return _code(program, str(to), out, precision, sample_time, (given, certificate))
+
+
+def _of_folder(folder: Path, coq: Path | None) -> Path:
+    """Return the gain file of a design's folder, or for Coq its certificate."""
+    from takagi.models.errors import ModelError
+    from takagi.reports.design_folder import design_folder
+
+    parts = design_folder(folder)
+    found = parts.certificate if coq is not None else parts.gains
+    if found is None:
+        raise ModelError(f"{folder}: is an analysis without gains; there is no law to export")
+    return found
 
 
 def _program(given: Path, law: str | None, without: list[str]) -> ControllerProgram:
@@ -127,6 +142,7 @@ def _code(
     places: tuple[Path, Path | None],
 ) -> int:
     from takagi.cli.output_place import require_folder_place
+    from takagi.reports.code.proof_words import proof_lines
     from takagi.reports.code.targets import certified, export_settings, exported
     from takagi.reports.output import write_folder
 
@@ -139,7 +155,10 @@ def _code(
     write_folder(out, found.files)
     print(f"{out}: {program.name}, {len(found.files)} files")
     # The file's own word: neither the proof nor its numbers are read here.
-    print(f"  verdict that the gain file names: {program.verdict}; `takagi check` reads the proof")
+    given, beside = places[0], places[1] or places[0].with_name("certificate.json")
+    for line in proof_lines(program)[:3]:
+        line = line.replace("CERTIFICATE", str(beside)).replace("GAINS", str(given))
+        print(fill(line, 98, initial_indent="  ", subsequent_indent="    "))
     width = max(map(len, found.use)) + 2
     for name, line in found.use.items():
         print(f"  {name:<{width}}{line}")

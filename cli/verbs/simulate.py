@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from takagi.cli.command import run_command
 from takagi.cli.options.given import Groups
-from takagi.cli.options.turbine_options import Model
+from takagi.cli.options.turbine_options import ModelOrFolder
 from takagi.cli.runs.makers import MAKERS, own_options
+
+if TYPE_CHECKING:
+    from takagi.models.loading import ModelFile
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -28,7 +31,7 @@ def _groups() -> dict[str, Groups]:
 
 
 def simulate(
-    model: Model,
+    model: ModelOrFolder,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="DIR", help="The folder for tables and figures."),
@@ -53,6 +56,8 @@ def simulate(
     at their ranges, and the summary says when. --disturbance and --noise add signals, and
     --sample-time says how often the law runs.
 
+    Of a design's folder, its law on the model that it was designed for; nothing is designed again.
+
     With --certificate FILE, a wind turbine's: thousands of random runs of the certified loop, with
     starts, winds and plants inside the claim. Each run is compared with every bound; the exit
     status is 1 if one is exceeded. With --beyond the runs are outside of the claim, and the output
@@ -65,9 +70,21 @@ def simulate(
     """
     from takagi.models.loading import read_model
 
-    source = read_model(model)
+    source, gains = _designed(Path(model)) if Path(model).is_dir() else (read_model(model), None)
+    if gains is not None and options["certificate"] is None:
+        name = "gains" if source.kind == "plant" else "law_from"
+        options[name] = options[name] or gains
     asked = own_options(source, options, _groups())
     status: int = import_module(MAKERS[source.kind].simulation).simulate(
         source, out, asked, duration=duration, as_json=as_json
     )
     return status
+
+
+def _designed(folder: Path) -> tuple[ModelFile, Path | None]:
+    """Return model and gain file of a design's folder."""
+    from takagi.models.loading import read_model
+    from takagi.reports.design_folder import design_folder
+
+    parts = design_folder(folder)
+    return read_model(parts.model), parts.gains

@@ -16,6 +16,7 @@ from math import inf
 from typing import Any
 
 from takagi.certificates.checker.kernel.result import Checked, Verdict
+from takagi.models.errors import ModelError
 from takagi.reports.baseline.changes import Change, changes
 from takagi.reports.baseline.claim_figures import (
     ClaimFigure,
@@ -105,7 +106,12 @@ def compare_certificates(
     old, new : documents as the strict reader returns them.
     checked_old, checked_new : the checker's answers to them: only what is PROVED counts.
     tolerance : share >= 0 of a figure's old value by which it may get worse.
+
+    Raises
+    ------
+    ModelError : the certificates are about two plants.
     """
+    _require_one_plant(old["model"], new["model"])
     before, after = _labelled(old, checked_old), _labelled(new, checked_new)
     pairs = _matched(list(before), list(after))
     moved, lost = list(_box_moved(old, new, tolerance)), {}
@@ -124,6 +130,28 @@ def compare_certificates(
     return CertificateComparison(
         tolerance, tuple(moved), lost, added, tuple(changes(old, new)), sizes
     )
+
+
+def _require_one_plant(old: Data, new: Data) -> None:
+    """Refuse plants of two names, other than a plant that was renamed: signals as before."""
+    names, signals = ([read(model) for model in (old, new)] for read in (plant_name, _signals))
+    renamed = signals[0] == signals[1] and old.get("kind") != "turbine"
+    if names[0] != names[1] and not renamed:
+        raise ModelError(
+            f"two plants were given, {names[0]} and {names[1]}; figures are compared of one plant, "
+            "as it is and as it was: give two certificates of one"
+        )
+
+
+def plant_name(model: Data) -> str:
+    """Return the name of a certificate's model; its states where it has none."""
+    return str(model.get("name", f"a model of {', '.join(_signals(model)) or 'matrices'}"))
+
+
+def _signals(model: Data) -> list[str]:
+    listed = (*model.get("states", ()), *model.get("inputs", ()))
+    named = [str(one["name"]) for one in listed if isinstance(one, Mapping)]
+    return named or [str(name) for name in model.get("state_names", ())]
 
 
 def gain_sizes(old: Any, new: Any) -> tuple[GainSize, ...]:

@@ -31,7 +31,6 @@ _WORDS: tuple[tuple[str, str, str], ...] = (
     ("rates of weights", "faster weights allowed", "slower weights allowed"),
     ("relative rounding", "more room to round the gains", "not as much room to round the gains"),
     ("absolute rounding", "more room to round the gains", "not as much room to round the gains"),
-    ("enlargement", "more room beyond the box", "not as much room beyond the box"),
     ("limit of input", "smaller commands", "larger commands"),
     ("limit of rate", "slower commands", "faster commands"),
     ("torque step", "calmer actuators", "busier actuators"),
@@ -144,6 +143,42 @@ def as_markdown(found: CertificateComparison, *, source: str) -> str:
     lines += [f"- gains: {markdown_cell(one)}" for one in _gains(found)]
     lines += [f"- changed: {markdown_cell(line)}" for line in listed_changes(found.changed)]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def as_html(found: CertificateComparison, *, name: str, old: str, new: str) -> str:
+    """Return the comparison as one page: what changed, in words and in colour.
+
+    Parameters
+    ----------
+    name : of the plant;  old, new : where the certificates are.
+    """
+    # Imported here: only a page needs the templates.
+    from takagi.reports.page.assembly import report_files
+    from takagi.reports.page.text import Section
+
+    rows = list(_rows(found))
+    content = {
+        "head": _head(found, old),
+        "passes": found.passes,
+        "old": old,
+        "new": new,
+        "rows": rows,
+        "same": len(found.moved) - len(rows),
+        "lists": (
+            ("Lost", [f"{claim}: {why}" for claim, why in found.lost.items()]),
+            ("New claims", found.added),
+            ("Gains", list(_gains(found))),
+            ("Parameters, gains and options that differ", listed_changes(found.changed)),
+        ),
+    }
+    return report_files(
+        "plant",
+        [Section("comparison", "What changed", content)],
+        title=name,
+        verdict="comparison of two designs",
+        subtitle="Comparison of two designs",
+        units="Numbers carry the units of the certificates.",
+    ).html
 
 
 def as_data(found: CertificateComparison) -> dict[str, Any]:

@@ -38,14 +38,6 @@ def longest_sample(program: ControllerProgram) -> LongestSample | None:
     return LongestSample(time, str(stated.get("reason", "its gain file says so")))
 
 
-def with_long_sample(
-    status: tuple[tuple[int, str], ...], number: int, program: ControllerProgram
-) -> tuple[tuple[int, str], ...]:
-    """Return (number, meaning) of a status, with one for a sample time that is too long."""
-    longest = longest_sample(program)
-    return status if longest is None else (*status, (number, longest.words))
-
-
 def start_sample_time(program: ControllerProgram, asked: float | None) -> Decimal:
     """Return T [s] to start with: that of the law, else of the user, else a usual one.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -208,9 +208,3 @@ def typeset(words: str) -> str:
     """Return words as a page sets them: powers raised, the signs for <= and >=, units tied."""
     signs = powers(words).replace("<=", "\u2264").replace(">=", "\u2265")
     return re.sub(r"(?<=\d) (?=[%A-Za-z])", "\u00a0", signs)
-
-
-def range_text(values: Sequence[float], digits: int = 3) -> str:
-    """Return "low to high" of lower bounds, or the one number where both read the same."""
-    low, high = at_least(min(values), digits), at_least(max(values), digits)
-    return low if low == high else f"{low} to {high}"

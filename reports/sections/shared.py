@@ -109,7 +109,7 @@ def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) ->
         {
             "versions": Table("Versions", (("part", ""), ("version", "")), versions),
             "hashes": Table("SHA-256", (("of", ""), ("digest", "")), tuple(hashes)),
-            "solver": recorded.get("solver", {}),
+            "solver": {k: words for k, words in recorded.get("solver", {}).items() if words},
             "configuration": json.dumps(recorded.get("configuration", {}), indent=1),
             "timings": Table("Time per step", (("step", ""), ("time", "s")), seconds)
             if timings and seconds

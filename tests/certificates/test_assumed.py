@@ -20,7 +20,7 @@ from takagi.reports import ci_formats
 # What such a line has to name, whatever else it names.
 NEEDED = (
     "start with V <= 1",
-    "torque at once, and what is sent without rate limit",
+    "torque without delay, and commands without a limit of their rates",
     "first-order pitch drive",
     "rigid shaft",
     "wake without states",

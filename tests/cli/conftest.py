@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from takagi.reports import design_folder
 from tests.cli.cubic import CUBIC
 from tests.undrawn import unmeasured
 
@@ -31,17 +30,11 @@ def finished(turbine_design: TurbineDesign) -> TurbineDesign:
     return turbine_design
 
 
-def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> Files:
-    """The files of a design, figures and report replaced by a word: they are tested elsewhere."""
-    from takagi.certificates.document.certificate_file import dumps
-    from takagi.reports.gains_file.envelope import dump_gains
-    from takagi.reports.gains_file.turbine import gain_file
-
+def drawn(_: object, *, tell: Callable[..., None] | None = None) -> Files:
+    """A report and its figures, replaced by a word: they are tested elsewhere."""
     if tell is not None:
         tell("report")
     return {
-        "gains.json": dump_gains(gain_file(design)),
-        "certificate.json": dumps(design.document),
         "report.html": "<!doctype html><title>report</title>",
         "figures/bode.svg": b"<svg/>",
     }
@@ -50,9 +43,7 @@ def drawn(design: TurbineDesign, *, tell: Callable[..., None] | None = None) -> 
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the verbs write a folder without drawing it."""
-    module: Any = ModuleType("takagi.reports.design_folder")
-    module.design_files = drawn
-    monkeypatch.setitem(sys.modules, "takagi.reports.design_folder", module)
+    monkeypatch.setattr(design_folder, "report_files", drawn)
     unmeasured(monkeypatch)
 
 

@@ -183,7 +183,7 @@ def test_what_is_missed_beside_the_claims_hides_none(
     summary = files["--summary"].read_text("utf-8")
     assert f"| {verdict.name} | decay |" in summary and f"| FAILED | {missed} |" in summary
     (run,) = json.loads(files["--sarif"].read_text("utf-8"))["runs"]
-    assert run["results"][-1]["ruleId"] == missed
+    assert run["results"][-1]["partialFingerprints"]["claim/v1"] == missed
 
 
 def test_a_refused_file_is_misuse_and_stands_in_the_reports(
@@ -227,7 +227,8 @@ def test_the_reports_blame_the_file_that_is_refused(
     (told,) = ElementTree.parse(files["--junit"]).iter("testcase")
     assert told.get("name") == case
     (run,) = json.loads(files["--sarif"].read_text("utf-8"))["runs"]
-    assert [result["ruleId"] for result in run["results"]] == [case]
+    names = [result["partialFingerprints"]["claim/v1"] for result in run["results"]]
+    assert names == [case]
     assert f"| REFUSED | {case} |" in files["--summary"].read_text("utf-8")
 
 

@@ -16,24 +16,29 @@ from takagi.certificates.checker import Claim, Verdict, check
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.cli.main import main
 from takagi.models import ModelError
+from tests.cli.conftest import contents
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
 
 Capture = pytest.CaptureFixture[str]
-FILES = ["certificate.json", "figures", "figures/bode.svg", "gains.json", "report.html"]
-
-
-def listing(folder: Path) -> list[str]:
-    """All names below a folder, hidden ones included."""
-    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+FILES = [
+    "certificate.json",
+    "design.json",
+    "figures/bode.svg",
+    "gains.json",
+    "model/nrel5mw.toml",
+    "model/nrel5mw_cp.csv",
+    "model/nrel5mw_ct.csv",
+    "report.html",
+]
 
 
 def test_the_folder_holds_what_is_promised(asked: Any, tmp_path: Path, capsys: Capture) -> None:
     """Gains, certificate, report and figures; nothing is left of the way there."""
     assert main(["design", "nrel5mw", "--out", str(tmp_path / "new" / "out")]) == 0
 
-    assert listing(tmp_path / "new" / "out") == FILES
+    assert sorted(contents(tmp_path / "new" / "out")) == FILES
     printed = capsys.readouterr().out
     assert printed.startswith("PROVED  NREL 5-MW, effort-sharing law ")
     assert all(name in printed for name in ("gains.json", "certificate.json", "report.html"))
@@ -69,12 +74,7 @@ def test_the_summary_quotes_the_certificate(
     numbers = [n for name in ("wind class", "settling") for n in rows[name]["numbers"]]
     for number in [*numbers, rows["rotor speed"]["numbers"][0]]:
         assert any(number["value"] == pytest.approx(text, rel=1e-2) for text in shown)
-    assert sorted(Path(file).name for file in printed["files"]) == [
-        "bode.svg",
-        "certificate.json",
-        "gains.json",
-        "report.html",
-    ]
+    assert sorted(printed["files"]) == [str(tmp_path / name) for name in FILES]
 
 
 def test_the_summary_names_what_the_verdict_assumes(
@@ -83,7 +83,7 @@ def test_the_summary_names_what_the_verdict_assumes(
     """What all claims assume in 20 lines, each claim's own with --all and for a program."""
     main(["design", "nrel5mw", "--out", str(tmp_path / "a")])
     answer = capsys.readouterr().out.split("\n\n", 1)[0]
-    main(["design", "nrel5mw", "--out", str(tmp_path / "a"), "--all"])
+    main(["design", "nrel5mw", "--out", str(tmp_path / "a"), "--all", "--force"])
     everything = " ".join(capsys.readouterr().out.split())
     main(["design", "nrel5mw", "--out", str(tmp_path / "b"), "--json"])
 
@@ -183,7 +183,7 @@ def test_what_is_not_proved_is_written_and_returns_one(
 
     printed = capsys.readouterr().out
     assert printed.startswith("UNDECIDED") and "wind 11.4 to 11.5 m/s" in printed
-    assert listing(tmp_path) == FILES
+    assert sorted(contents(tmp_path)) == FILES
 
 
 def test_a_second_design_replaces_the_first_and_leaves_the_rest(asked: Any, tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_a_second_design_replaces_the_first_and_leaves_the_rest(asked: Any, tmp_
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "gains.json").write_text("old")
 
-    main(["design", "nrel5mw", "--out", str(tmp_path)])
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--force"])
 
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert "law" in json.loads((tmp_path / "gains.json").read_text())
@@ -201,17 +201,17 @@ def test_the_synthesis_that_is_asked_for_reaches_the_design(asked: Any, tmp_path
     """Two steps are the default; --one-step and --objective set their fields."""
     from takagi.lmi.turbine.one_step.objective import OBJECTIVES
 
-    main(["design", "nrel5mw", "--out", str(tmp_path)])
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--force"])
     assert asked["settings"].synthesis == "two-step"
 
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--one-step"])
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--one-step"])
     assert asked["settings"].synthesis == "one-step"
     assert asked["settings"].objective == OBJECTIVES["balanced"]
 
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--two-step"])
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--two-step"])
     assert asked["settings"].synthesis == "two-step"
 
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--objective", "calm-tower"])
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--force", "--objective", "calm-tower"])
     assert asked["settings"].synthesis == "one-step"
     assert asked["settings"].objective.tower == 1.0
 
@@ -237,5 +237,5 @@ def test_the_summary_says_how_the_gains_were_found(
     asked: Any, tmp_path: Path, capsys: Capture
 ) -> None:
     """In two steps here."""
-    main(["design", "nrel5mw", "--out", str(tmp_path), "--all"])
+    main(["design", "nrel5mw", "--out", str(tmp_path), "--all", "--force"])
     assert "two steps: gains wind by wind" in capsys.readouterr().out

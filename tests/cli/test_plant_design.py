@@ -94,8 +94,8 @@ def test_a_plant_file_becomes_a_folder_that_the_checker_proves(
     assert max(map(len, answer)) <= 100 and "\x1b" not in printed
     gains = next(line for line in answer if line.split()[0] == "gains")
     assert "N m/rad theta" in gains and "N m s/rad omega" in gains
-    names = {path.name for path in out.iterdir()}
-    assert names == {"gains.json", "certificate.json", "report.html", "figures"}
+    names = {"gains.json", "certificate.json", "report.html", "figures", "design.json", "model"}
+    assert {path.name for path in out.iterdir()} == names
     checked = check(out / "certificate.json", gains=out / "gains.json", model=pendulum)
     assert checked.verdict is Verdict.PROVED
     assert [claim.verdict for claim in checked.claims] == [Verdict.PROVED] * len(checked.claims)
@@ -272,16 +272,6 @@ def test_next_commands_can_be_typed_as_printed(
     assert [command[0] for command in commands] == ["check", "simulate"]
     for command in commands:
         assert main(command) == 0
-
-
-@pytest.mark.parametrize("verb", ["report", "appendix"])
-def test_the_other_verbs_that_design(verb: str, pendulum: Path, tmp_path: Path) -> None:
-    """The report alone, and the LaTeX appendix."""
-    assert main([verb, str(pendulum), "--out", str(tmp_path / "out")]) == 0
-
-    expected = "report.html" if verb == "report" else "appendix.tex"
-    assert (tmp_path / "out" / expected).is_file()
-    assert not (tmp_path / "out" / "gains.json").exists()
 
 
 @pytest.mark.parametrize(

@@ -1,28 +1,144 @@
-"""`takagi report`: the report and its figures alone."""
+"""A finished design's folder: read by the verbs, never designed again, not overwritten."""
 
 from __future__ import annotations
 
+import json
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from takagi.cli.main import main
+from takagi.reports.design_folder import appendix_files, design_files, read_design
+from takagi.reports.output import write_folder
+from tests.cli.conftest import contents
+
+Capture = pytest.CaptureFixture[str]
 
 
-def test_report_and_figures_are_written_and_nothing_else(
-    asked: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The design of a plant with a reference, drawn."""
+    out = tmp_path_factory.mktemp("designed") / "out"
+    assert main(["design", "lorenz", "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture
+def never(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing may be designed."""
+    from takagi.certificates.design.plant import design
+
+    monkeypatch.setattr(design, "design_plant", None)
+
+
+def test_pages_of_a_read_design_have_the_same_bytes(
+    folder: Path, never: None, tmp_path: Path
 ) -> None:
-    """No gain file and no certificate: those are a design's."""
-    assert main(["report", "nrel5mw", "--out", str(tmp_path)]) == 0
+    """Report, figures and appendix; the gain file and the certificate stay as they are."""
+    before = contents(folder)
 
-    names = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*"))
-    assert names == ["figures", "figures/bode.svg", "report.html"]
-    assert capsys.readouterr().out == f"{tmp_path / 'report.html'}: PROVED\n"
+    assert main(["report", str(folder)]) == 0
+    assert contents(folder) == before
+
+    design = read_design(folder)
+    assert design.proved
+    again = contents(write_folder(tmp_path / "again", design_files(design)))
+    assert again == {name: before[name] for name in again}
+    assert main(["appendix", str(folder), "--out", str(tmp_path)]) == 0
+    written = (tmp_path / "appendix-body.tex").read_text(encoding="utf-8")
+    assert written == appendix_files(design)["appendix-body.tex"]
 
 
-def test_a_report_is_about_the_design_that_was_asked_for(asked: Any, tmp_path: Path) -> None:
-    """The options are those of `takagi design`."""
-    main(["report", "nrel5mw", "--out", str(tmp_path), "--overlap", "0.03"])
+def test_the_other_verbs_read_the_folder_too(
+    folder: Path, never: None, tmp_path: Path, capsys: Capture
+) -> None:
+    """Its certificate with gains and model, its law to run and to export; status 0."""
+    capsys.readouterr()
+    assert main(["check", str(folder), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["messages"] == []
+    assert main(["simulate", str(folder), "--duration", "0.1"]) == 0
+    for target in ("c", "st", "mat"):
+        assert main(["export", str(folder), "--to", target, "--out", str(tmp_path / target)]) == 0
+        page = (tmp_path / target / "README.md").read_text(encoding="utf-8")
+        assert "continuous time" in page and "x -30 to 30" in page and "inputs within" in page
+    assert main(["export", str(folder), "--coq", str(tmp_path / "proof.v")]) in (0, 1)
+    page_file = tmp_path / "page.html"
+    assert main(["compare", str(folder), str(folder), "--html", str(page_file)]) == 0
+    assert "Lorenz system" in page_file.read_text(encoding="utf-8")
 
-    assert asked["settings"].overlap == 0.03
+
+def test_a_design_is_replaced_with_force_only(
+    undrawn: None, cubic: Path, tmp_path: Path, capsys: Capture
+) -> None:
+    """Status 2 and one sentence; nothing is changed."""
+    out = tmp_path / "out"
+    assert main(["design", str(cubic), "--out", str(out)]) == 0
+    before = (out / "design.json").read_bytes()
+
+    assert main(["design", str(cubic), "--out", str(out), "--decay-rate", "3"]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert (out / "design.json").read_bytes() == before
+    assert main(["design", str(cubic), "--out", str(out), "--decay-rate", "3", "--force"]) == 0
+    assert (out / "design.json").read_bytes() != before
+
+
+def _no_folder(place: Path) -> None:
+    shutil.rmtree(place)
+
+
+def _no_record(place: Path) -> None:
+    (place / "design.json").unlink()
+
+
+def _no_gains(place: Path) -> None:
+    (place / "gains.json").unlink()
+
+
+def _no_model(place: Path) -> None:
+    shutil.rmtree(place / "model")
+
+
+def _other_model(place: Path) -> None:
+    path = place / "model" / "lorenz.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace("28", "29"), encoding="utf-8")
+
+
+def _another_version(place: Path) -> None:
+    path = place / "design.json"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace('"relaxation"', '"name_of_old"'), encoding="utf-8")
+
+
+def _foreign_class(place: Path) -> None:
+    path = place / "design.json"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("takagi.lmi.answer:Answer", "subprocess:Popen"), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (_no_folder, "no such folder"),
+        (_no_record, "design.json is missing"),
+        (_no_gains, "gains.json is missing"),
+        (_no_model, "lorenz.toml is missing"),
+        (_other_model, "lorenz.toml"),
+        (_another_version, "--force"),
+        (_foreign_class, "no record of takagi"),
+    ],
+)
+def test_a_folder_that_is_no_whole_design_is_one_sentence(
+    folder: Path, spoil: Any, words: str, tmp_path: Path, capsys: Capture
+) -> None:
+    """Status 2, what is wrong, and nothing written."""
+    place = tmp_path / "out"
+    shutil.copytree(folder, place)
+    spoil(place)
+    capsys.readouterr()
+
+    assert main(["report", str(place), "--out", str(tmp_path / "new")]) == 2
+    said = capsys.readouterr().err
+    assert words in said and said.count("\n") == 1 and "internal error" not in said
+    assert not (tmp_path / "new").exists()

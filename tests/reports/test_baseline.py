@@ -15,6 +15,7 @@ from takagi.certificates import Checked, Claim, Verdict
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.document.certificate_file import certificate_document
+from takagi.models import ModelError
 from takagi.reports.baseline.changes import listed_changes
 from takagi.reports.baseline.comparison import (
     CertificateComparison,
@@ -39,6 +40,17 @@ def document(
         claims=claims,
         provenance={"configuration": configuration or {}},
     )
+
+
+def test_two_plants_are_not_compared() -> None:
+    """Another name with other signals is another plant; a plant that was renamed is none."""
+    claim = {**HALVES, "decay_rate": 0.5}
+    one, renamed = document(claim, name="motor"), document(claim, name="motor 2")
+    other = document(claim, name="pump", state_names=["level [m]", "flow [m^3/s]"])
+
+    assert against(one, renamed).passes
+    with pytest.raises(ModelError, match="motor and pump"):
+        against(one, other)
 
 
 def ellipsoid(level: float, **more: Any) -> Data:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 from takagi.certificates import Checked, Claim, Verdict
 from takagi.certificates.checker.replay.certificate import concluded
-from takagi.reports.ci_formats import junit, markdown, refusal, sarif
+from takagi.reports.ci_formats import junit, markdown, refusal, sarif, with_failures
 
 
 def mixed() -> Checked:
@@ -51,6 +52,22 @@ def test_sarif_has_one_result_for_what_is_not_proved() -> None:
     assert location["uri"] == "my%20out/certificate.json"
 
 
+def test_sarif_marks_the_plant_and_names_kinds(tmp_path: Path) -> None:
+    """A rule is a kind, never a plant's name; the line is that of the section it follows from."""
+    plant = tmp_path / "motor.toml"
+    plant.write_text('kind = "plant"\n\n[states]\n[inputs]\n[equations]\n', encoding="utf-8")
+    claims = [Claim(f"{name} of motor", Verdict.UNDECIDED, "") for name in ("limits", "decay")]
+    missed = with_failures(concluded(claims, []), [("the loop has the margins", "at 9 m/s")])
+    text = sarif(missed, source="c", kinds=["input-limits", "decay"], plant=plant)
+
+    run = json.loads(text)["runs"][0]
+    driver, places = run["tool"]["driver"], [r["locations"][0] for r in run["results"]]
+    ids = [rule["id"] for rule in driver["rules"]]
+    assert ids == ["input-limits", "decay", "the-loop-has-the-margins"] and driver["version"]
+    assert [p["physicalLocation"]["region"]["startLine"] for p in places] == [4, 5, 5]
+    assert places[0]["physicalLocation"]["artifactLocation"]["uri"].endswith("motor.toml")
+
+
 def test_markdown_is_a_table_of_the_claims() -> None:
     """A bar in the text must not open a new cell."""
     lines = markdown(mixed(), source="certificate.json").splitlines()
@@ -88,6 +105,5 @@ def test_claims_of_one_name_are_told_apart() -> None:
     cases = ElementTree.fromstring(junit(checked, source="c"))[0].findall("testcase")
     run = json.loads(sarif(checked, source="c"))["runs"][0]
     assert [case.get("name") for case in cases] == names
-    assert [rule["id"] for rule in run["tool"]["driver"]["rules"]] == names
-    assert [result["ruleId"] for result in run["results"]] == ["set (2)"]
+    assert [result["partialFingerprints"]["claim/v1"] for result in run["results"]] == ["set (2)"]
     assert "| UNDECIDED | set (2) |" in markdown(checked, source="c")

@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from takagi.reports.figures.cells import OverlapRow, cells_figure, overlaps_figure
-from takagi.reports.figures.loops import BodeLine, bode_figure, poles_figure
+from takagi.reports.figures.loops import BodeLine, bode_figure
 from takagi.reports.figures.response import ResponseLine, response_figure
 from takagi.reports.figures.style import decimate, figure_to_png, figure_to_svg
 
@@ -41,14 +41,6 @@ def bode() -> Figure:
         response = gain / (1j * omega) * np.exp(-0.3j * omega)
         lines.append(BodeLine(f"{wind} m/s", response, gain, np.pi / 0.6))
     return bode_figure(omega, lines, marks={"tower 0.32 Hz": 2.04, "3P": 3.8})
-
-
-@maker
-def poles() -> Figure:
-    """A wandering pair and a fast pole."""
-    winds = np.arange(4.0, 25.0)
-    sets = [np.array([-0.01 * v + 0.4j, -0.01 * v - 0.4j, -50.0]) for v in winds]
-    return poles_figure(winds, sets, decay_rate=0.03)
 
 
 def response_line(label: str, time: NDArray[np.float64]) -> ResponseLine:
@@ -96,7 +88,7 @@ class Pictured(NamedTuple):
 
 # A few of them at every run; all of them with the slow tests.
 SHOWN = [
-    n if n in ("bode", "poles", "trim", "overlaps") else pytest.param(n, marks=pytest.mark.slow)
+    n if n in ("bode", "trim", "overlaps") else pytest.param(n, marks=pytest.mark.slow)
     for n in MAKERS
 ]
 

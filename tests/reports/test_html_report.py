@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import replace
 
@@ -13,11 +12,8 @@ from takagi.certificates import Claim, TurbineDesign, Verdict
 from takagi.certificates.design.turbine.result import claim_summary
 from takagi.certificates.document.certificate_file import dumps
 from takagi.cli.terminal.turbine_summary import as_text
-from takagi.models.laws.protocol import Measurement
 from takagi.reports.design_folder import design_files
-from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins import running_search
-from takagi.reports.margins.turbine_loops import LocalGains, closed_loop_poles
 from takagi.reports.page.rounded_bounds import at_most
 from takagi.reports.sections.turbine.summary import summary_rows
 from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
@@ -26,12 +22,12 @@ from tests.reports.html_page import HtmlPage, checked_as, self_contained, text_o
 from tests.undrawn import unmeasured
 
 FIGURES = {
-    "gust", "power-coefficient", "trim", "gains", "effort-ramp", "cells", "poles",
+    "gust", "power-coefficient", "trim", "gains", "effort-ramp", "cells",
     "bode-torque", "bode-pitch", "running-margins", "response-step-up", "response-step-down",
     "response-gust", "response-ramp",
 }  # fmt: skip
 SECTIONS = (
-    "verdict", "law", "model", "claims", "certificate", "running", "poles", "responses",
+    "verdict", "law", "model", "claims", "certificate", "running", "responses",
     "observer", "check", "provenance",
 )  # fmt: skip
 
@@ -142,13 +138,13 @@ def test_first_screen_has_the_weak_numbers_beside_the_proved_ones(
     speed = max(turbine_design.document["gains"]["rotor_speed"]) + claim["peaks"]["speed_error"]
     over = 100 * (speed / turbine_design.turbine.rated_rotor_speed - 1)
     rows = {row.name: row for row in summary_rows(turbine_design)}
-    screen = text_of(verdict_section(turbine_design))
+    screen = text_of(verdict_section(turbine_design)).replace("\N{NO-BREAK SPACE}", " ")
     runs = design_runs.every_run(turbine_design)
     largest = max(run.law.metrics.overspeed for run in runs)
 
     assert files and rows["rotor speed"].numbers[0].value == pytest.approx(over, rel=1e-9)
-    assert f"{at_most(over)}\N{NO-BREAK SPACE}%" in screen
-    assert f"{largest:.1f}\N{NO-BREAK SPACE}%" in screen and rows["overspeed"].partial
+    assert f"{at_most(over)} %" in screen
+    assert f"{largest:.1f} %" in screen and rows["overspeed"].partial
     assert rows["overspeed"].claim == "" and rows["rotor speed"].claim
     assert rows["margins"].parts[0] in screen and "regions" not in screen
     assert screen.count('class="figure"') == 6
@@ -203,57 +199,3 @@ def test_a_list_cut_short_leaves_nothing_proved(turbine_design: TurbineDesign) -
 
     assert found is not None
     assert not any(found.proved)
-
-
-@pytest.mark.parametrize("wind", [8.0, 11.45, 18.0])
-def test_local_gains_are_the_laws_derivatives(turbine_design: TurbineDesign, wind: float) -> None:
-    """The formulas for the local gains agree with central differences of the law itself."""
-    law = turbine_design.effort_sharing_law
-    assert law is not None
-    (loop,), _ = loop_points(turbine_design, [wind])
-    gains = loop.controller
-    assert isinstance(gains, LocalGains)
-    nu = law.gain_pair(wind)[1] / law.gain_pair(wind)[0]
-    step = 1e-6
-
-    def command(speed: float, integral: float) -> np.ndarray:
-        measured = Measurement(loop.point.rotor_speed + speed, loop.point.pitch, wind)
-        return np.array(law.command([nu * integral, wind], measured))
-
-    by_speed = (command(step, 0) - command(-step, 0)) / (2 * step)
-    by_integral = (command(0, step) - command(0, -step)) / (2 * step)
-    np.testing.assert_allclose(
-        [gains.torque_by_speed, gains.pitch_by_speed], by_speed, rtol=1e-5, atol=1e-4
-    )
-    np.testing.assert_allclose(
-        [gains.torque_by_integral, gains.pitch_by_integral], by_integral, rtol=1e-5, atol=1e-4
-    )
-
-
-def test_the_linear_loop_rests_where_the_law_rests(turbine_design: TurbineDesign) -> None:
-    """At the loop's trim the law asks for exactly the trim's torque and pitch."""
-    law = turbine_design.effort_sharing_law
-    assert law is not None
-    for loop in loop_points(turbine_design, [5.0, 11.45, 20.0])[0]:
-        point = loop.point
-        command = law.command(
-            [0.0, point.wind], Measurement(point.rotor_speed, point.pitch, point.wind)
-        )
-        assert command.torque == pytest.approx(point.torque, rel=1e-12)
-        assert command.pitch == pytest.approx(point.pitch, abs=1e-12)
-
-
-def test_proved_decay_is_below_the_poles(turbine_design: TurbineDesign) -> None:
-    """The certified decay of a cell is no faster than the slowest pole at a wind inside it."""
-    found = claim_summary(turbine_design)
-    assert found is not None
-    winds = [math.fsum(cell) / 2 for cell in found.winds]
-    loops, _ = loop_points(turbine_design, winds)
-
-    poles = closed_loop_poles(
-        turbine_design.turbine, [p.point for p in loops], [p.controller for p in loops],
-        kind="design",
-    )  # fmt: skip
-
-    for pole, decay, fine in zip(poles, found.decay_rates, found.proved, strict=True):
-        assert not fine or decay <= -pole.real.max()

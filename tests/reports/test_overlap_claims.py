@@ -14,7 +14,6 @@ from takagi.models import nrel5mw
 from takagi.models.laws.published.law import PublishedLawName
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.sections.turbine.gains import gains_section
-from takagi.reports.sections.turbine.loops import poles_section
 from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, text_of
 from tests.reports.published_designs import with_published_law
@@ -95,7 +94,6 @@ def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
     assert claim_summary(design) is None
     assert "from 12 m/s" in box and "UNDECIDED" in box
     assert "4 × 4 × 8 = 128 rules" in law
-    assert "stable" in text_of(poles_section(design))
 
 
 def test_only_winds_that_the_checker_names_are_proved() -> None:
@@ -145,7 +143,10 @@ def test_winds_beyond_the_claim_are_not_taken_as_proved() -> None:
 def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
     """Of Schulte's law: one figure with the gap, then a row per claim and per pair of overlaps."""
     section = verdict_section(overlap_design())
-    screen, claims = text_of(section), text_of(claims_section(overlap_design()))
+    screen, claims = (
+        text_of(each).replace("\N{NO-BREAK SPACE}", " ")
+        for each in (section, claims_section(overlap_design()))
+    )
     page = HtmlPage(screen + claims)
 
     assert [captioned.name for captioned in section.captioned_figures] == ["overlaps"]
@@ -153,7 +154,6 @@ def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
     assert page.wrong == [] and page.open == []
     assert "not 10.084 to 10.414 m/s" in screen and "0.00233 to 0.0997" in screen
     assert "551" not in screen and "own &lt;overlaps&gt;" in claims
-    assert screen == text_of(verdict_section(overlap_design()))
 
 
 def test_terminal_tells_the_chosen_overlaps_and_lists_the_others() -> None:

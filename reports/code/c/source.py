@@ -16,39 +16,18 @@ from takagi.reports.code.controller_program import (
     identifiers,
 )
 from takagi.reports.code.program_reading import require_nodes
+from takagi.reports.code.proof_words import proof_lines
 from takagi.reports.code.sampling import longest_sample, start_sample_time
+from takagi.reports.code.status import BIT, reported_range, status_bits
 from takagi.reports.code.targets import ExportSettings
 
-# (bit, word, meaning), the most serious first: ``W_message`` reports the first that is set.
-STATUS_BITS = (
-    (4, "RESULT_NOT_FINITE", "a result was not finite; the last good one was sent"),
-    (8, "NOT_STARTED", "a step before init, or a damaged state; the law started anew"),
-    (1, "INPUT_NOT_FINITE", "an input was not finite; the last good one stood in"),
-    (16, "SAMPLE_TIME_REFUSED", "a sample time was refused; the one before is kept"),
-    (2, "INPUT_OUTSIDE", "an input lies outside the range where the model holds"),
-    (64, "ESTIMATE_HELD", "the wind estimate is held at a limit, or at the end of a table"),
-    (32, "AT_LIMIT", "a command is held at a limit"),
-)
-LONG_SAMPLE = 128
-# An input outside its range by less than this share of it is noise of a measurement or of a float:
-# it is not reported.  The law gets it as it is.
-HAIR = Decimal("1e-5")
 # Names that the templates below use, with the prefix: a name of the law must not be one of them.
 TEMPLATE_WORDS = (
     "real", "kept", "state", "inputs", "outputs", "init", "step", "message", "sample", "rest",
     "is_ready", "good_time", "long_time", "set_sample_time",
     *(f"weights_{k}" for k in range(1, 100)), *(f"premises_{k}" for k in range(1, 100)),
 )  # fmt: skip
-TEMPLATE_MACROS = ("H", "READY", "SAMPLE_TIME_LONG", *(name for _, name, _ in STATUS_BITS))
-
-
-def status_bits(program: ControllerProgram) -> tuple[tuple[int, str, str], ...]:
-    """Return (bit, word, meaning), the most serious first; a long sample where there is one."""
-    longest = longest_sample(program)
-    if longest is None:
-        return STATUS_BITS
-    long = (LONG_SAMPLE, "SAMPLE_TIME_LONG", longest.words)
-    return (*STATUS_BITS[:4], long, *STATUS_BITS[4:])
+TEMPLATE_MACROS = ("H", "READY", *BIT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,13 +115,13 @@ def _opening(
         bound = f""" * SHA-256 of its gains: {comment(program.hashes.get("gains", "none"))}
  * Check this text with: takagi check CERTIFICATE --gains GAINS --c-source {word}.c
 """
+    proof = "".join(f" * {comment(line)}\n" for line in proof_lines(program))
     return f"""/* {file}: {comment(program.name)}
  *
  * Written by takagi; {origin}.
  * Programs: {comment(programs)}
  * Numbers: {settings.precision}; starts with {time} s
- * Verdict that the gain file names: {comment(program.verdict)}
-{bound} */
+{proof}{bound} */
 """
 
 
@@ -411,10 +390,7 @@ def _seen(program: ControllerProgram, word: str, write: Expressions) -> Iterator
         yield f"    if (isfinite(inputs->{name})) {{\n"
         yield f"        state->inputs.{name} = inputs->{name};\n"
         if one.range is not None:
-            hair = HAIR * (one.range[1] - one.range[0])
-            low, high = (
-                literal(end, write.suffix) for end in (one.range[0] - hair, one.range[1] + hair)
-            )
+            low, high = (literal(end, write.suffix) for end in reported_range(one.range))
             yield f"        if (inputs->{name} < {low} || inputs->{name} > {high}) {{\n"
             yield f"            status |= {W}_INPUT_OUTSIDE;\n        }}\n"
         yield f"    }} else {{\n        status |= {W}_INPUT_NOT_FINITE;\n    }}\n"

@@ -6,11 +6,13 @@ import math
 from collections.abc import Iterable
 from decimal import Decimal
 
-from takagi.reports.code.c.source import CSource, c_source, status_bits
+from takagi.reports.code.c.source import CSource, c_source
 from takagi.reports.code.c.words import comment
 from takagi.reports.code.controller_program import ControllerProgram, Signal
+from takagi.reports.code.proof_words import as_list, proof_lines
 from takagi.reports.code.run import ProgramRun
 from takagi.reports.code.sampling import longest_sample
+from takagi.reports.code.status import status_bits
 from takagi.reports.code.targets import Exported, ExportSettings
 
 SAMPLES = 40
@@ -201,7 +203,8 @@ reads the decimals and formulas back out of `{word}.c` and compares them with th
     origin = "decimals of the gain file" if program.hashes else "figures of the turbine's file"
     return f"""# {program.name}, in C99
 
-Verdict that the gain file names: {program.verdict}.
+{as_list(proof_lines(program))}
+
 The numbers in `{word}.c` are the {origin}, in {settings.precision}.
 
     cc -std=c99 -O2 -ffp-contract=off {word}.c {word}_test.c -lm -o {word}_test && ./{word}_test

@@ -16,6 +16,7 @@ from takagi.reports.code.c.source import CSource, c_source
 from takagi.reports.code.c.words import comment
 from takagi.reports.code.controller_program import ControllerProgram
 from takagi.reports.code.program_reading import controller_program
+from takagi.reports.code.proof_words import as_list, proof_lines
 from takagi.reports.code.targets import Exported, ExportSettings
 
 TEMPLATES = ("discon.h", "discon.c", "discon_files.c", "DISCON.IN", "Makefile", "README.md")
@@ -124,7 +125,8 @@ def _context(
         "variants": [one.members() for one in variants],
         "version": document["version"],
         "sha256": program.hashes.get("gains", "none"),
-        "verdict": program.verdict,
+        "proof": as_list(proof_lines(program)),
+        "has_lead": lead > 0,
         "gear_ratio": _double(document.get("rotor", law)["gear_ratio"]),
         "torque": [_double(one) for one in limits["torque"]],
         "pitch": [_double(one) for one in limits["pitch"]],

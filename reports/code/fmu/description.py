@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 from takagi.models.errors import ModelError
 from takagi.models.files.units import BASE, parse_unit
 from takagi.reports.code.fmu.model_source import FmuModel, Variable
+from takagi.reports.code.proof_words import proof_lines
 
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 CAUSALITY = {
@@ -129,7 +130,7 @@ def _whole(
         _element("ModelVariables", variables),
         _element("ModelStructure", structure),
     )
-    about = f"certificate: {model.program.verdict}"
+    about = " ".join(proof_lines(model.program))
     gains = model.program.hashes.get("gains")
     if gains:
         about += f", SHA-256 of its gains {gains}"

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
+from html import escape
 from importlib.resources import files as package_files
 from pathlib import Path
 from typing import NamedTuple
@@ -26,6 +27,8 @@ from takagi.reports.code.fmu.description import (
     model_description_3,
 )
 from takagi.reports.code.fmu.model_source import FmuModel, fmu_model, model_header
+from takagi.reports.code.proof_words import proof_lines
+from takagi.reports.code.status import status_bits
 from takagi.reports.code.targets import Exported, ExportSettings
 
 COMPILERS = ("cc", "gcc", "clang")
@@ -135,6 +138,7 @@ def _fmu(model: FmuModel, version: int) -> tuple[bytes, str]:
         files["sources/buildDescription.xml"] = build_description(model, compiled)
     else:
         files["modelDescription.xml"] = model_description_2(model, token, compiled)
+    files["documentation/index.html"] = _page(model)
     files |= {f"sources/{name}": text for name, text in sources.items()}
     place = _place(made, version)
     if made.content is not None and place is not None:
@@ -142,6 +146,18 @@ def _fmu(model: FmuModel, version: int) -> tuple[bytes, str]:
         return archive(files), f"with sources and a library for {place}"
     why = made.why_not or f"FMI 2.0 has no word for {made.platform}"
     return archive(files), f"sources alone, which your tool has to compile: {why}"
+
+
+def _page(model: FmuModel) -> str:
+    """Return the page that tools show of a unit: what is proved, and the status."""
+    proof = "".join(f"<li>{escape(line)}</li>\n" for line in proof_lines(model.program))
+    bits = sorted(status_bits(model.program))
+    status = "".join(f"<li>{bit}: {escape(text)}</li>\n" for bit, _, text in bits)
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(model.title)}'
+        f"</title></head>\n<body><h1>{escape(model.title)}</h1>\n<h2>What is proved</h2>\n<ul>\n"
+        f"{proof}</ul>\n<h2>status: 0, or a sum of</h2>\n<ul>\n{status}</ul>\n</body></html>\n"
+    )
 
 
 def _place(made: Library, version: int) -> str | None:

@@ -22,15 +22,10 @@ from takagi.reports.code.controller_program import (
     Spline,
     identifiers,
 )
-from takagi.reports.code.sampling import longest_sample, with_long_sample
+from takagi.reports.code.proof_words import proof_lines
+from takagi.reports.code.sampling import longest_sample
+from takagi.reports.code.status import BIT, REPORTED, reported_range, status_bits
 
-STATUS = (
-    (1, "an input was not finite; its last good value was used"),
-    (2, "an input was outside the range in which the model holds; nothing is proved there"),
-    (4, "the sample time was not usable; the last good one was used"),
-    (8, "a result was not finite; outputs and kept values did not change"),
-)
-LONG_SAMPLE = 16
 # Keywords and functions that a name must not replace.
 RESERVED = frozenset(
     """
@@ -167,7 +162,8 @@ class _Writing:
         program, word = self.program, self.word
         yield f"function [outputs, state, status] = {word}_step(state, inputs, sample_time)"
         yield f"%{word.upper()}_STEP  {_line(program.name)}: one sample of the law."
-        yield f"%   Verdict that the gain file names: {_line(program.verdict)}."
+        for line in proof_lines(program):
+            yield f"%   {_line(line)}"
         yield f"%   SI units, angles in rad. Start from {word}_start()."
         yield "%   The numbers are those of the gain file."
         for kind, signals in (("inputs", program.inputs), ("outputs", program.outputs)):
@@ -175,7 +171,7 @@ class _Writing:
                 told = _line(f"{one.meaning} [{one.unit}]")
                 yield f"%   {kind}.{self.names[one.name]}: {told}"
         yield "%   status is 0 or a sum of"
-        for number, text in with_long_sample(STATUS, LONG_SAMPLE, program):
+        for number, _, text in sorted(status_bits(program, REPORTED)):
             yield f"%     {number}  {text}"
         for constant in program.constants:
             yield from self._constant(constant)
@@ -208,25 +204,26 @@ class _Writing:
         if fixed is not None:
             good = f"abs(sample_time - {fixed}) <= {fixed / 1000}"
         yield "status = 0;"
-        yield f"if {good}, T = sample_time; else, T = state.sample_time; status = status + 4; end"
+        yield f"if {good}, T = sample_time;"
+        yield f"else, T = state.sample_time; status = status + {BIT['SAMPLE_TIME_REFUSED']}; end"
         yield "state.sample_time = T;"
         longest = longest_sample(self.program)
         if longest is not None:
-            yield f"if T > {longest.time}, status = status + {LONG_SAMPLE}; end"
+            yield f"if T > {longest.time}, status = status + {BIT['SAMPLE_TIME_LONG']}; end"
         yield "ready = true;"
         for one in self.program.inputs:
             name = self.names[one.name]
             yield f"if isfinite(inputs.{name}), state.inputs.{name} = inputs.{name}; "[:-1]
             yield "else, ready = false; end"
             yield f"{name} = state.inputs.{name};"
-        yield "if ~ready, status = status + 1; end"
+        yield f"if ~ready, status = status + {BIT['INPUT_NOT_FINITE']}; end"
         yield "ready = true;"
         for one in self.program.inputs:
             if one.range is not None:
                 name = self.names[one.name]
-                low, high = one.range
+                low, high = reported_range(one.range)
                 yield f"if {name} < {low} || {name} > {high}, ready = false; end"
-        yield "if ~ready, status = status + 2; end"
+        yield f"if ~ready, status = status + {BIT['INPUT_OUTSIDE']}; end"
 
     def _kept(self, kept: tuple[object, ...]) -> Iterator[str]:
         found = [one for one in self.program.kept if one in kept]
@@ -266,7 +263,7 @@ class _Writing:
         for signal in program.outputs:
             yield f"    state.outputs.{names[signal.name]} = {names[signal.name]};"
         yield "else"
-        yield "    status = status + 8;"
+        yield f"    status = status + {BIT['RESULT_NOT_FINITE']};"
         yield "end"
         yield "outputs = state.outputs;"
 

@@ -13,15 +13,11 @@ import numpy as np
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.reports.code.controller_program import ControllerProgram, Spline, file_word, parsed
-from takagi.reports.code.matlab.step_function import (
-    LONG_SAMPLE,
-    STATUS,
-    start_function,
-    step_function,
-    words_of,
-)
+from takagi.reports.code.matlab.step_function import start_function, step_function, words_of
+from takagi.reports.code.proof_words import as_list, proof_lines
 from takagi.reports.code.run import value_of
-from takagi.reports.code.sampling import start_sample_time, with_long_sample
+from takagi.reports.code.sampling import start_sample_time
+from takagi.reports.code.status import REPORTED, status_bits
 from takagi.reports.code.targets import Exported, ExportSettings
 
 # The first 116 bytes of a MAT-file are free text.  scipy writes the date there, which is replaced:
@@ -164,8 +160,9 @@ def _page(program: ControllerProgram, word: str, time: Decimal) -> str:
         [
             f"# {program.name} in MATLAB",
             "",
-            f"Verdict that the gain file names: {program.verdict}.",
             "The numbers are those of the gain file.",
+            "",
+            as_list(proof_lines(program)),
             "",
             "```matlab",
             f"state = {word}_start();",
@@ -194,7 +191,7 @@ def _page(program: ControllerProgram, word: str, time: Decimal) -> str:
             "|---|---|",
             *(
                 f"| {number} | {text} |"
-                for number, text in with_long_sample(STATUS, LONG_SAMPLE, program)
+                for number, _, text in sorted(status_bits(program, REPORTED))
             ),
             "",
         ]

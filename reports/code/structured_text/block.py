@@ -19,27 +19,15 @@ from takagi.reports.code.controller_program import (
     file_word,
     identifiers,
 )
-from takagi.reports.code.sampling import (
-    longest_sample,
-    start_sample_time,
-    with_long_sample,
-)
+from takagi.reports.code.proof_words import as_list, proof_lines
+from takagi.reports.code.sampling import longest_sample, start_sample_time
+from takagi.reports.code.status import BIT, REPORTED, reported_range, status_bits
 from takagi.reports.code.structured_text.statements import RESERVED, Statements, real, told
 from takagi.reports.code.targets import Exported, ExportSettings
 
 LARGEST = "1.0E30"  # no measurement in SI units is larger
 # Largest number of entries of an array that small controllers accept (64 KiB of LREAL).
 LARGEST_ARRAY = 8192
-
-STATUS = (
-    (1, "an input is not a number or too large; its last good value is used"),
-    (2, "an input is outside the range in which the model holds; nothing is proved there"),
-    (4, "the sample time is not usable; the last good one is used"),
-    (8, "a result is not a number; outputs and kept values do not change"),
-)
-
-
-LONG_SAMPLE = 16
 
 
 def export(program: ControllerProgram, settings: ExportSettings) -> Exported:
@@ -73,7 +61,7 @@ class _Block:
     def __init__(self, program: ControllerProgram, settings: ExportSettings) -> None:
         self.program = program
         self.time = start_sample_time(program, settings.sample_time)
-        self.status = with_long_sample(STATUS, LONG_SAMPLE, program)
+        self.status = sorted(status_bits(program, REPORTED))
         inputs, outputs = program.inputs, program.outputs
         names = [one.name for one in (*inputs, *outputs)]
         own = [f"{one.name} seen" for one in inputs] + [f"{one.name} now" for one in outputs]
@@ -102,7 +90,8 @@ class _Block:
         body = self._body()
         program = self.program
         yield f"(* {_told(program.name, '')}: the law of its gain file, IEC 61131-3."
-        yield f"   Verdict that the gain file names: {told(program.verdict)}"
+        for line in proof_lines(program):
+            yield f"   {told(line)}"
         yield f"   Gains {told(program.hashes.get('gains', '-'))}"
         yield "   Numbers are those of the gain file. SI units, angles in rad. *)"
         yield f"FUNCTION_BLOCK FB_{file_word(program.plant).upper()}"
@@ -116,7 +105,7 @@ class _Block:
         for one in program.outputs:
             yield f"    {self.word[one.name]} : LREAL; (* {_told(one.unit, one.meaning)} *)"
         yield "    status : UINT; (* 0, or a sum of these:"
-        for number, text in self.status:
+        for number, _, text in self.status:
             yield f"        {number}  {text}"
         yield "    *)"
         yield "END_VAR"
@@ -203,7 +192,7 @@ class _Block:
             say(f"    {self.word[kept.name]} := {self.word[f'{kept.name} after']};")
         say("    started := TRUE;")
         say("ELSE")
-        say("    status := status + 8;")
+        say(f"    status := status + {BIT['RESULT_NOT_FINITE']};")
         say("END_IF;")
         return found
 
@@ -214,24 +203,25 @@ class _Block:
         if fixed is not None:
             good = f"ABS(sample_time - {real(fixed)}) <= {real(fixed / 1000)}"
         say(f"IF {good} THEN {time} := sample_time;")
-        say("ELSE status := status + 4; END_IF;")
+        say(f"ELSE status := status + {BIT['SAMPLE_TIME_REFUSED']}; END_IF;")
         longest = longest_sample(self.program)
         if longest is not None:
-            say(f"IF {time} > {real(longest.time)} THEN status := status + {LONG_SAMPLE}; END_IF;")
+            long = BIT["SAMPLE_TIME_LONG"]
+            say(f"IF {time} > {real(longest.time)} THEN status := status + {long}; END_IF;")
         say("ready := TRUE;")
         for one in self.program.inputs:
             given, seen = self.word[one.name], self.inside[one.name]
             say(
                 f"IF ABS({given}) <= {LARGEST} THEN {seen} := {given}; ELSE ready := FALSE; END_IF;"
             )
-        say("IF NOT ready THEN status := status + 1; END_IF;")
+        say(f"IF NOT ready THEN status := status + {BIT['INPUT_NOT_FINITE']}; END_IF;")
         say("ready := TRUE;")
         for one in self.program.inputs:
             if one.range is not None:
-                low, high = map(real, one.range)
+                low, high = map(real, reported_range(one.range))
                 seen = self.inside[one.name]
                 say(f"IF ({seen} < {low}) OR ({seen} > {high}) THEN ready := FALSE; END_IF;")
-        say("IF NOT ready THEN status := status + 2; END_IF;")
+        say(f"IF NOT ready THEN status := status + {BIT['INPUT_OUTSIDE']}; END_IF;")
 
     def _start(self, found: Statements, kept: Iterable[object]) -> None:
         known = dict(found.found)
@@ -284,15 +274,14 @@ def _page(program: ControllerProgram, word: str) -> str:
         for one in signals
     ]
     first = program.inputs[0].name if program.inputs else "sample_time"
-    bits = [
-        f"| {number} | {text} |" for number, text in with_long_sample(STATUS, LONG_SAMPLE, program)
-    ]
+    bits = [f"| {number} | {text} |" for number, _, text in sorted(status_bits(program, REPORTED))]
     return "\n".join(
         [
             f"# {block}: {program.name}",
             "",
-            f"Verdict that the gain file names: {program.verdict}. Written by `takagi export`; "
-            "the numbers are those of the gain file.",
+            "Written by `takagi export`; the numbers are those of the gain file.",
+            "",
+            as_list(proof_lines(program)),
             "",
             f"Import `{word}.st`, declare `controller : {block};`, and call it once in every "
             "sample:",

@@ -47,7 +47,6 @@ def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], S
     from takagi.reports.sections.shared import check_section, provenance_section
     from takagi.reports.sections.turbine.cells import blending_section, cells_section
     from takagi.reports.sections.turbine.gains import gains_section
-    from takagi.reports.sections.turbine.loops import poles_section
     from takagi.reports.sections.turbine.model import model_section
     from takagi.reports.sections.turbine.regions import observer_section, regions_section
     from takagi.reports.sections.turbine.responses import responses_section
@@ -69,7 +68,6 @@ def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], S
         "claims": lambda: claims_section(design),
         **of_set,
         "margins": lambda: running_section(design),
-        "poles": lambda: poles_section(design),
         "responses": lambda: responses_section(design),
         "wind observer": lambda: observer_section(design),
         "how to check": lambda: check_section(

@@ -20,6 +20,8 @@ from takagi.reports.simulation.design_runs import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 # Metric -> its words and unit, and whether a law's value is clearly worse than the reference's.
@@ -63,22 +65,31 @@ def _worse(runs: Sequence[DesignRun], metric: str) -> str:
     return f"{name}: {', '.join(found)}." if found else ""
 
 
-def _figure(design: TurbineDesign, name: str, run: DesignRun) -> CaptionedFigure:
-    turbine, results = design.turbine, [run.law]
-    results += [run.reference] if run.reference else []
-    lines = [ResponseLine.of(law_words(each.label), each.history) for each in results]
+def response_drawing(design: TurbineDesign, run: DesignRun) -> Figure:
+    """Return the run over time, beside the reference controller's where there is one."""
+    turbine, results = design.turbine, filter(None, (run.law, run.reference))
+    lines = [ResponseLine.of(powers(law_words(each.label)), each.history) for each in results]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
-    wind = powers(run.words)
+    return response_figure(run.law.history.time, lines, rated=rated)
+
+
+def response_words(run: DesignRun) -> str:
+    """Return the caption of a run: the wind, and the overspeed of each law."""
     sentence = f"Overspeed {with_decimals(run.law.metrics.overspeed, 1)} %"
     if run.reference:
         other = with_decimals(run.reference.metrics.overspeed, 1)
         sentence += f", reference controller {other} %"
+    return f"{powers(run.words).capitalize()}. {sentence}. Dotted: rated."
+
+
+def _figure(design: TurbineDesign, name: str, run: DesignRun) -> CaptionedFigure:
     return captioned_figure(
-        response_figure(run.law.history.time, lines, rated=rated),
+        response_drawing(design, run),
         f"response-{name}",
-        caption=f"{wind.capitalize()}. {sentence}. Dotted: rated.",
-        alternative=f"Time responses of wind, pitch, torque, rotor speed and power: {wind}",
+        caption=response_words(run),
+        alternative="Time responses of wind, pitch, torque, rotor speed and power: "
+        f"{powers(run.words)}",
     )
 
 

@@ -35,6 +35,8 @@ from takagi.reports.sections.turbine.summary import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 LOOPS = ("torque", "pitch")
@@ -48,13 +50,12 @@ def running_section(design: TurbineDesign) -> Section:
     found = design_margins(design)
     rows, filters = found.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
-    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
     figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, found)) is not None]
     if len(winds):
         figures.insert(
             0,
             captioned_figure(
-                running_margins_figure(winds, lines),
+                margins_drawing(found),
                 "running-margins",
                 caption="Margins of the loop that runs, over wind. Line: the machine as its file "
                 "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
@@ -70,7 +71,7 @@ def running_section(design: TurbineDesign) -> Section:
         {
             "figures": figures,
             "table": _table(found),
-            "least": [*_least(design), *_weak(rows)],
+            "least": [*_least(design, rows), *_weak(rows)],
             "unstable": _unstable(rows),
             "modes": modes_met(rows),
             "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
@@ -80,13 +81,25 @@ def running_section(design: TurbineDesign) -> Section:
     )
 
 
-def _least(design: TurbineDesign) -> list[str]:
-    """Return the sentence on the least margins, which the summary has too."""
-    return [
+def margins_drawing(found: SearchedMargins) -> Figure:
+    """Return the margins over wind; only where there are some."""
+    winds = np.array(sorted({row.wind for row in found.rows}))
+    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
+    return running_margins_figure(winds, lines)
+
+
+def _least(design: TurbineDesign, rows: Sequence[RunningMargins]) -> list[str]:
+    """Return sentences on the least margins, which the summary has too, and the slowest mode."""
+    slowest = min(rows, key=lambda row: row.decay_rate, default=None)
+    found = [
         f"The least margins of all plants and winds are {' and '.join(row.parts[:2])}."
         for row in summary_rows(design)
         if row.name == "margins" and row.numbers
     ]
+    if slowest is not None and slowest.decay_rate > 0:
+        rate = significant(slowest.decay_rate)
+        found.append(f"The slowest mode decays at {rate} 1/s, at {slowest.wind:g} m/s.")
+    return found
 
 
 def _weak(rows: Sequence[RunningMargins]) -> list[str]:

@@ -410,7 +410,7 @@ def _gains(law: EffortSharingLaw) -> SummaryRow:
         ends = float(min(values)), float(max(values))
         parts.append(f"{name} {ends[0]:.3g} to {ends[1]:.3g} {unit}")
         numbers += _ends(name, ends, unit)
-    return SummaryRow("gains", (*parts, "by wind"), tuple(numbers))
+    return _row("gains", parts, numbers, basis="in gains.json")
 
 
 def _not_covered(design: TurbineDesign) -> SummaryRow:

@@ -28,6 +28,9 @@ def built(program: ControllerProgram, folder: Path) -> Path:
     for name, text in export(program, ExportSettings()).files.items():
         assert isinstance(text, str)
         (folder / name).write_text(text, encoding="utf-8")
+    # The records are of blades that take a command at once, whatever the file is written for.
+    file = folder / "DISCON.IN"
+    edited(file, file, pitch_drive="off")
     run(["make", f"CC={cc}", f"CFLAGS={' '.join(STRICT)}"], folder)
     (library,) = folder.glob("lib*_discon.so")
     return library

@@ -245,8 +245,8 @@ def test_the_message_keeps_its_length(room: int, library: Path, tmp_path: Path) 
 # ------------------------------------------------------------------ files
 
 DAMAGES = {
-    "unknown key": ("speed_filter = 0", "speed_fitler = 0", "line 16: key 'speed_fitler'"),
-    "twice": ("speed_filter = 0", "speed_filter = 0\nspeed_filter = 1", "line 17: key speed_filter "
+    "unknown key": ("speed_filter = 0", "speed_fitler = 0", "line 17: key 'speed_fitler'"),
+    "twice": ("speed_filter = 0", "speed_filter = 0\nspeed_filter = 1", "line 18: key speed_filter "
               "stands there twice"),
     "missing": ("speed_filter = 0", "", "key speed_filter is missing"),
     "no number": ("speed_filter = 0", "speed_filter = 0x", "speed_filter = 0x, but it is a number"),
@@ -256,7 +256,7 @@ DAMAGES = {
     "shaving": ("peak_shaving = off", "peak_shaving = 0.8", "peak_shaving = 0.8, but it is one of"),
     "no sign": ("speed_filter = 0", "speed_filter 0", "a line is key = value"),
     "long": ("speed_filter = 0", "speed_filter = 0 #" + "x" * 4000, "too long, or no text"),
-    "binary": ("speed_filter = 0", "speed_filter = \0\n", "line 16: "),
+    "binary": ("speed_filter = 0", "speed_filter = \0\n", "line 17: "),
     "version": ("gains_version = 3", "gains_version = 2", "from a gain file of version 3"),
     "gains": ("gains_sha256 = none", "gains_sha256 = 12ab", "the library holds the gains none"),
 }  # fmt: skip

@@ -52,6 +52,7 @@ def test_sources_alone_where_there_is_no_compiler(tmp_path: Path) -> None:
     assert names(made.files["tora.fmu"]) == [
         "modelDescription.xml",
         "sources/buildDescription.xml",
+        "documentation/index.html",
         "sources/tora.c",
         "sources/fmi3.c",
         "sources/tora.h",

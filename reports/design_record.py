@@ -1,0 +1,215 @@
+"""A design as JSON, ``design.json``: what its pages read, beside the gains and the certificate.
+
+Written once, at design time; ``design_of_record`` makes the design of it again, and solves nothing.
+The model is derived again from the copies of its files, and the certificate is checked again.
+
+Values of takagi's own classes are objects with the class's name and members; what is derived again
+is a name.  Only dataclasses and named tuples below ``takagi.`` are made, by their members.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from enum import Enum
+from fractions import Fraction
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.replay.certificate import WITHOUT, check
+from takagi.certificates.design.design import StepClock, Tell
+from takagi.models.arrays import Floats
+from takagi.models.errors import ModelError
+from takagi.models.loading import read_model
+from takagi.reports.design_folder import RECORD, DesignFolder
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.design import Design
+    from takagi.models.loading import ModelFile
+
+
+def design_record(design: Design, source: ModelFile, model: str) -> str:
+    """Return the text of ``design.json``.
+
+    Parameters
+    ----------
+    source : the model's file.
+    model : the place of its copy, relative to the design's folder.
+    """
+    data = {
+        "given": str(source.name),
+        "model": model,
+        "settings": _Writer({})(design.settings),
+        "design": _Writer(_derived_of(design))(design),
+    }
+    return json.dumps(data, separators=(",", ":")) + "\n"
+
+
+def design_of_record(folder: DesignFolder, tell: Tell | None = None) -> Design:
+    """Return the design that a folder records, with the verdicts of a check made now.
+
+    Parameters
+    ----------
+    tell : called with a word before each step.
+
+    Raises
+    ------
+    CertificateError : a file is damaged, or gains, model and certificate are not of one design.
+    ModelError : the copy of the model, or a member of the record, cannot be read.
+    """
+    record, model, certificate, gains = folder
+    clock = StepClock(tell)
+    with clock("check of the certificate"):
+        checked = check(certificate, gains=gains, model=model)
+        # What a check says of the files that it was not given is no part of a design.
+        messages = [text for text in checked.messages if text != WITHOUT.format("gain", "gains")]
+        checked = replace(checked, messages=messages)
+    document = json.loads(certificate.read_text(encoding="utf-8"))
+    with clock("model"):
+        source = read_model(model)
+        try:
+            settings = _Reader({})(record["settings"])
+            derived = _derived_again(source, settings)
+            derived |= {"settings": settings, "document": document, "checked": checked}
+            design: Design = _Reader(derived)(record["design"])
+        except (ModelError, CertificateError):
+            raise
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            before = document["provenance"]["versions"]["takagi"]
+            raise ModelError(
+                f"{certificate.parent / RECORD}: cannot be read ({type(error).__name__}: {error}); "
+                f"it is damaged, or takagi {before}, which wrote it, had other members: design "
+                f"again, 'takagi design {record['given']} --out {certificate.parent} --force'"
+            ) from error
+    return design
+
+
+def _derived_of(design: Any) -> dict[str, Any]:
+    """Return name -> the parts of a design that are not written, because they are made again."""
+    found = {"document": design.document, "checked": design.checked, "settings": design.settings}
+    if design.kind == "plant":
+        return found | {"plant": design.plant, "model": design.model}
+    names = ("turbine", "partial_load", "full_load")
+    observed = {"observer": design.observer.model}
+    return found | observed | {name: getattr(design, name) for name in names}
+
+
+def _derived_again(source: ModelFile, settings: Any) -> dict[str, Any]:
+    """Return the same parts, without document and verdicts, from the model's file."""
+    if source.kind == "plant":
+        from takagi.certificates.design.plant.design import plant_model
+
+        return {"plant": source.model, "model": plant_model(source.model, settings)}
+    from takagi.models.turbine.full_load import full_load_model
+    from takagi.models.turbine.partial_load import partial_load_model
+    from takagi.models.turbine.trim import derated
+    from takagi.models.turbine.wind_observer import wind_observer_model
+
+    speed = settings.speed_setpoint
+    turbine = derated(source.model, settings.torque_setpoint, speed_setpoint=speed)
+    return {
+        "turbine": turbine,
+        "partial_load": partial_load_model(turbine, speed_setpoint=speed),
+        "full_load": full_load_model(turbine, speed_setpoint=speed),
+        "observer": wind_observer_model(turbine, speed_setpoint=speed),
+    }
+
+
+class _Writer:
+    """Values as JSON; ``derived`` are named, and a value that occurs again is a number."""
+
+    def __init__(self, derived: Mapping[str, Any]) -> None:
+        self._names = {id(value): name for name, value in derived.items()}
+        self._before: dict[int, int] = {}
+
+    def __call__(self, value: Any) -> Any:
+        if value is None or isinstance(value, bool | int | str):
+            return value
+        if isinstance(value, float):
+            number = float(value)
+            return number if np.isfinite(number) else {"float": repr(number)}
+        if isinstance(value, np.generic):
+            return self(value.item())
+        if id(value) in self._names:
+            return {"derived": self._names[id(value)]}
+        if isinstance(value, Fraction):
+            return {"fraction": str(value)}
+        if isinstance(value, np.ndarray):
+            entries = [self(entry) for entry in value.ravel().tolist()]
+            return {"array": entries, "shape": value.shape, "type": value.dtype.name}
+        if isinstance(value, Mapping):
+            return {"mapping": [[self(key), self(entry)] for key, entry in value.items()]}
+        if isinstance(value, list):
+            return [self(entry) for entry in value]
+        if (names := _members(type(value))) is None:
+            if isinstance(value, Sequence):
+                return {"tuple": [self(entry) for entry in value]}
+            raise TypeError(f"a design holds a {type(value).__qualname__}, which JSON cannot")
+        if id(value) in self._before:
+            return {"again": self._before[id(value)]}
+        members = {name: self(getattr(value, name)) for name in names}
+        self._before[id(value)] = len(self._before)
+        kind = type(value)
+        return {"class": f"{kind.__module__}:{kind.__qualname__}", "members": members}
+
+
+class _Reader:
+    """The values that ``_Writer`` wrote."""
+
+    def __init__(self, derived: Mapping[str, Any]) -> None:
+        self._derived = derived
+        self._before: list[Any] = []
+
+    def __call__(self, data: Any) -> Any:
+        if isinstance(data, list):
+            return [self(entry) for entry in data]
+        if not isinstance(data, dict):
+            return data
+        if "class" in data:
+            return self._object(data)
+        if "array" in data:
+            return self._array(data)
+        ((kind, content),) = data.items()
+        match kind:
+            case "derived":
+                return self._derived[content]
+            case "again":
+                return self._before[content]
+            case "float":
+                return float(content)
+            case "fraction":
+                return Fraction(content)
+            case "tuple":
+                return tuple(self(entry) for entry in content)
+            case "mapping":
+                return {self(key): self(entry) for key, entry in content}
+        raise ValueError(f"{kind!r} is no kind of value")
+
+    def _object(self, data: Mapping[str, Any]) -> Any:
+        module, _, name = data["class"].partition(":")
+        # Nothing but data: no other module is imported, and nothing but a record is called.
+        kind = getattr(import_module(module), name) if module.startswith("takagi.") else None
+        if kind is None or _members(kind) is None:
+            raise ValueError(f"{data['class']} is no record of takagi")
+        value = kind(**{key: self(entry) for key, entry in data["members"].items()})
+        self._before.append(value)
+        return value
+
+    def _array(self, data: Mapping[str, Any]) -> Floats:
+        found = np.empty(len(data["array"]), dtype=data["type"])
+        found[:] = [self(entry) for entry in data["array"]]
+        return found.reshape(data["shape"])
+
+
+def _members(kind: Any) -> tuple[str, ...] | None:
+    """Return the names of a record's members; None for a class that is none, or is a sequence."""
+    if isinstance(kind, type) and issubclass(kind, tuple):
+        named: tuple[str, ...] | None = getattr(kind, "_fields", None)
+        return named
+    if not isinstance(kind, type) or not is_dataclass(kind) or issubclass(kind, Sequence | Enum):
+        return None
+    return tuple(field.name for field in fields(kind) if field.init)
