@@ -207,4 +207,4 @@ def powers(words: str) -> str:
 def typeset(words: str) -> str:
     """Return words as a page sets them: powers raised, the signs for <= and >=, units tied."""
     signs = powers(words).replace("<=", "\u2264").replace(">=", "\u2265")
-    return re.sub(r"(?<=\d) (?=[%A-Za-z])", "\u00a0", signs)
+    return re.sub(r"(?<=\d) (?=[%A-Za-z])|(?<=\d N) (?=m\b)", "\u00a0", signs)
