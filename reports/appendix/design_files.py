@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.reports.loops.plant_local import PlantLocalLoop, local_loops
@@ -88,20 +91,27 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     say("margins")
     loops = local_loops(loop)
     say("figures")
-    figures = _figures(loop, loops)
+    figures = _figures(design, loop, loops)
     say("LaTeX")
     return assembled("plant_body.tex.jinja", latex_context(design, loop, loops), figures)
 
 
-def _figures(loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> dict[str, Figure]:
+def _figures(
+    design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
+) -> dict[str, Figure]:
     from takagi.reports.figures.plant.captioned import AROUND, bode_drawings
-    from takagi.reports.figures.plant.poles import responses_figure, vertex_poles_figure
+    from takagi.reports.figures.plant.poles import responses_figure
     from takagi.reports.figures.plant.proved_set import phase_figure, planes
     from takagi.reports.figures.plant.weights import premise_curves, weights_figure
     from takagi.reports.loops.plant_motion import around, motions, starts
+    from takagi.reports.simulation.plant import jump_motions
 
     shown = motions(loop, starts(loop))
-    found = {"responses": responses_figure(loop, shown), "poles": vertex_poles_figure(loop)}
+    found = {"responses": responses_figure(loop, shown)}
+    # V is a function of deviations from the rest before the jump.
+    jumps = [replace(run, value=np.zeros(0)) for run in jump_motions(design, loop)]
+    if jumps:
+        found["jumps"] = responses_figure(loop, jumps)
     curves = premise_curves(loop.model)
     if curves:
         found["memberships"] = weights_figure(curves)

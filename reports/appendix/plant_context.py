@@ -53,7 +53,7 @@ def latex_context(
 ) -> dict[str, Any]:
     """Return the values of all names in the templates."""
     name = design.plant.name or "Plant"
-    shown = "theorems and poles" if loop.gains is None else "law, synthesis, theorems and margins"
+    shown = "and theorems" if loop.gains is None else "law, synthesis, theorems and margins"
     return {
         "subject": name,
         "title": name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -60,8 +61,12 @@ def posed(
         "source": condition.source,
         "numbers": list(numbers),
         "remark": Tex(remark or f"Here {'; '.join(known)}."),
-        "lines": [(escape(plain_label(label)), Tex(formula)) for label, formula in lines],
+        "lines": [(escape(plain_label(label)), _powers(formula)) for label, formula in lines],
     }
+
+
+def _powers(formula: str) -> Tex:
+    return Tex(re.sub(r"(\d)e([+-]\d+)", lambda m: rf"{m[1]} \cdot 10^{{{int(m[2])}}}", formula))
 
 
 def posed_design(title: str, design: Design | None, *, dual: bool = False) -> list[dict[str, Any]]:

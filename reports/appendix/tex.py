@@ -232,6 +232,8 @@ def assembled(
 
 def checked_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
     """Return the checker's verdict, and the certificate's hashes, versions and configuration."""
+    from takagi.models.laws.protocol import law_words
+
     provenance = document.get("provenance", {})
     hashes = {
         **{f"file {name}": value for name, value in provenance.get("files_sha256", {}).items()},
@@ -248,7 +250,7 @@ def checked_context(document: Mapping[str, Any], checked: Checked) -> dict[str, 
         "versions": ", ".join(f"{k} {v}" for k, v in provenance.get("versions", {}).items()),
         "model_file": next(iter(provenance.get("files_sha256", {})), ""),
         "configuration": [
-            f"{name} = {value}"
+            f"{name.replace('_', ' ')} = {law_words(value) if name == 'law' else value}"
             for name, value in provenance.get("configuration", {}).items()
             if value not in (None, {}, [], "") and not isinstance(value, Mapping)
         ],

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 POINTS = 1200
 # An undamped open loop has no finite response at its own frequency.
 NUDGE = 1e-9
-# Loops at vertices are listed up to this many rules, pairs of rules up to PAIRED.
-LISTED, PAIRED = 32, 64
+# Loops at vertices are listed up to this many rules.
+LISTED = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,24 +78,6 @@ def _at_each_input(
 ) -> tuple[PlantLocalLoop, ...]:
     inputs = [k for k in range(B.shape[1]) if np.any(K[k])]
     return tuple(_broken(loop, place, A, B, K, k) for k in inputs)
-
-
-def pair_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
-    """Return the poles of all G_ii, and of all (G_ij + G_ji) / 2 with i < j, as flat arrays.
-
-    G_ij = A_i - B_i K_j; without gains the poles of A_i, and no pairs.  Pairs are left out beyond
-    64 rules.
-    """
-    A, B, K = loop.model.A, loop.model.B, loop.gains
-    none = np.zeros(0, dtype=np.complex128)
-    if K is None:
-        return np.linalg.eigvals(A).astype(np.complex128).ravel(), none
-    own = np.linalg.eigvals(A - np.einsum("inm,imk->ink", B, K)).astype(np.complex128).ravel()
-    if len(A) > PAIRED:
-        return own, none
-    G = A[:, None] - np.einsum("inm,jmk->ijnk", B, K)
-    i, j = np.triu_indices(len(A), 1)
-    return own, np.linalg.eigvals((G[i, j] + G[j, i]) / 2).astype(np.complex128).ravel()
 
 
 def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int) -> PlantLocalLoop:
