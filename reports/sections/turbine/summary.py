@@ -370,7 +370,9 @@ def _margins(design: TurbineDesign) -> list[SummaryRow]:
     if any(row.decay_rate <= 0 for row in rows):
         unstable = "the loop that runs is not stable at every wind, see the report"
         return [_row("margins", (unstable,), basis=LINEAR, shortfall="unstable")]
-    parts, numbers, low = [], [], []
+    parts: list[str] = []
+    numbers: list[Number] = []
+    low: list[str] = []
     for name, unit, size, usual in (
         ("gain", "dB", gain_margin, USUAL_GAIN),
         ("phase", "deg", phase_margin, USUAL_PHASE),
@@ -402,7 +404,8 @@ def phase_margin(margins: Margins) -> float:
 
 def _gains(law: EffortSharingLaw) -> SummaryRow:
     """Return the ranges of the law's gains over the schedule wind."""
-    parts, numbers = [], []
+    parts: list[str] = []
+    numbers: list[Number] = []
     for name, unit, values in (
         ("proportional", "1/s", law.gains.proportional),
         ("integral rate", "1/s", law.gains.integral_rate),
