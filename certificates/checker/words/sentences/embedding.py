@@ -22,14 +22,16 @@ def said(
     off : how far the law's trim is from the plant's rest.
     """
     left = "x'" if plant.sample_time is None else "x(t + T)"
-    what = f"{left} of the plant is the blend"
-    if plant.form == "secant":
-        what = "differences of the plant from rest are blends"
+    secant = plant.form == "secant"
+    what = "differences of the plant from rest are" if secant else f"{left} of the plant is"
     count = len(corners_of(plant.premises))
-    found = f"{what} of {count} exact vertices{_where(plant)}"
-    premises = len(plant.premises)
-    found += f"; {premises} premise{'s' * (premises != 1)} bounded on "
-    found += f"{boxes} box{'es' * (boxes != 1)} by outward rounding"
+    of = "linear, with one exact vertex"
+    if count > 1:
+        of = f"{'blends' if secant else 'the blend'} of {count} exact vertices"
+    found = f"{what} {of}{_where(plant)}"
+    if premises := len(plant.premises):
+        found += f"; {premises} premise{'s' * (premises != 1)} bounded on "
+        found += f"{boxes} box{'es' * (boxes != 1)} by outward rounding"
     if plant.mass is not None:
         found += "; the mass matrix has no zero determinant there"
     if removable:
