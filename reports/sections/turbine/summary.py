@@ -71,9 +71,9 @@ def summary_sentence(design: TurbineDesign) -> str:
                 f"{largest:.1f} % overspeed is simulated."
             )
         return " ".join(sentences)
-    if "overlaps" in rows:
+    if "proved winds" in rows:
         return (
-            f"At constant winds of {rows['overlaps'].parts[1]} that the law knows, the loop is "
+            f"At constant winds of {rows['proved winds'].parts[0]} that the law knows, the loop is "
             "proved to settle at one equilibrium, from a set around it. Nothing is proved about a "
             "changing wind."
         )
@@ -270,8 +270,8 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
     covered = sum(high - low for low, high in chosen.proved)
     every = covered + sum(high - low for low, high in chosen.left)
     winds = Number("winds covered", covered, "m/s", covered / every)
-    shown = (chosen.label, wind_words(chosen))
-    rows = [_row("overlaps", shown, (winds,), claim, shortfall=left)]
+    shown = (wind_words(chosen), f"overlaps of {chosen.label}")
+    rows = [_row("proved winds", shown, (winds,), claim, shortfall=left)]
     if chosen.decay:
         ends = _ends("decay rate", [float(rate) for rate in chosen.decay], "1/s")
         rate = f"decay rate at least {' to '.join(chosen.decay)} 1/s, by wind"
