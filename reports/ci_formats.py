@@ -21,7 +21,7 @@ _SECTIONS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("input-limits", "input-rate"), ("inputs",)),
     **dict.fromkeys(("l2-gain", "peak", "h2-norm", "exit-probability"), ("disturbances",)),
     **dict.fromkeys(("observer", "observed-loop"), ("outputs",)),
-    **dict.fromkeys(("invariant-ellipsoid", "box-enlargement"), ("states",)),
+    **dict.fromkeys(("invariant-ellipsoid",), ("states",)),
     "sector-embedding": ("equations",),
     "tracking": ("reference",),
 }

@@ -18,7 +18,6 @@ TITLES = {
     "decay": r"Common quadratic decay \cite{takagi-tanaka,takagi-boyd}",
     "transient": r"Overshoot and settling \cite{takagi-boyd}",
     "gain-rounding": "Errors of the gains",
-    "box-enlargement": "Wider premises",
     "invariant-ellipsoid": r"Invariant set \cite{takagi-boyd}",
     "input-limits": r"Inputs within limits \cite{takagi-boyd}",
     "tracking": "Following a reference",

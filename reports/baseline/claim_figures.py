@@ -216,7 +216,6 @@ _MEMBERS: dict[str, tuple[tuple[str, str, bool, str], ...]] = {
     "fuzzy-decay": (_DECAY,),
     "transient": (_DECAY, ("overshoot", "-", False, ""), ("settling_time", "s", False, "")),
     "gain-rounding": (_DECAY, ("relative", "-", True, "relative rounding of gains")),
-    "box-enlargement": (_DECAY, ("enlargement", "-", True, "")),
     "l2-gain": _ENERGY,
     "fuzzy-l2-gain": _ENERGY,
     "h2-norm": (("norm", "-", False, ""),),

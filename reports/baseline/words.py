@@ -31,7 +31,6 @@ _WORDS: tuple[tuple[str, str, str], ...] = (
     ("rates of weights", "faster weights allowed", "slower weights allowed"),
     ("relative rounding", "more room to round the gains", "not as much room to round the gains"),
     ("absolute rounding", "more room to round the gains", "not as much room to round the gains"),
-    ("enlargement", "more room beyond the box", "not as much room beyond the box"),
     ("limit of input", "smaller commands", "larger commands"),
     ("limit of rate", "slower commands", "faster commands"),
     ("torque step", "calmer actuators", "busier actuators"),

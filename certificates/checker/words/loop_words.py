@@ -42,7 +42,7 @@ def while_valid(loop: PolytopicLoop) -> str:
     """
     bounded = any(side is not None for side in loop.box) or loop.other_box
     plant = "a plant that the model contains" if loop.scheduled_by is None else "its plant"
-    return f"; of {plant}, as long as that stays in the model's box" if bounded else ""
+    return f"; this also holds for {plant} while it stays in the model's box" if bounded else ""
 
 
 def undisturbed(loop: PolytopicLoop) -> str:

@@ -42,10 +42,6 @@ WORDS = {
         "Gains may be rounded",
         "Gains may be stored with fewer digits, or differ a little in the controller.",
     ),
-    "box-enlargement": (
-        "The ranges may be wider",
-        "The stated ranges are not the edge of what works.",
-    ),
     "invariant-ellipsoid": (
         "Safe set",
         "A motion that starts in the set never leaves it, nor the ranges.",
@@ -114,7 +110,6 @@ def _numbers(
         "overshoot": lambda x: f"at most {at_most(x)} times the start",
         "settling_time": lambda x: f"to {100 * claim['settled_share']:g} % within {_time(loop, x)}",
         "relative": lambda x: f"all gains off by up to {at_least(100 * x)} %",
-        "enlargement": lambda x: f"premises' ranges times {at_least(x, 4)}",
         "gain": lambda x: f"gain at most {at_most(x)}",
         "norm": lambda x: f"norm at most {at_most(x)}",
         "probability": lambda x: f"at most {at_most(x)}",
