@@ -10,7 +10,6 @@ import re
 from collections.abc import Mapping, Sequence
 from enum import Enum
 from importlib.metadata import version
-from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple, Protocol
 from urllib.parse import quote
@@ -115,7 +114,7 @@ def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ())
     """
     cases = [
         _junit_case(name, claim, source, of_claim)
-        for (name, claim), of_claim in zip_longest(_named(checked), numbers, fillvalue={})
+        for name, claim, of_claim in _numbered(checked, numbers)
     ]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
@@ -202,9 +201,9 @@ def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = 
         "| Verdict | Claim | | Numbers |",
         "|---|---|---|---|",
     ]
-    for (name, claim), of_claim in zip_longest(_named(checked), numbers, fillvalue={}):
-        told = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
-        cells = (claim.verdict.name, name, claim.text, told)
+    for name, claim, of_claim in _numbered(checked, numbers):
+        listed = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
+        cells = (claim.verdict.name, name, claim.text, listed)
         lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
     told = [*_assumed(checked), *checked.messages]
     if told:
@@ -231,6 +230,14 @@ def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
             name = f"{claim.name} ({k})"
         found[name] = claim
     return list(found.items())
+
+
+def _numbered(
+    checked: CheckedFile, numbers: Sequence[Numbers]
+) -> list[tuple[str, CheckedClaim, Numbers]]:
+    named = _named(checked)
+    missing: list[Numbers] = [{}] * (len(named) - len(numbers))
+    return [(*one, found) for one, found in zip(named, [*numbers, *missing], strict=True)]
 
 
 def _proved(claim: CheckedClaim) -> bool:

@@ -87,8 +87,9 @@ def _panel(
     axes.set_xlim(-limits[0], limits[0])
     axes.set_ylim(-limits[1], limits[1])
     axes.plot([0], [0], "+", color="black", ms=8, ls="none", label="rest")
-    for state, (_, unit), name in zip(pair, units, (axes.set_xlabel, axes.set_ylabel), strict=True):
-        name(f"{loop.names[state]} [{unit}]")
+    words = [f"{loop.names[k]} [{unit}]" for k, (_, unit) in zip(pair, units, strict=True)]
+    axes.set_xlabel(words[0])
+    axes.set_ylabel(words[1])
 
 
 def _set(axes: Axes, loop: PlantLoop, pair: tuple[int, int], sizes: Floats) -> Floats:

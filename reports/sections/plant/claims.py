@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,8 @@ from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, ClaimRow, behind, per_unit
+from takagi.reports.sections.plant.assumptions import EMBEDDINGS, SETS, assumptions
+from takagi.reports.sections.plant.summary import set_starts, start_words
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -69,10 +71,6 @@ WORDS = {
         "It says how safe the set is under noise.",
     ),
 }
-_EMBEDDINGS = ("sector-embedding", "secant-embedding", "slope-embedding", "effort-blend")
-_SETS = ("invariant-ellipsoid", "input-limits", "sampled-loop", "observed-loop", "exit-probability")
-# Kinds that have disturbances of their own.
-_DISTURBED = ("l2-gain", "fuzzy-l2-gain", "h2-norm", "peak", "exit-probability", "tracking")
 
 
 def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
@@ -92,9 +90,9 @@ def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], found: 
     number = found.text
     if found.verdict is Verdict.PROVED:
         number = "; ".join(_numbers(design, loop, kind, claim)) or DASH
-    if bounds and kind in _SETS:
+    if bounds and kind in SETS:
         name = f"{name} under disturbance"
-    assumes = _assumptions(loop, claim, disturbed=bool(bounds) or kind in _DISTURBED)
+    assumes = "; ".join(assumptions(loop, claim))
     return ClaimRow(name, found.verdict.name, number, assumes, why, f"{found.name}: {found.text}")
 
 
@@ -102,15 +100,15 @@ def _numbers(
     design: PlantDesign, loop: PlantLoop, kind: str, claim: Mapping[str, Any]
 ) -> list[str]:
     """Return the bounds that a proved claim has, in the units of the file."""
-    if kind in _EMBEDDINGS:
+    if kind in EMBEDDINGS:
         rules = len(loop.model.rules)
         return ["one linear system" if rules == 1 else f"{rules} rules"]
     if kind in ("invariant-ellipsoid", "input-limits", "sampled-loop"):
         return [*_limits(loop, claim), *_sampling(claim), *_starts(loop, claim)]
-    plain = {
+    plain: dict[str, Callable[[Fraction], str]] = {
         "decay_rate": lambda x: f"rate {_rate(loop, x)}",
         "overshoot": lambda x: f"at most {at_most(x)} times the start",
-        "settling_time": lambda x: f"to 2 % within {_time(loop, x)}",
+        "settling_time": lambda x: f"to {100 * claim['settled_share']:g} % within {_time(loop, x)}",
         "relative": lambda x: f"all gains off by up to {at_least(100 * x)} %",
         "gain": lambda x: f"gain at most {at_most(x)}",
         "norm": lambda x: f"norm at most {at_most(x)}",
@@ -127,40 +125,9 @@ def _numbers(
     return found
 
 
-def _assumptions(loop: PlantLoop, claim: Mapping[str, Any], *, disturbed: bool) -> str:
-    """Return what this claim alone takes for granted."""
-    kind = str(claim.get("kind", ""))
-    if kind in _EMBEDDINGS:
-        return "equations and parameters as in the file; variables in their ranges"
-    found = []
-    if kind in _SETS or kind == "tracking":
-        found.append("start in the set")
-    elif loop.model.box:
-        found.append("states stay in their ranges")
-    if loop.gains is not None:
-        found.append("all states known exactly" if loop.observed is None else "exact outputs")
-        if kind == "sampled-loop":
-            found.append("no time for computing")
-        elif not loop.discrete:
-            found.append("no sampling")
-    moving = any(not variable.schedules for variable in loop.plant.disturbances)
-    if moving and not disturbed:
-        found.append("no disturbance")
-    if kind == "tracking":
-        found.append("other signals constant, in their ranges")
-    if claim.get("membership_rates") or (kind.startswith("fuzzy") and any(claim.get("rates", ()))):
-        found.append("memberships keep to the stated rates")
-    return "; ".join(found)
-
-
 def _starts(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
-    """Return how far each state alone may start: sqrt(c / P_kk)."""
-    level = float(_exact(claim["level"]))
-    found = []
-    for k, (name, variable) in enumerate(zip(loop.names, loop.plant.states, strict=True)):
-        size, unit = file_unit(variable)
-        reach = (level / float(_exact(claim["P"][k][k]))) ** 0.5
-        found.append(f"{name} {at_least(reach / size)}{behind(unit)}")
+    """Return how far each state alone may start, and the disturbances that are withstood."""
+    found = [start_words(number) for number in set_starts(loop, claim["P"], claim["level"])]
     bounds = claim.get("disturbance_bounds") or ()
     moving = [
         f"|{variable.name}| \u2264 {at_least(float(_exact(bound)) / size)}{behind(unit)}"

@@ -6,7 +6,7 @@ Terminal and JSON show the same rows.  A figure from a linear loop in floating p
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -21,9 +21,12 @@ from takagi.reports.loops.plant_loop import PlantLoop, largest_commands, plant_l
 from takagi.reports.loops.proved_kinds import proved_claims, proved_kinds
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import behind, name_of, per_unit, significant, unit_of
+from takagi.reports.sections.plant.assumptions import assumptions
 from takagi.reports.simulation.plant import proved_jumps
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from takagi.certificates.design.plant.result import PlantDesign
 
 # A deviation above this share of a variable's range counts as all of it.
@@ -86,7 +89,11 @@ def starts_alone(design: PlantDesign) -> dict[str, float]:
 
     It is the largest deviation of this state in the set while all other states are at rest.
     """
-    return _starts(plant_loop(design))
+    loop = plant_loop(design)
+    return {
+        label: number.value * _unit_of_state(loop, k)[0]
+        for k, (label, number) in enumerate(zip(loop.model.states, _starts(loop), strict=False))
+    }
 
 
 def summary_rows(design: PlantDesign) -> list[SummaryRow]:
@@ -96,6 +103,7 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
     rows = [
         _settles(loop, beside),
         _safe_start(loop, beside),
+        _in_samples(design, loop),
         _overshoot(design, loop),
         _follows(design),
         _disturbance(design),
@@ -105,7 +113,26 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
         _observer(design),
         _not_covered(design, loop),
     ]
-    return [row for row in rows if row is not None and row.parts]
+    return [_resting(design, loop, row) for row in rows if row is not None and row.parts]
+
+
+# Row -> kinds of claims, of which the first that is proved gives its figures.
+_RESTS_ON = {
+    "settles": ("decay", "observed-loop"),
+    "safe start": ("input-limits", "invariant-ellipsoid", "observed-loop"),
+    "in samples": ("sampled-loop",),
+    "follows": ("tracking",),
+    "input": ("input-limits", "observed-loop"),
+}
+
+
+def _resting(design: PlantDesign, loop: PlantLoop, row: SummaryRow) -> SummaryRow:
+    """Return the row with the claim that it follows from, and the assumptions of that claim."""
+    for kind in _RESTS_ON.get(row.name, ()) if row.proved else ():
+        for claim in proved_claims(design.document, design.checked, kind):
+            assumes = tuple(assumptions(loop, claim))
+            return replace(row, claim=str(claim["name"]), assumes=assumes)
+    return row
 
 
 def answer_sentence(design: PlantDesign) -> str:
@@ -122,6 +149,9 @@ def answer_sentence(design: PlantDesign) -> str:
     sizes = _input(design, loop) if loop.level_proved else None
     if sizes is not None and sizes.parts and sizes.proved:
         words += f", with {' and '.join(sizes.parts)}"
+    sampled = _in_samples(design, loop)
+    if sampled is not None:
+        words += f"; run in samples, starts up to {_with_degrees(sampled.numbers[0])}"
     jumps = _follows(design)
     if jumps is not None and jumps.numbers:
         steps = [
@@ -134,11 +164,9 @@ def answer_sentence(design: PlantDesign) -> str:
 
 def _subject(loop: PlantLoop) -> str:
     """Return which motions the sentence is about; of several states the first is named."""
-    for label, reach in _starts(loop).items():
-        size, unit = _unit_of_state(loop, 0)
+    for number in _starts(loop)[:1]:
         alone = ", the other states at rest," if len(loop.names) > 1 else ""
-        most = _with_degrees(reach / size, unit)
-        return f"Starts up to {most} in {name_of(label)}{alone} are proved"
+        return f"Starts up to {_with_degrees(number)} in {number.quantity}{alone} are proved"
     return f"All motions{' that stay in the ranges' if loop.model.box else ''} are proved"
 
 
@@ -154,18 +182,35 @@ def _outcome(loop: PlantLoop) -> str:
     return "stay in the safe set" if loop.level_proved else "keep what the claims below state"
 
 
-def _with_degrees(value: float, unit: str) -> str:
+def _with_degrees(number: Number) -> str:
     """Return a lower bound, radians also in degrees."""
-    beside = f" ({at_least(float(np.degrees(value)))} deg)" if unit == "rad" else ""
-    return f"{at_least(value)}{behind(unit)}{beside}"
+    beside = f" ({at_least(float(np.degrees(number.value)))} deg)" if number.unit == "rad" else ""
+    return f"{at_least(number.value)}{behind(number.unit)}{beside}"
 
 
-def _starts(loop: PlantLoop) -> dict[str, float]:
-    if not (loop.bounded and loop.level_proved):
-        return {}
-    P, level = loop.start_ellipsoid
-    reach = (float(np.sqrt(level / size)) for size in np.diag(P))
-    return dict(zip(loop.model.states, reach, strict=True))
+def set_starts(loop: PlantLoop, P: ArrayLike, level: object) -> tuple[Number, ...]:
+    """Return how far each state alone may start in {x'Px <= level}, and its share of the range."""
+    found = []
+    diagonal = np.diag(np.asarray(P, dtype=np.float64))
+    for k, (label, entry) in enumerate(zip(loop.model.states, diagonal, strict=True)):
+        size, unit = _unit_of_state(loop, k)
+        reach = float(np.sqrt(float(Fraction(str(level))) / entry))
+        ends = loop.model.box.get(label)
+        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
+        found.append(Number(name_of(label), reach / size, unit, share))
+    return tuple(found)
+
+
+def start_words(number: Number, *, shared: bool = False) -> str:
+    """Return e.g. ``angle 0.684 rad (46 %)``, the share only where it is asked for."""
+    words = f"{number.quantity} {at_least(number.value)}{behind(number.unit)}"
+    if number.share is None or not shared:
+        return words
+    return f"{words} ({'all' if number.share >= ALL_OF_RANGE else f'{100 * number.share:.2g} %'})"
+
+
+def _starts(loop: PlantLoop) -> tuple[Number, ...]:
+    return set_starts(loop, *loop.start_ellipsoid) if loop.bounded and loop.level_proved else ()
 
 
 def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
@@ -195,26 +240,30 @@ def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
 
 def _safe_start(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     """Return how far each state alone may start in the proved set, as a share of its range."""
-    parts, numbers, others = [], [], []
-    for k, (label, reach) in enumerate(_starts(loop).items()):
-        size, unit = _unit_of_state(loop, k)
-        ends = loop.model.box.get(label)
-        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
-        part = f"{name_of(label)} {at_least(reach / size)}{behind(unit)}"
-        if share is not None:
-            part += " (all)" if share >= ALL_OF_RANGE else f" ({100 * share:.2g} %)"
-        parts.append(part)
-        numbers.append(Number(name_of(label), reach / size, unit, share))
-        if beside is not None and beside.starts is not None:
-            others.append(at_least(float(beside.starts[k]) / size))
-    words = f"LQR {', '.join(others)}" if others else ""
-    if parts and beside is not None and beside.sought and beside.starts is None:
+    numbers = _starts(loop)
+    parts = [start_words(number, shared=True) for number in numbers]
+    words = ""
+    if beside is not None and beside.starts is not None:
+        sizes = (_unit_of_state(loop, k)[0] for k in range(len(numbers)))
+        others = zip(beside.starts, sizes, strict=False)
+        words = f"LQR {', '.join(at_least(float(start) / size) for start, size in others)}"
+    elif parts and beside is not None and beside.sought:
         words = "LQR: none proved"
     shares = [number.share for number in numbers if number.share is not None]
     little = bool(shares) and max(shares) < LITTLE
     if little:
         parts.append("little of the ranges: try narrower ranges, a lower rate, larger inputs")
-    return SummaryRow("safe start", tuple(parts), tuple(numbers), words, partial=little)
+    return SummaryRow("safe start", tuple(parts), numbers, words, partial=little)
+
+
+def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    """Return the safe starts of a law that runs in samples, which has a set of its own."""
+    for claim in proved_claims(design.document, design.checked, "sampled-loop"):
+        numbers = set_starts(loop, claim["P"], claim["level"])
+        starts = [start_words(number, shared=True) for number in numbers]
+        step = f"every {float(claim['sample_time']):g} s, safe start {starts[0]}"
+        return SummaryRow("in samples", (step, *starts[1:]), numbers)
+    return None
 
 
 def _overshoot(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
