@@ -37,7 +37,7 @@ class Regulator:
 
     Attributes
     ----------
-    gain, own_gain : K (m, n) of the regulator, and of the design at rest.
+    gain : K (m, n) of the regulator.
     poles, own_poles : of the two linear loops at rest.
     states, inputs : (n,) and (m,): the sizes that the weights are made of, SI.
     starts : (n,) how far each state alone may start off rest in the set that is proved for the
@@ -46,7 +46,6 @@ class Regulator:
     """
 
     gain: Floats
-    own_gain: Floats
     poles: Complex
     own_poles: Complex
     states: Floats
@@ -89,7 +88,6 @@ def regulator(design: PlantDesign) -> Regulator | None:
     sought = len(loop.model.rules) <= MOST_RULES and len(loop.names) <= MOST_STATES
     return Regulator(
         gain,
-        own,
         np.linalg.eigvals(rest.A - rest.B @ gain).astype(np.complex128),
         np.linalg.eigvals(rest.A - rest.B @ own).astype(np.complex128),
         states,

@@ -24,7 +24,6 @@ def test_the_gain_is_the_closed_form_for_two_integrators() -> None:
     found = regulator(spring())
     assert found is not None
     assert np.allclose(found.gain, [[6.0, np.sqrt(12.0 + 9.0)]], rtol=1e-3)
-    assert np.allclose(found.own_gain, [[2.0, 3.0]])
     assert np.allclose(np.sort(found.own_poles.real), [-2.0, -1.0])
     time = found.settling(own=True, step=None)
     assert time is not None and np.isclose(time, np.log(50.0))

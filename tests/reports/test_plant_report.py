@@ -18,10 +18,14 @@ from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.assembly import ReportFiles
 from takagi.reports.page.text import decimal
+from takagi.reports.sections.plant.claims import claim_rows
 from takagi.reports.sections.plant.page import plant_report_files
+from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
 from tests.reports.html_page import HtmlPage, self_contained, unsettled
 from tests.reports.plant_designs import design_of
 
@@ -65,6 +69,40 @@ def test_sections_stand_in_their_order_with_the_verdict_first() -> None:
     for name, left_out in ((SMALL, set()), (ANALYSIS, {"gains", "loops", "set"})):
         found = [str(a["id"]) for tag, a in HtmlPage(report_of(name).html).tags if tag == "section"]
         assert found == [name for name in SECTIONS if name not in left_out]
+
+
+def test_the_first_screen_has_sentence_picture_and_six_tiles() -> None:
+    """An amber tile where less than the file states is proved: here of the disturbance."""
+    html = report_of(SMALL).html
+    first = html[html.index('<section id="verdict"') : html.index("</section>")]
+    (row,) = (row for row in summary_rows(design_of(SMALL)) if row.name == "disturbance")
+
+    assert 'class="sentence"' in first and 'id="figure-phase"' in first
+    assert first.count("<dt>") == 6
+    assert ('<div class="partial">' in first) == row.partial
+
+
+def test_every_claim_has_its_number_and_assumptions_of_its_own() -> None:
+    """That the model equals the plant needs no continuous time; the safe set does."""
+    design = design_of(SMALL)
+    rows = claim_rows(design, plant_loop(design))
+
+    assert [row.text.partition(": ")[0] for row in rows] == [c.name for c in design.checked.claims]
+    assert all(row.number and row.assumes and row.why for row in rows)
+    assert "no sampling" not in rows[0].assumes
+    assert any("start in the set" in row.assumes and "no sampling" in row.assumes for row in rows)
+
+
+@pytest.mark.slow
+def test_a_law_in_samples_has_the_safe_starts_of_its_own_set() -> None:
+    """The set of continuous time would promise more."""
+    found = design_plant(design_of(PENDULUM).plant, PlantSettings(sample_time=0.005))
+    assert isinstance(found, PlantDesign)
+    rows = {row.name: row for row in summary_rows(found)}
+    pairs = zip(rows["in samples"].numbers, rows["safe start"].numbers, strict=True)
+
+    assert all(own.value < alone.value for own, alone in pairs)
+    assert "run in samples" in answer_sentence(found)
 
 
 def test_formulas_of_the_derivation_are_on_the_page() -> None:
