@@ -88,7 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _escape_what_cannot_be_shown()
     given = list(sys.argv[1:] if arguments is None else arguments)
-    return guard(lambda: _dispatch(given))
+    return guard(lambda: _dispatch(given), as_json="--json" in given)
 
 
 def _escape_what_cannot_be_shown() -> None:
