@@ -38,7 +38,7 @@ VERBS = (
         "takagi.cli.verbs.certify",
         "Write a certificate for given gains, or for new ones",
     ),
-    Verb("compare", "takagi.cli.verbs.compare", "Compare two certificates, or two gain files"),
+    Verb("compare", "takagi.cli.verbs.compare", "Compare two designs of one plant"),
     Verb(
         "sweep",
         "takagi.cli.verbs.sweep",

@@ -83,7 +83,7 @@ def design_of_record(folder: DesignFolder, tell: Tell | None = None) -> Design:
             raise ModelError(
                 f"{certificate.parent / RECORD}: cannot be read ({type(error).__name__}: {error}); "
                 f"it is damaged, or takagi {before}, which wrote it, had other members: design "
-                f"again, 'takagi design {record['given']} --out {certificate.parent} --force'"
+                f"again, 'takagi design {record.get('given')} --out {certificate.parent} --force'"
             ) from error
     return design
 

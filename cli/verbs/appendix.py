@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from shutil import which
 from typing import Annotated
 
 import typer
@@ -54,6 +55,8 @@ def _print(verdict: str, out: Path, names: list[str], *, as_json: bool) -> None:
         return
     figures = sum(name.startswith(f"{_FIGURES}/") for name in names)
     print(f"{out / _MAIN}: {verdict}, {figures} figures")
+    if which("pdflatex") is None:
+        print("note: pdflatex is not on this machine; install TeX Live, or compile elsewhere")
     print(f"\nCompile\n  cd {out} && pdflatex {_MAIN} && pdflatex {_MAIN} && pdflatex {_MAIN}")
     print(f"Take into a paper\n  \\input{{{_BODY.removesuffix('.tex')}}}; its first lines name the "
           "packages")  # fmt: skip

@@ -131,7 +131,7 @@ def _take_folder(options: argparse.Namespace) -> None:
 
     parts = design_folder(options.certificate)
     options.certificate = parts.certificate
-    options.plant_file = options.model or Path(str(parts.record["given"]))
+    options.plant_file = options.model or Path(str(parts.record.get("given")))
     options.gains, options.model = options.gains or parts.gains, options.model or parts.model
 
 

@@ -7,8 +7,9 @@ import pytest
 from takagi.certificates import certify
 from takagi.lmi import pdc
 from takagi.models import load_model, sector_model
+from takagi.models.plant_files.loader import load_plant
 
-PLANT = load_model("lorenz")
+PLANT = load_plant("lorenz")
 MODEL = sector_model(PLANT)
 DESIGN = pdc(MODEL, decay_rate=0.1)
 
