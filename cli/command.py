@@ -20,7 +20,7 @@ _BROKEN_PIPE = 141  # 128 + SIGPIPE
 def guard(work: Callable[[], int], *, as_json: bool = False) -> int:
     """Return the exit status of ``work``, or print why it failed and return the failure's status.
 
-    With ``as_json`` the reason is an object on standard output: ``error`` and ``status``.
+    With ``as_json`` the reason is also an object on standard output: ``error`` and ``status``.
 
     Errors of takagi's own types carry a text written for the user, which is printed as it is.
     Anything unforeseen is one line that asks for a report; ``TAKAGI_DEBUG=1`` adds the traceback.
@@ -48,13 +48,12 @@ def guard(work: Callable[[], int], *, as_json: bool = False) -> int:
 
 
 def tell_error(message: str, status: int, *, as_json: bool) -> None:
-    """Print an error, for people on standard error or for machines on standard output."""
+    """Print an error on standard error, and for machines on standard output too."""
+    print(f"Error: {message}", file=sys.stderr)
     if as_json:
         import json
 
         print(json.dumps({"error": message, "status": status}, indent=2))
-    else:
-        print(f"Error: {message}", file=sys.stderr)
 
 
 def _explain(error: Exception) -> tuple[str, int]:

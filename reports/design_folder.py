@@ -112,7 +112,7 @@ def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
     parts = design_folder(folder)
     from takagi.reports.design_record import design_of_record
 
-    return design_of_record(parts, tell)
+    return design_of_record(*parts, tell=tell)
 
 
 def _content(path: Path) -> Mapping[str, Any]:

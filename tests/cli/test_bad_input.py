@@ -385,4 +385,4 @@ def test_errors_for_machines(arguments: list[str], tmp_path: Path, capsys: Captu
     assert main([*given, "--json"]) == 2
     printed = capsys.readouterr()
     answer = json.loads(printed.out)
-    assert answer["status"] == 2 and answer["error"] and printed.err == ""
+    assert answer["status"] == 2 and printed.err == f"Error: {answer['error']}\n"
