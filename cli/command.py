@@ -17,8 +17,10 @@ INTERRUPTED = 130  # 128 + SIGINT, as shells do
 _BROKEN_PIPE = 141  # 128 + SIGPIPE
 
 
-def guard(work: Callable[[], int]) -> int:
+def guard(work: Callable[[], int], *, as_json: bool = False) -> int:
     """Return the exit status of ``work``, or print why it failed and return the failure's status.
+
+    With ``as_json`` the reason is also an object on standard output: ``error`` and ``status``.
 
     Errors of takagi's own types carry a text written for the user, which is printed as it is.
     Anything unforeseen is one line that asks for a report; ``TAKAGI_DEBUG=1`` adds the traceback.
@@ -41,8 +43,17 @@ def guard(work: Callable[[], int]) -> int:
 
             traceback.print_exception(error)
         message, status = _explain(error)
-        print(f"Error: {message}", file=sys.stderr)
+        tell_error(message, status, as_json=as_json)
         return status
+
+
+def tell_error(message: str, status: int, *, as_json: bool) -> None:
+    """Print an error on standard error, and for machines on standard output too."""
+    print(f"Error: {message}", file=sys.stderr)
+    if as_json:
+        import json
+
+        print(json.dumps({"error": message, "status": status}, indent=2))
 
 
 def _explain(error: Exception) -> tuple[str, int]:
@@ -103,7 +114,7 @@ def run_command(
     def command(**given: object) -> None:
         # The error handling is inside typer, which would handle interrupts and pipes in its own
         # way.
-        raise typer.Exit(guard(lambda: function(**given)))
+        raise typer.Exit(guard(lambda: function(**given), as_json=bool(given.get("as_json"))))
 
     # typer reads the parameters from here.
     described: Any = command
@@ -117,11 +128,21 @@ def run_command(
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     )
     application.command(name)(command)
+    as_json = "--json" in arguments
     try:
-        application(args=list(arguments), prog_name=f"takagi {name}")
+        status = application(
+            args=list(arguments), prog_name=f"takagi {name}", standalone_mode=not as_json
+        )
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
-    return 0
+    except Exception as error:
+        # What typer says of an option that it cannot read.
+        said = getattr(error, "format_message", None)
+        if said is None:
+            raise
+        tell_error(said(), MISUSE, as_json=True)
+        return MISUSE
+    return status if isinstance(status, int) else 0
 
 
 def _joined(

@@ -38,7 +38,7 @@ VERBS = (
         "takagi.cli.verbs.certify",
         "Write a certificate for given gains, or for new ones",
     ),
-    Verb("compare", "takagi.cli.verbs.compare", "Compare two certificates, or two gain files"),
+    Verb("compare", "takagi.cli.verbs.compare", "Compare two designs of one plant"),
     Verb(
         "sweep",
         "takagi.cli.verbs.sweep",
@@ -88,7 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     _escape_what_cannot_be_shown()
     given = list(sys.argv[1:] if arguments is None else arguments)
-    return guard(lambda: _dispatch(given))
+    return guard(lambda: _dispatch(given), as_json="--json" in given)
 
 
 def _escape_what_cannot_be_shown() -> None:

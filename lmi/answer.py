@@ -11,6 +11,7 @@ import numpy as np
 from takagi.lmi.condition.term import Condition
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from takagi.lmi.polynomials.simplex_polynomials import PolynomialLyapunov
@@ -109,8 +110,8 @@ class ObjectiveUnit:
         return left**self.power
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Answer:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Answer(ShortRepr):
     """What floating point can say about a condition.  Nothing here is a proof.
 
     Attributes
@@ -223,8 +224,8 @@ class GainsWithAnswer(WithAnswer):
         return self.gains, self.P
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Design(GainsWithAnswer):
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Design(ShortRepr, GainsWithAnswer):
     """Gains with the Lyapunov function they were found with.
 
     Attributes

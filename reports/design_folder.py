@@ -95,10 +95,10 @@ def design_folder(folder: Path) -> DesignFolder:
     ------
     CertificateError : as ``design_file``, or a file is damaged.
     """
-    record, places = _content(design_file(folder, RECORD)), design_file(folder, CERTIFICATE)
-    model = design_file(folder, str(record.get(MODEL, f"{MODEL}/")))
-    gains = design_file(folder, GAINS) if "controller" in _content(places) else None
-    return DesignFolder(record, model, places, gains)
+    record, certificate = _content(design_file(folder, RECORD)), design_file(folder, CERTIFICATE)
+    model = design_file(folder, str(record.get(MODEL)))
+    gains = design_file(folder, GAINS) if "controller" in _content(certificate) else None
+    return DesignFolder(record, model, certificate, gains)
 
 
 def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
@@ -112,14 +112,17 @@ def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
     parts = design_folder(folder)
     from takagi.reports.design_record import design_of_record
 
-    return design_of_record(parts, tell)
+    return design_of_record(*parts, tell=tell)
 
 
-def _content(path: Path) -> Any:
+def _content(path: Path) -> Mapping[str, Any]:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise CertificateError(f"{path}: is damaged ({error}); {_again(path.parent)}") from error
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        raise CertificateError(f"{path}: is damaged; {_again(path.parent)}")
+    return found
 
 
 def design_file(folder: Path, name: str) -> Path:

@@ -15,6 +15,7 @@ from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from fractions import Fraction
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +26,6 @@ from takagi.certificates.design.design import StepClock, Tell
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.loading import read_model
-from takagi.reports.design_folder import RECORD, DesignFolder
 
 if TYPE_CHECKING:
     from takagi.certificates.design.design import Design
@@ -49,11 +49,19 @@ def design_record(design: Design, source: ModelFile, model: str) -> str:
     return json.dumps(data, separators=(",", ":")) + "\n"
 
 
-def design_of_record(folder: DesignFolder, tell: Tell | None = None) -> Design:
+def design_of_record(
+    record: Mapping[str, Any],
+    model: Path,
+    certificate: Path,
+    gains: Path | None,
+    *,
+    tell: Tell | None = None,
+) -> Design:
     """Return the design that a folder records, with the verdicts of a check made now.
 
     Parameters
     ----------
+    record : the content of ``design.json``;  model, certificate, gains : the files beside it.
     tell : called with a word before each step.
 
     Raises
@@ -61,7 +69,6 @@ def design_of_record(folder: DesignFolder, tell: Tell | None = None) -> Design:
     CertificateError : a file is damaged, or gains, model and certificate are not of one design.
     ModelError : the copy of the model, or a member of the record, cannot be read.
     """
-    record, model, certificate, gains = folder
     clock = StepClock(tell)
     with clock("check of the certificate"):
         checked = check(certificate, gains=gains, model=model)
@@ -79,11 +86,11 @@ def design_of_record(folder: DesignFolder, tell: Tell | None = None) -> Design:
         except (ModelError, CertificateError):
             raise
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            before = document["provenance"]["versions"]["takagi"]
+            before, place = document["provenance"]["versions"]["takagi"], certificate.parent
             raise ModelError(
-                f"{certificate.parent / RECORD}: cannot be read ({type(error).__name__}: {error}); "
-                f"it is damaged, or takagi {before}, which wrote it, had other members: design "
-                f"again, 'takagi design {record['given']} --out {certificate.parent} --force'"
+                f"{place}/design.json: cannot be read ({type(error).__name__}: {error}), for it is "
+                f"damaged, or of another version ({before}); design again with 'takagi design "
+                f"{record.get('given')} --out {place} --force'"
             ) from error
     return design
 

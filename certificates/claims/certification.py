@@ -40,6 +40,7 @@ from takagi.certificates.requests.transient import Transient
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
+from takagi.models.short_repr import ShortRepr
 from takagi.models.tracking import rests_exactly
 
 if TYPE_CHECKING:
@@ -51,8 +52,8 @@ if TYPE_CHECKING:
 LONGEST = 60  # the most characters of a given value in a message
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Certificate:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Certificate(ShortRepr):
     """A certificate and the verdicts of the independent checker.
 
     Attributes

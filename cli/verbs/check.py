@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from takagi.cli.command import MISUSE, PROVED, UNPROVED
+from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error
 from takagi.cli.progress import progress
 from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
 
@@ -67,6 +67,7 @@ cross.not_replayed, and changes no status.
 def run(arguments: Sequence[str]) -> int:
     """Run the verb; return its exit status."""
     parser = _parser()
+    parser.as_json = "--json" in arguments
     try:
         options = parser.parse_args(list(arguments))
         if options.c_source and not options.gains:
@@ -96,7 +97,7 @@ def _check(options: argparse.Namespace) -> int:
         if not is_another:
             raise  # the status is the boundary's, as for any misuse
         # The certificate is valid but about another loop, so nothing is proved for this one.
-        print(f"Error: {error}", file=sys.stderr)
+        tell_error(str(error), UNPROVED, as_json=options.json)
         return UNPROVED
     missed, lines = _further(options, asked)
     if missed or lines:
@@ -130,7 +131,7 @@ def _take_folder(options: argparse.Namespace) -> None:
 
     parts = design_folder(options.certificate)
     options.certificate = parts.certificate
-    options.plant_file = options.model or Path(str(parts.record["given"]))
+    options.plant_file = options.model or Path(str(parts.record.get("given")))
     options.gains, options.model = options.gains or parts.gains, options.model or parts.model
 
 
@@ -316,7 +317,12 @@ def _as_json(
 class _Parser(argparse.ArgumentParser):
     """argparse, speaking like the other verbs."""
 
+    as_json = False
+
     def error(self, message: str) -> NoReturn:
+        if self.as_json:
+            tell_error(message, MISUSE, as_json=True)
+            raise SystemExit(MISUSE)
         text = f"Usage: {_USAGE}\nTry 'takagi check --help' for help.\n\nError: {message}"
         print(text, file=sys.stderr)
         raise SystemExit(MISUSE)
@@ -327,7 +333,7 @@ class _Parser(argparse.ArgumentParser):
         return text.replace("usage: ", "Usage: ", 1).replace("\noptions:", "\nOptions:", 1)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> _Parser:
     parser = _Parser(
         prog="takagi check",
         usage=_USAGE,

@@ -13,6 +13,7 @@ from takagi.models.files.units import PURE, Dimension, parse_unit
 from takagi.models.intervals.interval import Interval
 from takagi.models.plant.dimensions import ADVICE, dimension_of, short, without_matrix_row
 from takagi.models.plant.variables import Output, Parameter, Reference, Variable
+from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -27,8 +28,8 @@ class Blended(Protocol):
     def plant(self) -> Plant: ...
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Plant:
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Plant(ShortRepr):
     """M(x) x' = f(x, u, w), y = g(x, u, w), with parameters, on a box.
 
     Attributes

@@ -17,6 +17,7 @@ from takagi.models.arrays import Floats
 from takagi.models.equations.equations import Step
 from takagi.models.errors import ModelError
 from takagi.models.intervals.interval import Number, exact
+from takagi.models.short_repr import ShortRepr
 from takagi.models.ts.premise import Premise
 from takagi.models.ts.vertex_arrays import (
     VertexProduct,
@@ -96,8 +97,8 @@ class Matrices(NamedTuple):
     E: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False, init=False)
-class TSModel:
+@dataclass(frozen=True, slots=True, eq=False, init=False, repr=False)
+class TSModel(ShortRepr):
     """Vertex form xdot = sum_i h_i(z) (A_i x + B_i u + E_i w), y = sum_i h_i(z) (C_i x + D_i u).
 
     With premises z_k in [lower_k, upper_k] rule i takes corner c_ik (0 lower, 1 upper) of each,

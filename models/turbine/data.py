@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import pi
 
 from takagi.models.errors import ModelError
+from takagi.models.short_repr import ShortRepr
 from takagi.models.splines.surface import Surface
 
 
@@ -106,8 +107,8 @@ class TorsionMode:
     damping: float
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Turbine:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class Turbine(ShortRepr):
     """A variable-speed, pitch-controlled turbine; SI units throughout, angles in rad.
 
     Attributes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import shutil
 import subprocess
@@ -364,3 +365,24 @@ def test_a_file_may_ask_for_margins(
     path.write_text(wrong, encoding="utf-8")
     assert main(["design", str(path), *out]) == 2
     assert "design.margin" in told(capsys)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["design", "nrel5wm", "--out", "OUT"],
+        ["design", "cart_pole"],
+        ["design", "cart_pole", "--out", "OUT", "--bogus"],
+        ["check", "OUT"],
+        ["check"],
+        ["appendix", "OUT", "--out", "OUT"],
+    ],
+)
+def test_errors_for_machines(arguments: list[str], tmp_path: Path, capsys: Capture) -> None:
+    """With --json the reason is an object on standard output, also of an option not known."""
+    given = [str(tmp_path / "out") if word == "OUT" else word for word in arguments]
+
+    assert main([*given, "--json"]) == 2
+    printed = capsys.readouterr()
+    answer = json.loads(printed.out)
+    assert answer["status"] == 2 and printed.err == f"Error: {answer['error']}\n"

@@ -137,23 +137,6 @@ def test_compare_two_certificates(cubic: Path, tmp_path: Path, capsys: Capture) 
     )
 
 
-def test_compare_two_gain_files(tmp_path: Path, capsys: Capture) -> None:
-    first, second = (gain_file(tmp_path / f"{k}.json", k) for k in (3, 4))
-
-    assert main(["compare", str(first), str(first)]) == 0
-    assert main(["compare", str(first), str(second)]) == 1
-    assert "K of rule 1, u [-] by x [-]: 3 -> 4" in capsys.readouterr().out
-
-
-def test_compare_refuses_two_kinds(tmp_path: Path, cubic: Path, capsys: Capture) -> None:
-    certified(cubic, 4, "old.json")
-    gains = gain_file(tmp_path / "g.json", 3)
-
-    assert main(["compare", str(gains), str(cubic.with_name("old.json"))]) == 2
-    assert "give two of a kind" in capsys.readouterr().err
-    assert main(["compare", str(gains), str(tmp_path / "none.json")]) == 2
-
-
 @pytest.mark.slow
 def test_a_turbine_is_compared_wind_by_wind(
     finished: TurbineDesign, tmp_path: Path, capsys: Capture

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -95,53 +95,33 @@ def test_a_design_is_replaced_with_force_only(
     assert (out / "design.json").read_bytes() != before
 
 
-def _no_folder(place: Path) -> None:
-    shutil.rmtree(place)
+def _without(name: str) -> Callable[[Path], None]:
+    return lambda place: (place / name).unlink()
 
 
-def _no_record(place: Path) -> None:
-    (place / "design.json").unlink()
+def _changed(name: str, old: str, new: str) -> Callable[[Path], None]:
+    def spoil(place: Path) -> None:
+        text = (place / name).read_text(encoding="utf-8")
+        assert old in text
+        (place / name).write_text(text.replace(old, new), encoding="utf-8")
 
-
-def _no_gains(place: Path) -> None:
-    (place / "gains.json").unlink()
-
-
-def _no_model(place: Path) -> None:
-    shutil.rmtree(place / "model")
-
-
-def _other_model(place: Path) -> None:
-    path = place / "model" / "lorenz.toml"
-    path.write_text(path.read_text(encoding="utf-8").replace("28", "29"), encoding="utf-8")
-
-
-def _another_version(place: Path) -> None:
-    path = place / "design.json"
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace('"relaxation"', '"name_of_old"'), encoding="utf-8")
-
-
-def _foreign_class(place: Path) -> None:
-    path = place / "design.json"
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("takagi.lmi.answer:Answer", "subprocess:Popen"), encoding="utf-8")
+    return spoil
 
 
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        (_no_folder, "no such folder"),
-        (_no_record, "design.json is missing"),
-        (_no_gains, "gains.json is missing"),
-        (_no_model, "lorenz.toml is missing"),
-        (_other_model, "lorenz.toml"),
-        (_another_version, "--force"),
-        (_foreign_class, "no record of takagi"),
+        (shutil.rmtree, "no such folder"),
+        (_without("design.json"), "design.json is missing"),
+        (_without("gains.json"), "gains.json is missing"),
+        (_without("model/lorenz.toml"), "lorenz.toml is missing"),
+        (_changed("model/lorenz.toml", "28", "29"), "lorenz.toml"),
+        (_changed("design.json", '"relaxation"', '"of_old"'), "--force"),
+        (_changed("design.json", "takagi.lmi.answer:Answer", "subprocess:Popen"), "no record"),
     ],
 )
 def test_a_folder_that_is_no_whole_design_is_one_sentence(
-    folder: Path, spoil: Any, words: str, tmp_path: Path, capsys: Capture
+    folder: Path, spoil: Callable[[Path], None], words: str, tmp_path: Path, capsys: Capture
 ) -> None:
     """Status 2, what is wrong, and nothing written."""
     place = tmp_path / "out"

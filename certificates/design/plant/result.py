@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from takagi.models.arrays import Floats
+from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked, Verdict
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from takagi.models.ts.model import TSModel
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlantDesign:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class PlantDesign(ShortRepr):
     """A finished design, or a finished analysis of a plant without inputs.
 
     Attributes

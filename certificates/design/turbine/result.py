@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.models.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.kernel.result import Checked
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from takagi.models.turbine.data import Turbine
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class TurbineDesign:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True, repr=False)
+class TurbineDesign(ShortRepr):
     """A finished design.
 
     Attributes

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
 from takagi.reports.figures.style import (
@@ -14,10 +12,8 @@ from takagi.reports.figures.style import (
     GREY,
     decimate,
     house_style,
-    marks_above,
     new_figure,
     region_axes,
-    wind_axis,
 )
 
 if TYPE_CHECKING:
@@ -114,23 +110,4 @@ def effort_figure(overlap: float) -> Figure:
             axes.set_xlabel("demanded effort U [rad/s\u00b2]")
             axes.axvspan(-overlap, overlap, color=GREY, alpha=0.12, lw=0)
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.2))
-    return figure
-
-
-def regional_gains_figure(
-    wind: ArrayLike, columns: Sequence[tuple[str, ArrayLike]], regions: dict[str, float]
-) -> Figure:
-    """Return the regional gains over wind, a panel for each column (label with unit, values)."""
-    v = np.asarray(wind, dtype=np.float64)
-    with house_style():
-        figure, panels = new_figure(
-            len(columns), 1, width=5.2, height=1.3 * len(columns) + 0.6, share_x=True
-        )
-        for axes, (label, values) in zip(panels, columns, strict=True):
-            axes.plot(v, np.asarray(values, dtype=np.float64), color=COLOURS[0])
-            axes.set_ylabel(label)
-        panels[0].set_xlim(v[0], v[-1])
-        marks_above(panels[0], regions, width=4.2)
-        wind_axis(panels[-1])
-        figure.align_ylabels(panels)
     return figure

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine.trim import trim
-from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import (
-    CaptionedFigure,
     Section,
     Table,
     decimal,
@@ -18,8 +12,6 @@ from takagi.reports.page.text import (
     with_decimals,
 )
 from takagi.reports.sections.shared import premise_table
-from takagi.reports.sections.turbine.drawings import regional_gains_figure
-from takagi.reports.sections.turbine.model import region_starts
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -38,10 +30,7 @@ def regions_section(design: TurbineDesign) -> Section:
     return Section(
         "regions",
         "Regional Takagi–Sugeno models",
-        {
-            "regions": [_region(part) for part in parts],
-            "figures": [p for part in parts if (p := _over_wind(design, part)) is not None],
-        },
+        {"regions": [_region(part) for part in parts]},
     )
 
 
@@ -100,31 +89,6 @@ def _gains(part: RegionGains) -> Table | None:
             )
             for k, rule in enumerate(part.model.rules)
         ),
-    )
-
-
-def _over_wind(design: TurbineDesign, part: RegionGains) -> CaptionedFigure | None:
-    if part.k_x is None or part.k_I is None:
-        return None
-    setpoint = design.settings.speed_setpoint
-    schedule = regional_schedule(
-        design.turbine, part.model, k_x=part.k_x, k_I=part.k_I, speed_setpoint=setpoint
-    )
-    low, high = (float(end) for end in part.model.box["wind estimate [m/s]"])
-    winds = np.linspace(low, high, 60)
-    points = [trim(design.turbine, float(v), speed_setpoint=setpoint) for v in winds]
-    rows = np.array([schedule.gains_at(p.rotor_speed, p.pitch, p.wind) for p in points])
-    units = UNITS[part.region]
-    columns = [(f"on speed\n[{units[0]}]", rows[:, 0]), (f"on integral\n[{units[-1]}]", rows[:, 2])]
-    if part.region == "full load":
-        columns.insert(1, ("on pitch\n[-]", rows[:, 1]))
-    starts = {k: v for k, v in region_starts(design).items() if low < v < high}
-    return captioned_figure(
-        regional_gains_figure(winds, columns, starts),
-        f"gains-{part.region.replace(' ', '-')}",
-        caption=f"{part.region.capitalize()}: the rules' gains blended along the trim, "
-        f"{with_decimals(low, 2)} to {with_decimals(high, 2)} m/s.",
-        alternative=f"Blended regional gains over wind, {part.region}",
     )
 
 

@@ -71,9 +71,9 @@ def summary_sentence(design: TurbineDesign) -> str:
                 f"{largest:.1f} % overspeed is simulated."
             )
         return " ".join(sentences)
-    if "overlaps" in rows:
+    if "proved winds" in rows:
         return (
-            f"At constant winds of {rows['overlaps'].parts[1]} that the law knows, the loop is "
+            f"At constant winds of {rows['proved winds'].parts[0]} that the law knows, the loop is "
             "proved to settle at one equilibrium, from a set around it. Nothing is proved about a "
             "changing wind."
         )
@@ -270,8 +270,8 @@ def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
     covered = sum(high - low for low, high in chosen.proved)
     every = covered + sum(high - low for low, high in chosen.left)
     winds = Number("winds covered", covered, "m/s", covered / every)
-    shown = (chosen.label, wind_words(chosen))
-    rows = [_row("overlaps", shown, (winds,), claim, shortfall=left)]
+    shown = (wind_words(chosen), f"overlaps of {chosen.label}")
+    rows = [_row("proved winds", shown, (winds,), claim, shortfall=left)]
     if chosen.decay:
         ends = _ends("decay rate", [float(rate) for rate in chosen.decay], "1/s")
         rate = f"decay rate at least {' to '.join(chosen.decay)} 1/s, by wind"
@@ -370,7 +370,9 @@ def _margins(design: TurbineDesign) -> list[SummaryRow]:
     if any(row.decay_rate <= 0 for row in rows):
         unstable = "the loop that runs is not stable at every wind, see the report"
         return [_row("margins", (unstable,), basis=LINEAR, shortfall="unstable")]
-    parts, numbers, low = [], [], []
+    parts: list[str] = []
+    numbers: list[Number] = []
+    low: list[str] = []
     for name, unit, size, usual in (
         ("gain", "dB", gain_margin, USUAL_GAIN),
         ("phase", "deg", phase_margin, USUAL_PHASE),
@@ -402,7 +404,8 @@ def phase_margin(margins: Margins) -> float:
 
 def _gains(law: EffortSharingLaw) -> SummaryRow:
     """Return the ranges of the law's gains over the schedule wind."""
-    parts, numbers = [], []
+    parts: list[str] = []
+    numbers: list[Number] = []
     for name, unit, values in (
         ("proportional", "1/s", law.gains.proportional),
         ("integral rate", "1/s", law.gains.integral_rate),

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 # Name of a tile -> the rows that it shows, each with so many of its parts.
 TILES = {
-    "rotor speed": (("rotor speed", 3), ("overlaps", 2)),
+    "rotor speed": (("rotor speed", 3),),
+    "proved winds": (("proved winds", 2),),
     "overspeed": (("overspeed", 3),),
     "wind class": (("turbulence", 2),),
     "settling": (("settling", 2), ("observer", 1)),

@@ -257,7 +257,7 @@ def test_the_sentence_rounds_to_the_safe_side() -> None:
     document = at(**off, slope_norms=[1.8555], rates=[0.03], radius=0.3)
     assert verdicts(document) == second(document) == ["PROVED", "PROVED"]
     text = check_document(document).claims[-1].text
-    assert "at last at most 0.7245 - from r" in text and "up to 0.04116 - in r" in text
+    assert "settles to at most 0.7245 - for r" in text and "up to 0.04116 - in r" in text
 
 
 def read(model: Any) -> Any:
