@@ -135,13 +135,6 @@ def gain_rounding(loop: Loop, claim: Data, rng: random.Random) -> str:
     return why or ("" if decreases(loop, P, loop.closed(h, g, K), rate) else f"V rises at {h}")
 
 
-def box_enlargement(loop: Loop, claim: Data, rng: random.Random) -> str:
-    P, why = function(claim, loop.order)
-    h, g = loop.pair(rng, own=True, stretch=Fraction(claim["enlargement"]))
-    rate = rational(claim["decay_rate"])
-    return why or ("" if decreases(loop, P, loop.closed(h, g), rate) else f"V rises at {h}")
-
-
 def change(loop: Loop, P: Mat, G: Mat, B: Mat) -> tuple[Mat, Mat, Mat]:
     """Return (F, PG, H) of V' = -x'Fx + 2 x'PGw + w'Hw."""
     if loop.step is None:
@@ -322,7 +315,6 @@ TRIED: dict[str, Callable[[Loop, Data, random.Random], str]] = {
     "transient": transient,
     "region": region,
     "gain-rounding": gain_rounding,
-    "box-enlargement": box_enlargement,
     "invariant-ellipsoid": invariant_set,
     "input-limits": input_limits,
     "l2-gain": l2_gain,

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from exact_truth import Rows, diagonal, is_at_most_exp, logarithm
+from exact_truth import diagonal, is_at_most_exp, logarithm
 from known_loops import Random
 from modes import (
     Disguise,
@@ -242,30 +242,6 @@ def gain_rounding(rng: Random) -> list[Known]:
     ]
 
 
-def box_enlargement(rng: Random) -> list[Known]:
-    """x' = (c_0 + c_1 z_1 + c_2 z_2 + c_12 z_1 z_2) x, |z| <= theta: the largest is at a corner."""
-    c = [some(rng, -100, 100) for _ in range(4)]
-    theta = 1 + some(rng, 0, 100)
-
-    def at(x: Fraction, y: Fraction) -> Fraction:
-        return c[0] + c[1] * x + c[2] * y + c[3] * x * y
-
-    ends = (Fraction(-1), Fraction(1))
-    c[0] -= max(at(theta * x, theta * y) for x in ends for y in ends) + some(rng)
-    worst = max(at(theta * x, theta * y) for x in ends for y in ends)
-    rules = [[i, j] for i in (0, 1) for j in (0, 1)]
-    order = [int(k) for k in rng.permutation(4)]
-    A: list[Rows] = [[[at(ends[rules[k][0]], ends[rules[k][1]])]] for k in order]
-    premises = [{"name": f"z{k}", "lower": -1, "upper": 1} for k in (1, 2)]
-    model = model_of(A, premises=premises, rules=[rules[k] for k in order])
-    rate = max(beside(rng, -worst), Fraction(0))
-    found = {"decay_rate": rate, "enlargement": theta}
-    return [
-        Known(model, None, claim_of("box-enlargement", P=P, **found), -worst >= rate, fits)
-        for P, fits in functions(rng, [[Fraction(1)]])
-    ]
-
-
 def blended_gains(rng: Random) -> list[Known]:
     """Scalar rules with their own gains: the largest of a quadratic in h on [0, 1]."""
     a = [some(rng, -400, 200) for _ in range(2)]
@@ -299,5 +275,4 @@ CLAIMS: dict[str, Callable[[Random], list[Known]]] = {
     "observer": observer,
     "overshoot and settling": transient,
     "gains that are off": gain_rounding,
-    "enlarged ranges": box_enlargement,
 }

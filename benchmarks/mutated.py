@@ -12,7 +12,6 @@ from takagi.certificates import DesignSettings, certify, design_turbine
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.requests import (
-    BoxEnlargement,
     Decay,
     FuzzyDecay,
     GainRounding,
@@ -54,7 +53,7 @@ def general_models() -> Iterator[tuple[str, Data]]:
         if step is not None:
             vertices, entrance, gain = np.eye(2) + step * A, step * B, step * L
             region = EigenvalueRegion.disc(0.999)
-        requests: list[Request] = [Decay(0.2), Poles(region), GainRounding(), BoxEnlargement()]
+        requests: list[Request] = [Decay(0.2), Poles(region), GainRounding()]
         requests += [FuzzyDecay(rate_bounds=0.1, decay_rate=0.1), ObserverError(gain)]
         for name, known in (("products", premises), ("any weights", None)):
             model = TSModel(vertices, entrance, C=C, premises=known or (), sample_time=step)

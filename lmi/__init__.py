@@ -32,10 +32,6 @@ from takagi.models.lazy_names import lazy_names
 if TYPE_CHECKING:
     from takagi.lmi.analysis.actuator_rates import input_rate_bound as input_rate_bound
     from takagi.lmi.analysis.actuator_rates import with_input_states as with_input_states
-    from takagi.lmi.analysis.box_enlargement import (
-        box_enlargement_condition as box_enlargement_condition,
-    )
-    from takagi.lmi.analysis.box_enlargement import max_box_enlargement as max_box_enlargement
     from takagi.lmi.analysis.common_quadratic import common_lyapunov as common_lyapunov
     from takagi.lmi.analysis.decay_rate import max_decay_rate as max_decay_rate
     from takagi.lmi.analysis.disturbance.energy_gain import hinf_norm as hinf_norm
@@ -54,7 +50,6 @@ if TYPE_CHECKING:
     from takagi.lmi.analysis.disturbance.peak_to_peak import (
         peak_gain_condition as peak_gain_condition,
     )
-    from takagi.lmi.analysis.loop_growth import enlarged_loops as enlarged_loops
     from takagi.lmi.analysis.norm_bounded import robust_lyapunov as robust_lyapunov
     from takagi.lmi.analysis.norm_bounded import (
         robust_lyapunov_condition as robust_lyapunov_condition,

@@ -128,10 +128,8 @@ class Answer(ShortRepr):
     decay_rate : alpha in 1/s with V' <= -2 alpha V, recomputed from P; None unless a candidate.
     gain : upper bound on a norm from disturbance to output, recomputed from P; None unless a
         norm was asked for and a candidate found.
-    enlargement : theta up to which the box may grow about its nominal point, recomputed from P;
-        inf where nothing ends it; None unless it was asked for and found.
     bound : upper bound on the margin from the multipliers (on the decay rate, for
-        ``max_decay_rate``; on the enlargement, for ``max_box_enlargement``), to solver accuracy.
+        ``max_decay_rate``), to solver accuracy.
     values : unknown -> (count, rows, cols), in the coordinates of ``condition``.
     multipliers : LMI -> (items, size, size), in the coordinates of ``condition``.
     coordinates : (n,) s: the condition is posed in x_k / s_k.
@@ -151,7 +149,6 @@ class Answer(ShortRepr):
     lyapunov_function: PolynomialLyapunov | None = None
     decay_rate: float | None = None
     gain: float | None = None
-    enlargement: float | None = None
     bound: float = np.inf
     values: Mapping[str, Floats] = field(default_factory=dict)
     multipliers: Mapping[str, Floats] = field(default_factory=dict)

@@ -21,10 +21,13 @@ _SECTIONS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("input-limits", "input-rate"), ("inputs",)),
     **dict.fromkeys(("l2-gain", "peak", "h2-norm", "exit-probability"), ("disturbances",)),
     **dict.fromkeys(("observer", "observed-loop"), ("outputs",)),
-    **dict.fromkeys(("invariant-ellipsoid", "box-enlargement"), ("states",)),
+    **dict.fromkeys(("invariant-ellipsoid",), ("states",)),
     "sector-embedding": ("equations",),
     "tracking": ("reference",),
 }
+
+
+Numbers = Mapping[str, str]  # quantity with its unit -> number, of one claim
 
 
 class CheckedClaim(Protocol):
@@ -36,6 +39,8 @@ class CheckedClaim(Protocol):
     def verdict(self) -> Enum: ...
     @property
     def text(self) -> str: ...
+    @property
+    def assumes(self) -> Sequence[str]: ...
 
 
 class CheckedFile(Protocol):
@@ -60,6 +65,7 @@ class _Failed(NamedTuple):
     name: str
     verdict: Enum
     text: str
+    assumes: tuple[str, ...] = ()
 
 
 class _File(NamedTuple):
@@ -101,12 +107,15 @@ def with_failures(
     )
 
 
-def junit(checked: CheckedFile, *, source: str) -> str:
+def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
     """Return JUnit XML: one test case a claim; what is not PROVED is a failure.
 
-    ``source`` is the certificate's path.
+    ``source`` is the certificate's path; ``numbers`` of each claim become properties of its case.
     """
-    cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
+    cases = [
+        _junit_case(name, claim, source, of_claim)
+        for name, claim, of_claim in _numbered(checked, numbers)
+    ]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
     told = "\n".join([*_assumed(checked), *checked.messages])
@@ -147,8 +156,8 @@ def sarif(
             {"id": one, "shortDescription": {"text": one.replace("-", " ")}} for one in rules
         ],
     }
-    if checked.assumes:
-        driver["properties"] = {"assumes": list(checked.assumes)}
+    if assumed := {name: list(claim.assumes) for name, claim in named if claim.assumes}:
+        driver["properties"] = {"assumes": assumed}
     lines = plant.read_text(encoding="utf-8", errors="replace").splitlines() if plant else []
     results = [
         {
@@ -181,18 +190,21 @@ def _line(lines: Sequence[str], rule: str) -> int:
     return 1
 
 
-def markdown(checked: CheckedFile, *, source: str) -> str:
-    """Return a Markdown summary: the verdict, a table of the claims, the checker's messages."""
+def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
+    """Return a Markdown summary: the verdict, a table of the claims, the checker's messages.
+
+    ``numbers`` of each claim stand in a column of their own.
+    """
     lines = [
         f"## {markdown_cell(source)}: {checked.verdict.name}",
         "",
-        "| Verdict | Claim | |",
-        "|---|---|---|",
+        "| Verdict | Claim | | Numbers |",
+        "|---|---|---|---|",
     ]
-    lines += [
-        f"| {claim.verdict.name} | {markdown_cell(name)} | {markdown_cell(claim.text)} |"
-        for name, claim in _named(checked)
-    ]
+    for name, claim, of_claim in _numbered(checked, numbers):
+        listed = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
+        cells = (claim.verdict.name, name, claim.text, listed)
+        lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
     told = [*_assumed(checked), *checked.messages]
     if told:
         lines += ["", *(f"- {markdown_cell(line)}" for line in told)]
@@ -200,8 +212,12 @@ def markdown(checked: CheckedFile, *, source: str) -> str:
 
 
 def _assumed(checked: CheckedFile) -> list[str]:
-    """Return the line on the assumptions of the verdict, if there are any."""
-    return [f"assumes: {'; '.join(checked.assumes)}"] if checked.assumes else []
+    """Return a line for each claim that assumes anything: its own assumptions."""
+    return [
+        f"{name} assumes: {'; '.join(claim.assumes)}"
+        for name, claim in _named(checked)
+        if claim.assumes
+    ]
 
 
 def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
@@ -216,6 +232,14 @@ def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
     return list(found.items())
 
 
+def _numbered(
+    checked: CheckedFile, numbers: Sequence[Numbers]
+) -> list[tuple[str, CheckedClaim, Numbers]]:
+    named = _named(checked)
+    missing: list[Numbers] = [{}] * (len(named) - len(numbers))
+    return [(*one, found) for one, found in zip(named, [*numbers, *missing], strict=True)]
+
+
 def _proved(claim: CheckedClaim) -> bool:
     return claim.verdict.name == "PROVED"
 
@@ -224,10 +248,14 @@ def _level(claim: CheckedClaim) -> str:
     return "warning" if claim.verdict.name == "UNDECIDED" else "error"
 
 
-def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
+def _junit_case(name: str, claim: CheckedClaim, source: str, numbers: Numbers) -> str:
     head = f"    <testcase classname={_attribute(source)} name={_attribute(name)}"
     if _proved(claim):
-        return f"{head}/>"
+        listed = "".join(
+            f"<property name={_attribute(quantity)} value={_attribute(number)}/>"
+            for quantity, number in numbers.items()
+        )
+        return f"{head}><properties>{listed}</properties></testcase>" if listed else f"{head}/>"
     verdict = quoteattr(claim.verdict.name)
     return (
         f"{head}>\n      <failure type={verdict} message={verdict}>{_text(claim.text)}</failure>\n"

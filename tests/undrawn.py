@@ -1,4 +1,4 @@
-"""Verbs that design a plant, without drawing its report: that is tested in ``tests/reports``."""
+"""Designs without what takes long and is tested in ``tests/reports``: drawing, margins, runs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,31 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
+
+from takagi.certificates import TurbineDesign
+from takagi.reports.margins.running_over_wind import NOMINAL, running_margins
+from takagi.reports.margins.running_search import SearchedMargins
+
+WIND = 8.0
+
+
+def few_margins(patch: pytest.MonkeyPatch) -> None:
+    """Let a turbine's appendix have the margins at one wind: a search over all takes a minute."""
+
+    def at_one_wind(design: TurbineDesign) -> SearchedMargins:
+        rows = running_margins(
+            design.turbine,
+            design.law,
+            design.observer.observer,
+            [WIND],
+            speed_filter=design.speed_filter,
+            sample_time=0.02,
+            computation_time=0.0,
+            plants=[NOMINAL],
+        )
+        return SearchedMargins(tuple(rows), (WIND,), (), ())
+
+    patch.setattr("takagi.reports.appendix.turbine.design_margins", at_one_wind)
 
 
 @contextmanager
@@ -20,3 +45,14 @@ def undrawn() -> Iterator[None]:
         patch.setattr(page, "plant_report_files", lambda *_, **__: files)
         patch.setattr(latex, "plant_appendix", lambda *_, **__: {"appendix.tex": "%"})
         yield
+
+
+def unmeasured(patch: pytest.MonkeyPatch) -> None:
+    """Let the summary of a turbine have neither margins nor simulated runs."""
+    from takagi.reports.margins.running_search import SearchedMargins
+    from takagi.reports.sections.turbine import summary, verdict
+
+    patch.setattr(summary, "design_margins", lambda _: SearchedMargins((), (), (), ()))
+    patch.setattr(verdict, "step_and_gust_runs", lambda _: {})
+    for runs in ("every_run", "step_and_gust_runs", "turbulent_runs"):
+        patch.setattr(summary, runs, lambda _: {})

@@ -44,7 +44,6 @@ LOOPS: dict[str, Callable[[Any, VertexLoop], Obligations]] = {
     "region": decay.region,
     "transient": decay.transient,
     "gain-rounding": decay.gain_rounding,
-    "box-enlargement": decay.box_enlargement,
     "fuzzy-decay": fuzzy.fuzzy_decay,
     "fuzzy-l2-gain": fuzzy.fuzzy_l2_gain,
     "l2-gain": disturbed.l2_gain,

@@ -8,7 +8,6 @@ weaker claim and reports this.
     FuzzyDecay           V = x'P(h)x decays, P scheduled by the weights
     Poles                eigenvalues of every blend in a region
     GainRounding         the admissible error of every gain
-    BoxEnlargement       how much wider the premises' ranges may be
     Transient            overshoot and settling time that follow from it
     InvariantEllipsoid   a set in the model's box that no solution leaves: region of attraction
     InputLimits          amplitudes and rates of the inputs on such a set
@@ -49,7 +48,6 @@ if TYPE_CHECKING:
     from takagi.certificates.requests.observer import ObservedLoop as ObservedLoop
     from takagi.certificates.requests.observer import ObserverError as ObserverError
     from takagi.certificates.requests.peak import Peak as Peak
-    from takagi.certificates.requests.robustness import BoxEnlargement as BoxEnlargement
     from takagi.certificates.requests.robustness import GainRounding as GainRounding
     from takagi.certificates.requests.sampled_loop import SampledLoop as SampledLoop
     from takagi.certificates.requests.transient import Transient as Transient

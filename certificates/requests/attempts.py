@@ -32,7 +32,7 @@ from takagi.certificates.requests.loop.weight_pieces import grid
 from takagi.certificates.requests.observer import ObservedFeedback, ObserverError
 from takagi.certificates.requests.peak import Peak
 from takagi.certificates.requests.request import Attempt, Request
-from takagi.certificates.requests.robustness import BoxEnlargement, GainRounding
+from takagi.certificates.requests.robustness import GainRounding
 from takagi.certificates.requests.sampled_loop import SampledLoop
 from takagi.certificates.requests.transient import Transient
 from takagi.models.errors import ModelError
@@ -159,8 +159,6 @@ def requests_for(loop: ClaimedLoop, *, observer: ArrayLike | None = None) -> Ite
     yield Transient()
     if loop.gains is not None:
         yield GainRounding()
-    if loop.model.premises:
-        yield BoxEnlargement()
     if len(box_rows(loop)):
         yield InvariantEllipsoid()
         if loop.gains is not None:

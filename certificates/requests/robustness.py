@@ -1,10 +1,4 @@
-"""Requests the largest error of every gain, and the largest ranges of the premises.
-
-Requests the largest enlargement of the premises' ranges with one quadratic function.
-
-If no function exists even for the given ranges, narrower ones are tried; the result is then called
-a part of the box, not an enlargement.
-"""
+"""Requests the largest error of every gain."""
 
 from __future__ import annotations
 
@@ -17,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from takagi.certificates.requests.decay import common_function
-from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, short
+from takagi.certificates.requests.loop.decimals import rounded_down, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
-from takagi.certificates.requests.request import Attempt, first_proved, require_rate
+from takagi.certificates.requests.request import Attempt, first_proved
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
@@ -173,53 +167,3 @@ class _Search:
                 low, high = (middle, high) if self.holds(middle, t) else (low, middle)
             best, at = low, float(t)
         return best, at
-
-
-SHRUNK = (0.999, 0.99, 0.95, 0.9, 0.75, 0.5)
-# The limit if the vertices do not differ, so that nothing bounds theta.
-LARGEST = 1e6
-
-
-@dataclass(frozen=True, slots=True)
-class BoxEnlargement:
-    """The largest theta with decay at ``decay_rate`` alpha [1/s], for any weights of the gains."""
-
-    decay_rate: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_rate(self.decay_rate)
-
-    def attempt(self, loop: ClaimedLoop) -> Attempt:
-        """Return the claim ``box-enlargement``; theta is reduced until the claim is proved.
-
-        A theta of 0 would be about the middle of all ranges alone, so it is never claimed: without
-        a larger one the claim is of the model's own ranges, and not proved.
-        """
-        from takagi.lmi.analysis.box_enlargement import wide_box
-
-        answer = wide_box(
-            loop.model, gains=loop.gains, law="independent", decay_rate=self.decay_rate
-        )
-        solver = str(answer.solver.get("status", ""))
-        P, theta = np.eye(loop.A.shape[1]), 0.0
-        if answer.P is not None and answer.enlargement is not None:
-            P, theta = np.asarray(answer.P), min(answer.enlargement, LARGEST)
-        name = loop.model.name or "the model"
-        sizes = dict.fromkeys(rounded_down(share * theta) or 1.0 for share in SHRUNK)
-        claims = [self._claim(name, size, P, digits) for size in sizes for digits in DIGITS]
-        return first_proved(loop, claims, solver)
-
-    def _claim(
-        self, model: str, theta: float, P: Floats, digits: int
-    ) -> tuple[str, dict[str, Any]]:
-        """Return a description of the attempt, and the claim."""
-        what, name = "enlargement", f"box enlargement of {model}"
-        if theta < 1:
-            what, name = "ranges shrunk to", f"part of the box of {model}"
-        return f"{what} {theta:.6g}, P to {digits} digits", {
-            "name": name,
-            "kind": "box-enlargement",
-            "decay_rate": self.decay_rate,
-            "enlargement": theta,
-            "P": short(P, digits).tolist(),
-        }

@@ -40,6 +40,9 @@ DIGITS = (6, 9, 12)
 MOST_SIGNALS = 4  # of a quadratic function: the corners of their ranges double with each
 # Relative margin that is added to norms and residuals computed in floating point.
 SLACK = 1 + 1e-6
+# Residuals with no more than this share of the set's square are claimed as large as that: a bound
+# at the level of rounding costs the checkers many boxes.
+SPARE = 1e-6
 # The weights of the residuals are claimed larger by this factor than they were found.
 WIDER = 1 + 1e-4
 # Shares of a rate that are tried if the whole rate is not proved.
@@ -307,6 +310,9 @@ class _Search:
         norm, weighed = float(np.sqrt(residuals @ np.abs(P) @ residuals)), {}
         if u is not None:
             weights = [rounded_up(w * WIDER, 6) for w in u / self._counted() ** 2]
+            spare = 2 * alpha * SPARE * radius**2 / len(residuals)
+            cheap = [rounded_up(np.sqrt(spare / w), 4) for w in weights]
+            residuals = np.maximum(residuals, cheap)
             norm = float(np.sqrt(alpha * (weights @ residuals**2) / 2))
             weighed = {"residual_weights": weights}
         slopes = [self.line.slopes(j) for j in range(len(self.line.sides))]
@@ -351,7 +357,7 @@ class _Search:
         jumps = np.vstack([self.line.slopes(j) for j in self.references])
         P = tracking_function(self.A, alpha, self.rows, none, jumps=jumps)
         if P is None:
-            P = np.eye(len(self.A[0]))
+            P = _of_the_middle(self.A.mean(axis=0))
         return self._filled(short(P, DIGITS[0]), alpha, self.rates)
 
     def replay(self, claim: dict[str, Any]) -> Claim:
@@ -361,6 +367,17 @@ class _Search:
         )
         read = read_text(json.dumps(claim), "claim")
         return in_words(replay(read, data, self.loop.exact, [], "claim"))
+
+
+def _of_the_middle(A: Floats) -> Floats:
+    """Return P of A'P + P A = -I, for the loop in the middle of its slopes; else the identity."""
+    from scipy.linalg import solve_continuous_lyapunov
+
+    unit = np.eye(len(A))
+    if np.linalg.eigvals(A).real.max() >= 0:
+        return unit
+    P = np.asarray(solve_continuous_lyapunov(A.T, -unit), dtype=np.float64)
+    return P if np.linalg.eigvalsh(P)[0] > 0 else unit
 
 
 def jump_shares(plant: Plant, claim: Mapping[str, Any]) -> list[float]:

@@ -11,12 +11,15 @@ from takagi.cli.options.given import Groups
 
 Given = TypeVar("Given", str, list[str], None)
 
-# What each law is called in gain files, certificates and tables; these names may be typed too.
+# What each law is called in gain files and certificates; these names may be typed too.
 IN_FILES = {
     "effort-sharing": "coherent",
-    "published": "paper",
-    "published-two-integrators": "paper-two-integrators",
+    "schulte": "paper",
+    "schulte-two-integrators": "paper-two-integrators",
 }
+_REFERENCE = {"reference": "baseline"}
+# Former names, which may still be typed.
+_ALIASES = {"published": "paper", "published-two-integrators": "paper-two-integrators"}
 
 Model = Annotated[
     str,
@@ -44,13 +47,13 @@ Folder = Annotated[
 def law_in_files(given: Given) -> Given:
     """Return the names that files have of the laws that were typed; others are left as they are."""
     if isinstance(given, list):
-        return [IN_FILES.get(name, name) for name in given]
-    return given if given is None else IN_FILES.get(given, given)
+        return [law_in_files(name) for name in given]
+    return given if given is None else (IN_FILES | _REFERENCE | _ALIASES).get(given, given)
 
 
 def typed_name(law: str) -> str:
-    """Return the name to type for a law of the files, for messages."""
-    return {filed: name for name, filed in IN_FILES.items()}.get(law, law)
+    """Return the name to type for a law of the files, for messages and tables."""
+    return {filed: name for name, filed in (IN_FILES | _REFERENCE).items()}.get(law, law)
 
 
 def turbine_law(
@@ -60,10 +63,9 @@ def turbine_law(
         typer.Option(
             "--law",
             help="Turbines: effort-sharing (one law for all winds, which hands its effort from "
-            "torque to pitch), or the published law of regions with filters between them: "
-            "published (one integrator) or published-two-integrators (one a region); "
-            "effort-sharing unless given. Their names in files, coherent, paper and "
-            "paper-two-integrators, may be given too.",
+            "torque to pitch), or the law of Schulte (2024), with regions and filters between "
+            "them: schulte (one integrator) or schulte-two-integrators (one a region); "
+            "effort-sharing unless given.",
             callback=law_in_files,
             metavar="NAME",
         ),
@@ -79,7 +81,7 @@ def turbine_law(
         float | None,
         typer.Option(
             help="Turbines: overlap of the coupling filter in rotor speed [rad/s]; 0.1 unless "
-            "given. Published laws."
+            "given. Schulte's laws."
         ),
     ] = None,
     torque_overlap: Annotated[
@@ -124,7 +126,7 @@ def turbine_filters(
         typer.Option(
             metavar="NAME",
             help="Turbines: ramp of the coupling filter in speed: smooth (C1) or linear; smooth "
-            "unless given. Published laws.",
+            "unless given. Schulte's laws.",
         ),
     ] = None,
     ramp_placement: Annotated[
@@ -132,7 +134,7 @@ def turbine_filters(
         typer.Option(
             metavar="SHARE",
             help="Turbines: share of the speed overlap that lies above the set-point [-], 0 to 1; "
-            "0.5 unless given. Published laws.",
+            "0.5 unless given. Schulte's laws.",
         ),
     ] = None,
     tracking_time: Annotated[
@@ -140,7 +142,7 @@ def turbine_filters(
         typer.Option(
             metavar="SECONDS",
             help="Turbines: time constant of the anti-windup [s]; 5 unless given. Law "
-            "published-two-integrators.",
+            "schulte-two-integrators.",
         ),
     ] = None,
     wind_filter: Annotated[

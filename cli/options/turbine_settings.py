@@ -93,7 +93,7 @@ def _check_law(law: str, given: Mapping[str, object]) -> None:
     """Refuse options that the law does not have; ignoring them would mislead the user."""
     for name in _OF_PUBLISHED if law == EFFORT_SHARING else _OF_EFFORT_SHARING:
         if given[name] is not None and given[name] is not False:
-            owner = "the published laws" if law == EFFORT_SHARING else "the effort-sharing law"
+            owner = "Schulte's laws" if law == EFFORT_SHARING else "the effort-sharing law"
             raise ModelError(
                 f"option {option_of(name)} belongs to {owner}, but --law {typed_name(law)} "
                 "was asked for; leave it out or choose the other law"
@@ -127,7 +127,7 @@ def _law_fields(
     if (time := given["tracking_time"]) is not None:
         _require(
             law == "paper-two-integrators",
-            "--tracking-time belongs to the law published-two-integrators, but "
+            "--tracking-time belongs to the law schulte-two-integrators, but "
             f"--law {typed_name(law)} was asked for; leave it out or choose that law",
         )
         _require(0 < time < math.inf, f"--tracking-time: {time:g} was given; it must be positive")

@@ -50,17 +50,33 @@ def tell_none(found: NoDesign, *, as_json: bool = False) -> int:
 
 
 def claim_lines(checked: CheckedFile) -> list[str]:
-    """Return a line for each claim: its verdict, its name in quotes, and the checker's sentence.
+    """Return a line for each claim, and one for what this claim assumes, if it assumes anything.
 
-    The name is a free text of the file.  Without quotes it could be taken for a sentence of the
-    checker.
+    The line has its verdict, its name in quotes, and the checker's sentence.  The name is a free
+    text of the file.  Without quotes it could be taken for a sentence of the checker.
     """
     width = max((len(claim.verdict.name) for claim in checked.claims), default=0)
-    return [
-        f"  {claim.verdict.name:<{width}}  {json.dumps(claim.name, ensure_ascii=False)}: "
-        f"{claim.text}"
+    lines = []
+    for claim in checked.claims:
+        name = json.dumps(claim.name, ensure_ascii=False)
+        lines.append(f"  {claim.verdict.name:<{width}}  {name}: {claim.text}")
+        if claim.assumes:
+            lines.append(f"  {'':<{width}}  assumes: {'; '.join(claim.assumes)}")
+    return lines
+
+
+def claims_as_data(checked: CheckedFile) -> dict[str, Any]:
+    """Return verdict and claims as plain data, each claim with its own assumptions."""
+    claims = [
+        {
+            "name": claim.name,
+            "verdict": claim.verdict.name,
+            "text": claim.text,
+            "assumes": list(claim.assumes),
+        }
         for claim in checked.claims
     ]
+    return {"verdict": checked.verdict.name, "claims": claims, "assumes": list(checked.assumes)}
 
 
 _HEAD = ("file of certificates/checker", "lines of code", "executed")

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from takagi.cli.terminal.rows import INDENT, WIDTH, coloured, headline, row_lines, unbroken
-from takagi.cli.terminal.turbine_summary import claims_as_data
+from takagi.cli.terminal.files import claims_as_data
+from takagi.cli.terminal.rows import (
+    headline,
+    row_as_data,
+    row_lines,
+    summary_lines,
+    unbroken,
+    wrapped_claims,
+)
 from takagi.models.plant.file_units import file_unit
 from takagi.reports.page.text import behind, name_of, unit_of
-from takagi.reports.sections.plant.summary import SummaryRow, starts_alone, summary_rows
+from takagi.reports.sections.plant.summary import starts_alone, summary_rows
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
@@ -29,7 +35,7 @@ def as_data(design: PlantDesign) -> dict[str, Any]:
         "premises": [premise.name for premise in design.model.premises],
         "gains": None if design.gains is None else design.gains.tolist(),
         "starts_alone": starts_alone(design),
-        "summary": [_row_as_data(row) for row in summary_rows(design)],
+        "summary": [row_as_data(row) for row in summary_rows(design)],
         **claims_as_data(design.checked),
         "notes": list(design.notes),
         "seconds": {step: round(spent, 2) for step, spent in design.seconds.items()},
@@ -45,45 +51,17 @@ def as_text(design: PlantDesign, *, every_claim: bool = False) -> str:
         count = f"{len(proved)} claims" if len(proved) > 1 else "1 claim"
     lines = [headline(design.verdict_words, design.plant.name, count, proved=design.proved)]
     for row in summary_rows(design):
-        text = ", ".join(unbroken(part) for part in row.parts).replace("+, ", "+ ")
-        if row.regulator:
-            text += f"; {unbroken(row.regulator) if len(row.regulator) < 60 else row.regulator}"
-        amber = "  <- less than stated" if row.partial else ""
-        lines += coloured(row_lines(row.name, text + amber), "yellow" if row.partial else None)
+        lines += summary_lines(row)
     notes = [line for note in design.notes for line in row_lines("note", note)]
     if every_claim:
-        lines += [*_model(design), *_claims(design), *notes]
+        lines += [*_model(design), *wrapped_claims(checked), *notes]
         return "\n".join(lines)
-    lines += _claims(design, but="PROVED")
+    lines += wrapped_claims(checked, but="PROVED")
     size = sum(line.count("\n") + 1 for line in lines)
     if size + len(notes) <= MOST_LINES:
         return "\n".join([*lines, *notes])
     left_out = f"{len(design.notes)} notes and " if design.notes else ""
     return "\n".join([*lines, *row_lines("more", f"{left_out}all claims: --all, or the report")])
-
-
-def _row_as_data(row: SummaryRow) -> dict[str, Any]:
-    return {
-        "name": row.name,
-        "text": ", ".join(row.parts).replace("+, ", "+ "),
-        "regulator": row.regulator or None,
-        "proved": row.proved,
-        "less_than_stated": row.partial,
-        "numbers": [
-            {"quantity": n.quantity, "value": n.value, "unit": n.unit, "share": n.share}
-            for n in row.numbers
-        ],
-    }
-
-
-def _claims(design: PlantDesign, *, but: str = "") -> list[str]:
-    """Return the claims in full, those of one verdict left out."""
-    lines = []
-    for claim in design.checked.claims:
-        if claim.verdict.name != but:
-            lines.append(f"  {claim.verdict.name:<{len(INDENT) - 3}} {claim.name}")
-            lines.append(fill(claim.text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT))
-    return lines
 
 
 def _model(design: PlantDesign) -> list[str]:

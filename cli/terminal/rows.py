@@ -5,11 +5,17 @@ from __future__ import annotations
 import os
 import sys
 from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+if TYPE_CHECKING:
+    from takagi.reports.ci_formats import CheckedFile
+    from takagi.reports.sections.plant.summary import SummaryRow
+
 WIDTH, INDENT = 100, " " * 15
 _TIE = "\N{NO-BREAK SPACE}"
+_SHORT = 60  # characters of a part that is not broken
 
 
 def headline(verdict: str, name: str, remark: str, *, proved: bool) -> str:
@@ -29,9 +35,50 @@ def row_lines(word: str, text: str) -> list[str]:
     return filled.replace(_TIE, " ").splitlines()
 
 
+def summary_lines(row: SummaryRow) -> list[str]:
+    """Return the lines of a row of the summary, in yellow where less is proved than stated."""
+    shown = (*row.parts, row.basis) if row.numbers and row.basis else row.parts
+    text = ", ".join(map(unbroken, shown)).replace("+, ", "+ ")
+    if row.regulator:
+        text += f"; {unbroken(row.regulator)}"
+    if row.partial:
+        text += f"{_TIE}<-{_TIE}{unbroken(row.shortfall)}"
+    return coloured(row_lines(row.name, text), "yellow" if row.partial else None)
+
+
+def row_as_data(row: SummaryRow) -> dict[str, Any]:
+    """Return a row of the summary as plain data."""
+    return {
+        "name": row.name,
+        "text": ", ".join(row.parts).replace("+, ", "+ "),
+        "regulator": row.regulator or None,
+        "proved": row.proved,
+        "basis": row.basis or None,
+        "less_than_stated": row.partial,
+        "claim": row.claim or None,
+        "assumes": list(row.assumes),
+        "numbers": [
+            {"quantity": n.quantity, "value": n.value, "unit": n.unit, "share": n.share}
+            for n in row.numbers
+        ],
+    }
+
+
+def wrapped_claims(checked: CheckedFile, *, but: str = "") -> list[str]:
+    """Return the claims in full with their own assumptions, those of one verdict left out."""
+    lines = []
+    for claim in checked.claims:
+        if claim.verdict.name != but:
+            lines.append(f"  {claim.verdict.name:<{len(INDENT) - 3}} {claim.name}")
+            assumed = [f"assumes: {'; '.join(claim.assumes)}"] if claim.assumes else []
+            for text in (claim.text, *assumed):
+                lines += row_lines("", text)
+    return lines
+
+
 def unbroken(part: str) -> str:
-    """Return the part with no-break spaces, so that it stays on one line."""
-    return part.replace(" ", _TIE)
+    """Return a short part with no-break spaces, so that it stays on one line; else its shares."""
+    return part.replace(" ", _TIE) if len(part) < _SHORT else part.replace(" %", f"{_TIE}%")
 
 
 def coloured(lines: list[str], colour: str | None) -> list[str]:

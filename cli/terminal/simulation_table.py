@@ -82,6 +82,7 @@ def _table(rows: Sequence[dict[str, object]], *, wide: bool) -> Table:
     from rich import box
     from rich.table import Table
 
+    from takagi.cli.options.turbine_options import typed_name
     from takagi.reports.simulation.tables import COLUMNS, rounded_text
 
     gap = (0, 2, 0, 0) if wide else (0, 1, 0, 0)
@@ -94,5 +95,7 @@ def _table(rows: Sequence[dict[str, object]], *, wide: bool) -> Table:
         if row["wind"] != wind:
             wind = row["wind"]
             table.add_row(f"[bold]{str(wind).split(',')[0]}[/bold]")
-        table.add_row(f"  {row['law']}", *(rounded_text(row, name) for name in COLUMNS))
+        table.add_row(
+            f"  {typed_name(str(row['law']))}", *(rounded_text(row, name) for name in COLUMNS)
+        )
     return table

@@ -15,7 +15,12 @@ from takagi.cli.options.turbine_options import Folder
 from takagi.cli.output_place import require_folder_place
 from takagi.cli.progress import progress
 
-_MAIN, _BODY, _FIGURES = "appendix.tex", "appendix-body.tex", "figures"
+_MAIN, _BODY, _BIB, _FIGURES = "appendix.tex", "appendix-body.tex", "appendix.bib", "figures"
+
+_NO_TEX = (
+    "pdflatex is not installed here: apt install texlive-latex-extra texlive-fonts-recommended, or "
+    "take the folder to an online LaTeX editor"
+)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -31,12 +36,12 @@ def appendix(
 ) -> int:
     """Write the LaTeX appendix of the design in DIR; nothing is designed again.
 
-    Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, and the
-    figures as PDF: all of them, or none.
+    Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, their
+    references in appendix.bib, and the figures as PDF: all of them, or none.
 
     Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.
     """
-    require_folder_place(out, files=[_MAIN, _BODY], folders=[_FIGURES])
+    require_folder_place(out, files=[_MAIN, _BODY, _BIB], folders=[_FIGURES])
     from takagi.reports.design_folder import appendix_files, read_design
     from takagi.reports.output import write_folder
 
@@ -55,8 +60,9 @@ def _print(verdict: str, out: Path, names: list[str], *, as_json: bool) -> None:
         return
     figures = sum(name.startswith(f"{_FIGURES}/") for name in names)
     print(f"{out / _MAIN}: {verdict}, {figures} figures")
+    run = f"pdflatex {_MAIN}"
+    print(f"\nCompile\n  cd {out} && {run} && bibtex appendix && {run} && {run}")
     if which("pdflatex") is None:
-        print("note: pdflatex is not on this machine; install TeX Live, or compile elsewhere")
-    print(f"\nCompile\n  cd {out} && pdflatex {_MAIN} && pdflatex {_MAIN} && pdflatex {_MAIN}")
-    print(f"Take into a paper\n  \\input{{{_BODY.removesuffix('.tex')}}}; its first lines name the "
-          "packages")  # fmt: skip
+        print(f"  {_NO_TEX}")
+    print(f"Take into a paper\n  \\input{{{_BODY.removesuffix('.tex')}}}, and {_BIB} among its "
+          "references; the first lines name the packages")  # fmt: skip

@@ -162,7 +162,7 @@ def _print(
     alone: bool,
     as_json: bool,
 ) -> None:
-    from takagi.cli.terminal.turbine_summary import claims_as_data, claims_as_text
+    from takagi.cli.terminal.files import claim_lines, claims_as_data
 
     if as_json:
         data = {"certificate": str(out), **claims_as_data(checked)}
@@ -177,7 +177,7 @@ def _print(
         print(json.dumps(data, indent=2))
         return
     words = ", of the vertices alone: not of the plant" if alone else ""
-    print(f"{out}: {checked.verdict.name}{words}\n{claims_as_text(checked)}")
+    print("\n".join([f"{out}: {checked.verdict.name}{words}", *claim_lines(checked)]))
     if old is not None and difference is not None:
         from takagi.reports.baseline.words import as_text
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from takagi.cli.command import MISUSE, PROVED, UNPROVED, tell_error
 from takagi.cli.progress import progress
-from takagi.cli.terminal.files import claim_lines, trusted_text
+from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
@@ -240,16 +240,26 @@ def _write_reports(options: argparse.Namespace, checked: CheckedFile) -> None:
     from takagi.reports import ci_formats
     from takagi.reports.output import write_file
 
-    source = str(options.certificate)
+    source, numbers = str(options.certificate), _numbers(options, checked)
     if options.junit:
-        write_file(options.junit, ci_formats.junit(checked, source=source))
+        write_file(options.junit, ci_formats.junit(checked, source=source, numbers=numbers))
     if options.sarif:
         kinds = _kinds(options.certificate) if checked.verdict.name != "REFUSED" else []
         plant = _plant_file(options)
         report = ci_formats.sarif(checked, source=source, kinds=kinds, plant=plant)
         write_file(options.sarif, report)
     if options.summary:
-        write_file(options.summary, ci_formats.markdown(checked, source=source))
+        write_file(options.summary, ci_formats.markdown(checked, source=source, numbers=numbers))
+
+
+def _numbers(options: argparse.Namespace, checked: CheckedFile) -> list[dict[str, str]]:
+    """Return the numbers of the claims; [] of a file that was refused or is gone."""
+    if checked.verdict.name == "REFUSED" or not options.certificate.is_file():
+        return []
+    from takagi.certificates.checker.kernel.reader import read_json
+    from takagi.reports.baseline.claim_numbers import claim_numbers
+
+    return claim_numbers(read_json(options.certificate), checked)
 
 
 def _kinds(certificate: Path) -> list[str]:
@@ -277,8 +287,6 @@ def _refused(reason: str, needed: str) -> CheckedFile:
 
 def _as_text(options: argparse.Namespace, checked: CheckedFile, trusted: Trusted | None) -> str:
     lines = [f"{options.certificate}: {checked.verdict.name}", *claim_lines(checked)]
-    if checked.assumes:
-        lines.append(f"  assumes: {'; '.join(checked.assumes)}")
     lines += checked.messages
     if trusted is not None:
         lines.append(trusted_text(trusted))
@@ -291,15 +299,9 @@ def _as_json(
     trusted: Trusted | None,
     compared: VerdictComparison | None,
 ) -> str:
-    claims = [
-        {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
-        for claim in checked.claims
-    ]
     answer: dict[str, Any] = {
         "certificate": str(options.certificate),
-        "verdict": checked.verdict.name,
-        "claims": claims,
-        "assumes": list(checked.assumes),
+        **claims_as_data(checked),
         "messages": list(checked.messages),
     }
     if trusted is not None:

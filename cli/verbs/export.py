@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from takagi.cli.command import PROVED, UNPROVED, run_command
+from takagi.cli.options.turbine_options import law_in_files
 
 if TYPE_CHECKING:
     from takagi.reports.code.controller_program import ControllerProgram
@@ -27,7 +28,7 @@ def export(
         typer.Argument(
             metavar="FILE",
             help="The folder of a design, or its gains.json; with --coq, its certificate.json; "
-            "with --law baseline a turbine's TOML file or built-in name.",
+            "with --law reference a turbine's TOML file or built-in name.",
         ),
     ],
     *,
@@ -59,7 +60,9 @@ def export(
     law: Annotated[
         str | None,
         typer.Option(
-            metavar="LAW", help="baseline: the turbine's reference controller, which is not proved."
+            metavar="LAW",
+            help="reference: the turbine's reference controller, which is not proved.",
+            callback=law_in_files,
         ),
     ] = None,
     certificate: Annotated[
@@ -124,7 +127,7 @@ def _program(given: Path, law: str | None, without: list[str]) -> ControllerProg
         return read_controller(given, without=without)
     if law != "baseline":
         raise ModelError(
-            f"--law {law!r} was given; it is baseline, or left out: a gain file has one law"
+            f"--law {law!r} was given; it is reference, or left out: a gain file has one law"
         )
     # Imported here: a gain file needs no turbine.
     from takagi.models.turbine.loader import load_turbine

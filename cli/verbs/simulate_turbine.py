@@ -31,10 +31,10 @@ def turbine_simulation(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Turbines: effort-sharing (one law for all winds), published or "
-            "published-two-integrators (with one integrator or one a region), or baseline (the "
-            "reference's own); may be repeated. Without it: effort-sharing, published and "
-            "baseline. Tables name the first three coherent, paper and paper-two-integrators.",
+            help="Turbines: effort-sharing (one law for all winds), schulte or "
+            "schulte-two-integrators (with one integrator or one a region), or reference (the "
+            "reference controller, K w^2 + PI); may be repeated. Without it: effort-sharing, "
+            "schulte and reference.",
             callback=law_in_files,
         ),
     ] = None,
@@ -43,7 +43,7 @@ def turbine_simulation(
         typer.Option(
             metavar="FILE",
             help="Turbines: simulate the law of a gain file, with its observer; of the named laws, "
-            "only baseline can be simulated with it.",
+            "only reference can be simulated with it.",
         ),
     ] = None,
     scenario: Annotated[

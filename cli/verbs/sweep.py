@@ -44,7 +44,7 @@ def sweep(
         str | None,
         typer.Option(
             metavar="NAME",
-            help=f"One of {', '.join(IN_FILES)}; published unless given.",
+            help=f"One of {', '.join(IN_FILES)}; schulte unless given.",
             callback=law_in_files,
         ),
     ] = None,

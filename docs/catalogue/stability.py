@@ -12,10 +12,8 @@ from takagi.lmi import (
     EigenvalueRegion,
     NormBounded,
     attraction_level_condition,
-    box_enlargement_condition,
     common_lyapunov_condition,
     d_stability_condition,
-    enlarged_loops,
     fuzzy_lyapunov_condition,
     polynomial_lyapunov_condition,
     robust_lyapunov_condition,
@@ -49,10 +47,6 @@ def _polynomial(sizes: Sizes, step: float | None, form: str) -> Condition:
 
 def _fuzzy(sizes: Sizes, step: float | None) -> Condition:
     return fuzzy_lyapunov_condition(plant(sizes, step), rate_bounds=np.inf if step else 1.0)
-
-
-def _enlarged(sizes: Sizes, step: float | None) -> Condition:
-    return box_enlargement_condition(enlarged_loops(plant(sizes, step)), sample_time=step)
 
 
 def _level(sizes: Sizes) -> Condition:
@@ -238,32 +232,4 @@ FUZZY = Entry(
     ),
 )
 
-ENLARGEMENT = Entry(
-    title="Largest enlargement of the box",
-    question="By which factor may the vertices move away from a nominal one with one common $P$?",
-    call="max_box_enlargement",
-    builder="box_enlargement_condition",
-    use=(
-        "How much larger the sectors may be: $\\theta = 1$ is the model as it is, 1.2 a box a "
-        "fifth larger about the nominal point. The least $\\mu = 1/\\theta$ is a generalised "
-        "eigenvalue. With gains, `law` says how they continue beyond the box."
-    ),
-    cases=(
-        Case(
-            title="Continuous time",
-            pose=partial(_enlarged, step=None),
-            lmis="r + 3",
-            variables=P,
-            where="$G_l$ the nominal matrices, $D_k$ the differences of the vertices from them",
-        ),
-        Case(
-            title="Discrete time",
-            pose=partial(_enlarged, step=0.1),
-            lmis="r + 3",
-            variables=P,
-            where="$N = G - I$; a congruent form, $e > 0$ any number, about the size of $N$",
-        ),
-    ),
-)
-
-ENTRIES = (COMMON, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, ENLARGEMENT, LEVEL)
+ENTRIES = (COMMON, REGION, NORM_BOUNDED, POLYNOMIAL, FUZZY, LEVEL)

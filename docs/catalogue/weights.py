@@ -19,7 +19,6 @@ CELLS = MappingProxyType(
         "transient": THEOREM,
         "region": THEOREM,
         "gain-rounding": THEOREM,
-        "box-enlargement": THEOREM,
         "no-common-decay": ("disproof", "open (9)", "disproof", "disproof", "open (9)"),
         "invariant-ellipsoid": THEOREM,
         "input-limits": THEOREM,

@@ -8,7 +8,6 @@ pole_region                eigenvalues of every blend in a region of the complex
 interval_matrices          interval families, without a list of their corners
 invariant_ellipsoid        an ellipsoid that bounded disturbances do not leave
 actuator_rates             how fast the inputs move: of a given law; as states of the model
-box_enlargement, loop_growth    how much the box of a model may grow
 loop_pairs                 the vertices of a loop under a law with memberships
 disturbance/               norms from disturbance to output
 """

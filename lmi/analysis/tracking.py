@@ -30,6 +30,8 @@ from takagi.lmi.decision.decide import optimise
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 
+ATTEMPTS = 3  # of solvers: many rates are tried, and slow solvers seldom find what these do not
+
 
 def tracking_condition(
     A: Floats,
@@ -228,9 +230,11 @@ def tracking_numbers(
         residuals=None if residuals is None else residuals / unit,
         left=left,
     )
-    outcome = optimise(condition, slack=1e-3)
-    if outcome.status != "candidate":
+    outcome = optimise(condition, slack=1e-3, most=ATTEMPTS)
+    # Any function will do, the least eta or not: what it proves is measured afterwards.
+    values = outcome.values if outcome.status == "candidate" else outcome.feasible
+    if not values:
         return None
-    P = np.asarray(outcome.values["P"][0] / np.outer(unit, unit), dtype=np.float64)
-    u = None if residuals is None else np.asarray(outcome.values["u"], dtype=np.float64).ravel()
+    P = np.asarray(values["P"][0] / np.outer(unit, unit), dtype=np.float64)
+    u = None if residuals is None else np.asarray(values["u"], dtype=np.float64).ravel()
     return P, u

@@ -26,7 +26,7 @@ def latex(condition: Asked) -> str:
 
     He(X) stands for X + X^T, an asterisk for the block that symmetry implies.
     """
-    lines = _lines(condition_of(condition, "latex"))
+    lines = formula_lines(condition_of(condition, "latex"))
     body = " \\\\\n".join(rf"{label} \quad & {formula}" for label, formula in lines)
     return f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
 
@@ -38,9 +38,8 @@ def markdown(condition: Asked) -> str:
     dollar signs would not do: Markdown reads them first, and turns every ``\\`` into one backslash.
     """
     blocks = []
-    for label, formula in _lines(condition_of(condition, "markdown")):
-        words = label.removeprefix(r"\text{").removesuffix("}").removesuffix(":")
-        blocks.append(f"{words}:\n\n```math\n{formula}\n```")
+    for label, formula in formula_lines(condition_of(condition, "markdown")):
+        blocks.append(f"{plain_label(label)}:\n\n```math\n{formula}\n```")
     return "\n\n".join(blocks) + "\n"
 
 
@@ -64,7 +63,12 @@ def lmi_latex(lmi: LMI) -> str:
     return f"{total} {_relation(lmi)} 0"
 
 
-def _lines(condition: Condition) -> list[tuple[str, str]]:
+def plain_label(label: str) -> str:
+    """Return a label of ``formula_lines`` without its LaTeX."""
+    return label.removeprefix(r"\text{").removesuffix("}").removesuffix(":")
+
+
+def formula_lines(condition: Condition) -> list[tuple[str, str]]:
     """Return (label, formula) of the objective, the unknowns, and each LMI."""
     unknowns = r",\; ".join(_declared(unknown, condition) for unknown in condition.unknowns)
     lines = [(r"\text{find}", unknowns)]

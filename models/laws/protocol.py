@@ -85,9 +85,9 @@ class Law(Protocol):
 _WORDS = MappingProxyType(
     {
         "coherent": "effort-sharing law",
-        "paper": "published law",
-        "paper-two-integrators": "published law with two integrators",
-        "baseline": "baseline law",
+        "paper": "Schulte's law",
+        "paper-two-integrators": "Schulte's law with two integrators",
+        "baseline": "reference controller (K w^2 + PI)",
     }
 )
 

@@ -29,6 +29,9 @@ SAMPLES = 301
 RELATIVE, ABSOLUTE = 1e-7, 1e-9
 # More segments than this take minutes.
 MOST_SEGMENTS = 50_000
+# Steps of a segment for each of its output times; a motion that slides into a pole of its equations
+# takes shorter and shorter ones without end.
+MOST_STEPS = 200
 # Breaks that are closer together than this share of the run count as one.
 _TOGETHER = 1e-12
 WHOLE, FAR, UNDEFINED, STUCK = "whole", "far", "undefined", "stuck"
@@ -123,6 +126,23 @@ def _integrate(record: _Record, start: Floats, end: float) -> str:
     return WHOLE
 
 
+def _lsoda(most: int) -> Any:
+    """Return scipy's LSODA, which fails after this number of steps."""
+    from scipy.integrate import LSODA
+
+    class LimitedLsoda(LSODA):  # type: ignore[misc]
+        taken = 0
+
+        def step(self) -> str | None:
+            self.taken += 1
+            if self.taken > most:
+                self.status = "failed"
+                return f"{most} steps were not enough"
+            return super().step()  # type: ignore[no-any-return]
+
+    return LimitedLsoda
+
+
 def _segments(experiment: Experiment, end: float) -> Iterator[tuple[float, float, bool]]:
     """Yield (begin, stop, whether the program computes at ``begin``)."""
     step = experiment.step if experiment.program is not None else None
@@ -201,7 +221,8 @@ class _Segment:
         broke = False
         try:
             found: Any = solve_ivp(
-                slope, (self.begin, self.stop), x, method="LSODA", rtol=RELATIVE, atol=ABSOLUTE,
+                slope, (self.begin, self.stop), x, method=_lsoda(MOST_STEPS * (len(times) + 10)),
+                rtol=RELATIVE, atol=ABSOLUTE,
                 t_eval=times, events=[leaves, *ends], dense_output=bool(ends),
             )  # fmt: skip
         except ModelError:

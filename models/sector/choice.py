@@ -179,6 +179,7 @@ class HullWidth:
 MOST_ASSIGNMENTS = 64  # the most assignments of terms to states that are compared
 MOST_WIDTHS = 24  # the most forms whose hull is measured
 MOST_PLAIN = 4  # with more premises, forms that keep denominators whole are compared too
+WIDER = 1.05  # how many times as wide a form with numbers as coefficients may be
 MOST_PREMISES = 12  # the most premises of a form whose hull is measured: 4096 vertices
 
 
@@ -221,10 +222,21 @@ def chosen_form(problem: Problem, choice: Choice) -> Factored:
     variables = {*plant.states, *plant.inputs, *plant.disturbances}
     apart = [with_numbers_apart(form, variables, wanted) for form in complete]
     apart = [form for form in apart if len(numbers_of(form)) <= MOST_NUMBERS]
+    best = _best(complete, problem, choice)
     fewest = min(len(form.premises) for form in complete)
     if any(len(form.premises) < fewest for form in apart):
-        complete = apart
-    return _in_symbols(_best(complete, problem, choice), problem)
+        # With numbers as coefficients another way to factor can have the fewest premises, and a
+        # hull many times as large: its law has a small set.
+        width = _hull_width(problem)
+        fewer = _best(apart, problem, choice)
+        if fewest > MOST_PREMISES or width(fewer) <= WIDER * width(best):
+            best = fewer
+    return _in_symbols(best, problem)
+
+
+def _hull_width(problem: Problem) -> HullWidth:
+    plant = problem.equations
+    return HullWidth(problem.sides, _columns(plant), _rows(plant), _places(plant), problem.domain)
 
 
 def _with_denominators(problem: Problem) -> list[FactoredForm]:
@@ -247,8 +259,7 @@ def _best(forms: Sequence[FactoredForm], problem: Problem, choice: Choice) -> Fa
     compared = _different(by_count)[:MOST_WIDTHS]
     if len(compared) == 1 or few > MOST_PREMISES:
         return compared[0]
-    plant = problem.equations
-    width = HullWidth(problem.sides, _columns(plant), _rows(plant), _places(plant), problem.domain)
+    width = _hull_width(problem)
     measured = [form for form in compared if len(form.premises) <= MOST_PREMISES]
     # The width is rounded, so that equal hulls are told apart by their number of premises.
     return min(measured, key=lambda form: (float(f"{width(form):.6g}"), len(form.premises)))

@@ -15,7 +15,8 @@ from takagi.reports.appendix.tex import (
     matrix,
     range_text,
 )
-from takagi.reports.page.rounded_bounds import at_most_to
+from takagi.reports.appendix.theorems import theorems_context
+from takagi.reports.page.rounded_bounds import at_least, at_most_to
 
 _RANGES = ("stiffness", "loop_gain", "lag_gain", "share_gain", "lag_rate")
 _SIZES = (
@@ -30,22 +31,78 @@ _CLAIMED = ("multiplier", "wind_error", "wind_rate", "decay_rate")
 _PEAKS = {
     "speed_error": r"|e| \le",
     "effort_lag": r"|\zeta| \le",
-    "speed_signal": r"|e - x| \le",
-    "integral": r"|x| \le",
+    "speed_signal": r"|e - x_\mathrm{I}| \le",
+    "integral": r"|x_\mathrm{I}| \le",
 }
 
 
+# Nodes of a function of wind that are printed.
+MOST_NODES = 40
+
+
 def certificate_context(design: TurbineDesign) -> dict[str, Any]:
-    """Return verdict, claims and, for the effort-sharing law, the tables of its cells."""
-    claims = list(design.document.get("claims", ()))
-    context = checked_context(design.document, design.checked) | {
-        "assumes": "; ".join(design.checked.assumes).replace("<=", "at most"),
-        "other_claims": [_other(claim) for claim in claims if claim.get("kind") != "coherent-loop"],
-    }
-    loops = [claim for claim in claims if claim.get("kind") == "coherent-loop"]
-    if loops:
-        context["loop"] = _loop(loops[0], design)
+    """Return verdict, theorems and, for the effort-sharing law, the tables of its cells."""
+    context = checked_context(design.document, design.checked)
+    context |= theorems_context(design.document, design.checked)
+    # The matrix of the loop stands beside its theorem; those of its cells are too many to print.
+    context |= {"loop": None, "matrices": [], "tables": [], "running": None}
+    for order, one in enumerate(context["theorems"], start=1):
+        claim, kind = one["claim"], one["claim"].get("kind")
+        claim["order"] = order
+        if kind == "coherent-loop":
+            context["loop"] = _loop(claim, design) | {"order": order}
+        elif kind == "wind-rate":
+            claim["spans"] = [_span_of_winds(one) for one in claim["ranges"]]
+            context["tables"].append(_rates_table(claim))
+        elif kind == "actuator-rates":
+            claim |= _actuator_sizes(claim, design)
+            context["tables"].append(_actuators_table(claim, context["loop"]))
+        elif kind == "running-loop":
+            claim["spans"] = [Tex(f"{interval(ends)}~m/s") for ends in claim["winds"]]
+            claim["order_of"] = len(claim["cells"][0]["P"])
+            context["running"] = order if one["proved"] else None
     return context
+
+
+def _span_of_winds(one: Mapping[str, Any]) -> Tex:
+    ends = interval((one["wind"][0], one["wind"][-1]))
+    least, most = (decimal(f(one["estimate_rate"])) for f in (min, max))
+    rates = least if least == most else Tex(f"{least} to {most}")
+    error = decimal(one["estimate_error"])
+    return Tex(rf"{ends}~m/s with $\eta_v = {error}$~m/s and $a$ of {rates}~m/s$^2$")
+
+
+def _rates_table(claim: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the functions of the first range, at every k-th node where there are many."""
+    columns = (claim["ranges"][0][name] for name in ("wind", "estimate_rate", "schedule_rate"))
+    nodes = list(zip(*columns, strict=True))
+    step = -(-len(nodes) // MOST_NODES)
+    rows = [*nodes[:-1:step], nodes[-1]]
+    left = f", {len(rows)} of {len(nodes)} nodes; the certificate has all" if step > 1 else ""
+    words = f"functions of the first range{left}"
+    return {"kind": claim["kind"], "order": claim["order"], "words": words,
+            "rows": [[decimal(x) for x in node] for node in rows]}  # fmt: skip
+
+
+def _actuator_sizes(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
+    cells, model = claim["cells"], design.document["model"]
+    limit = model["torque_rate_limit"]
+    return {
+        "pitch_most": decimal(max(cell["pitch_rate"] for cell in cells)),
+        "torque_most": decimal(max(cell["torque_rate"] for cell in cells)),
+        "pitch_limit": escape(at_least(model["pitch_rate_limit"], 6)),
+        "torque_limit": decimal(limit),
+        "torque_within": sum(cell["torque_rate"] <= limit for cell in cells),
+    }
+
+
+def _actuators_table(claim: Mapping[str, Any], loop: Mapping[str, Any]) -> dict[str, Any]:
+    names = ("pitch_rate", "torque_rate", "schedule_bend")
+    rows = [
+        [*head[:2], *(decimal(cell[name]) for name in names)]
+        for head, cell in zip(loop["claimed"], claim["cells"], strict=True)
+    ]
+    return {"kind": claim["kind"], "order": claim["order"], "rows": rows}
 
 
 def _power(uncertainty: Mapping[str, Any]) -> Tex | None:
@@ -64,7 +121,6 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
         "P": matrix(claim["P"], exactly=True),
         "R": matrix(claim["settling"]["P"], exactly=True),
         "common": decimal(claim["settling"]["decay_rate"]),
-        "states": [escape(name) for name in claim["state"]],
         "low": decimal(cells[0]["wind"][0]),
         "high": decimal(cells[-1]["wind"][1]),
         "count": len(cells),
@@ -75,15 +131,11 @@ def _loop(claim: Mapping[str, Any], design: TurbineDesign) -> dict[str, Any]:
         "peaks": [Tex(f"{_PEAKS[name]} {decimal(v)}") for name, v in
                   claim["peaks"].items()],
         "inertia_gain": range_text((cell["inertia_gain"] for cell in cells), 7),
-        "decay": decimal(min(cell["decay_rate"] for cell in cells)),
         "decay_range": range_text((cell["decay_rate"] for cell in cells), 5),
-        "error_range": range_text((cell["wind_error"] for cell in cells), 5),
-        "rate_range": range_text((cell["wind_rate"] for cell in cells), 5),
         "overspeed": Tex(
             at_most_to(100 * ((top + peak) / turbine.rated_rotor_speed - 1), 2)
         ),
-        "corners": 32,
-        "ranges": [_range_rows(k, cell) for k, cell in enumerate(cells, start=1)],
+        "ranges": [_range_row(k, cell) for k, cell in enumerate(cells, start=1)],
         "claimed": [_claimed_row(k, cell) for k, cell in enumerate(cells, start=1)],
     }  # fmt: skip
 
@@ -96,47 +148,16 @@ def cell_speed(design: TurbineDesign, k: int) -> float:
     return float(max(law.schedule.rotor_speed[k : k + 2]))
 
 
-def _range_rows(k: int, cell: Mapping[str, Any]) -> tuple[list[Tex], list[Tex]]:
-    """Return two rows: the lower ends and the upper ends of the cell's coefficients."""
-    rows = []
-    for end in (0, 1):
-        number = escape(k) if end == 0 else Tex("")
-        rows.append([number, *(decimal(cell[name][end]) for name in ("wind", *_RANGES))])
-    return rows[0], rows[1]
+def _range_row(k: int, cell: Mapping[str, Any]) -> list[Tex]:
+    """Return number, winds, and both ends of each coefficient."""
+    ends = [decimal(cell[name][end]) for name in _RANGES for end in (0, 1)]
+    return [escape(k), _winds(cell), *ends]
+
+
+def _winds(cell: Mapping[str, Any]) -> Tex:
+    low, high = cell["wind"]
+    return Tex(f"{decimal(low)} to {decimal(high)}")
 
 
 def _claimed_row(k: int, cell: Mapping[str, Any]) -> list[Tex]:
-    low, high = cell["wind"]
-    wind = Tex(f"{decimal(low)} to {decimal(high)}")
-    return [escape(k), wind, *(decimal(cell[name]) for name in (*_SIZES, *_CLAIMED))]
-
-
-def _other(claim: Mapping[str, Any]) -> dict[str, Any]:
-    """Return name, single values and P of a claim of any kind."""
-    facts = [
-        [escape(name.replace("_", " ")), _value(value)]
-        for name, value in claim.items()
-        if name not in ("name", "kind") and isinstance(value, (str, int, float, bool))
-    ]
-    P: Any = claim.get("P")
-    return {
-        "name": claim.get("name", ""),
-        "kind": claim.get("kind", ""),
-        "facts": facts,
-        "P": matrix(P, exactly=True) if _is_matrix(P) else None,
-        "cells": len(claim["cells"]) if isinstance(claim.get("cells"), (list, tuple)) else 0,
-    }
-
-
-def _value(value: Any) -> Tex:
-    return escape(value) if isinstance(value, (str, bool)) else decimal(value)
-
-
-def _is_matrix(value: Any) -> bool:
-    """Return whether this is a matrix of numbers; some claims have P as a list or as a text."""
-    if not isinstance(value, (list, tuple)) or not value:
-        return False
-    return all(
-        isinstance(row, (list, tuple)) and row and all(isinstance(x, (int, float)) for x in row)
-        for row in value
-    )
+    return [escape(k), _winds(cell), *(decimal(cell[name]) for name in (*_SIZES, *_CLAIMED))]

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.reports.loops.plant_local import PlantLocalLoop, local_loops
@@ -28,23 +31,24 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
     ----------
     tell : called with a word before each step.
     """
+    from takagi.models.laws.protocol import law_words
     from takagi.reports.appendix.certificate import certificate_context
     from takagi.reports.appendix.regional import conditions_context, region_context
-    from takagi.reports.appendix.tex import Tex, assembled, escape
+    from takagi.reports.appendix.tex import assembled
     from takagi.reports.appendix.turbine import (
         blending_context,
         drawn_figures,
         law_context,
         margins_context,
         plant_context,
-        trim_loops,
+        responses_context,
     )
 
     say = tell or (lambda _: None)
-    say("margins at the trims")
-    loops, none = trim_loops(design)
+    say("margins")
+    margins = margins_context(design)
     say("figures")
-    figures = drawn_figures(design, loops)
+    figures = drawn_figures(design)
     say("LaTeX")
     context: dict[str, object] = {
         **plant_context(design),
@@ -52,14 +56,13 @@ def appendix_files(design: TurbineDesign, *, tell: Tell | None = None) -> dict[s
         **law_context(design),
         **conditions_context(design),
         **certificate_context(design),
-        **margins_context(loops, none),
+        **margins,
+        **responses_context(design),
         "partial": region_context(design.partial_load, design.regional.partial, "b"),
         "full": region_context(design.full_load, design.regional.full, "c"),
         "subject": design.turbine.name,
         "title": f"{design.turbine.name}: multi-region controller design",
-        "subtitle": Tex(
-            rf"Derivation, law \texttt{{{escape(design.law.name)}}}, certificate and margins"
-        ),
+        "subtitle": f"Takagi-Sugeno models, {law_words(design.law.name)}, theorems and margins",
         "contents": True,
     }
     return assembled("turbine_body.tex.jinja", context, figures)
@@ -78,16 +81,8 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
 
     Raises
     ------
-    ModelError : gains that do not fit the model; a law with measured outputs, whose formulas the
-        appendix does not have.
+    ModelError : gains that do not fit the model.
     """
-    from takagi.models.errors import ModelError
-
-    if design.output_law is not None:
-        raise ModelError(
-            f"plant {design.plant.name!r} has measured outputs, and the appendix has the formulas "
-            "of a law of all states alone; the report (takagi report) has this law's"
-        )
     from takagi.reports.appendix.plant_context import latex_context
     from takagi.reports.appendix.tex import assembled
 
@@ -96,20 +91,27 @@ def plant_appendix(design: PlantDesign, *, tell: Tell | None = None) -> dict[str
     say("margins")
     loops = local_loops(loop)
     say("figures")
-    figures = _figures(loop, loops)
+    figures = _figures(design, loop, loops)
     say("LaTeX")
     return assembled("plant_body.tex.jinja", latex_context(design, loop, loops), figures)
 
 
-def _figures(loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> dict[str, Figure]:
+def _figures(
+    design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]
+) -> dict[str, Figure]:
     from takagi.reports.figures.plant.captioned import AROUND, bode_drawings
-    from takagi.reports.figures.plant.poles import responses_figure, vertex_poles_figure
+    from takagi.reports.figures.plant.poles import responses_figure
     from takagi.reports.figures.plant.proved_set import phase_figure, planes
     from takagi.reports.figures.plant.weights import premise_curves, weights_figure
     from takagi.reports.loops.plant_motion import around, motions, starts
+    from takagi.reports.simulation.plant import jump_motions
 
     shown = motions(loop, starts(loop))
-    found = {"responses": responses_figure(loop, shown), "poles": vertex_poles_figure(loop)}
+    found = {"responses": responses_figure(loop, shown)}
+    # V is a function of deviations from the rest before the jump.
+    jumps = [replace(run, value=np.zeros(0)) for run in jump_motions(design, loop)]
+    if jumps:
+        found["jumps"] = responses_figure(loop, jumps)
     curves = premise_curves(loop.model)
     if curves:
         found["memberships"] = weights_figure(curves)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.reports.appendix.regional import vertex_lines
+from takagi.reports.appendix.synthesis import posed_design
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
@@ -18,23 +22,30 @@ from takagi.reports.appendix.tex import (
     unit,
     with_decimals,
 )
+from takagi.reports.appendix.theorems import theorems_context
 from takagi.reports.loops.plant_local import PlantLocalLoop
-from takagi.reports.loops.proved_kinds import embedded
 from takagi.reports.page.readable_latex import readable, shortens
+from takagi.reports.page.rounded_bounds import at_most
 from takagi.reports.page.text import name_of
 from takagi.reports.sections.plant.gains import gain_columns
-from takagi.reports.sections.plant.plant import derivation_steps, equations_latex, kinds
+from takagi.reports.sections.plant.plant import equations_latex, kinds
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.models.plant.plant import Plant
     from takagi.models.plant.variables import Variable
+    from takagi.models.ts.model import TSModel
+    from takagi.models.ts.premise import Premise
     from takagi.reports.loops.plant_loop import PlantLoop
 
 # A table of gains with more columns does not fit the page: each rule then gets a matrix.
 MOST_COLUMNS = 9
-# A table with more rows is broken over pages; more margins than this are left out.
-MOST_ROWS = MOST_MARGINS = 40
+MOST_MARGINS = 40
+# Steps of a derivation that the appendix writes in its own tables and formulas.
+_OWN_STEPS = ("Plant", "Premise ", "Weights", "Memberships", "Rules", "Vertex")
+# Bounds are rounded outward by at most this share; points where an extreme may lie, and the
+# longest formula of one that is shown.
+_ROUNDED, _MOST_POINTS, _LONGEST = 1.1e-7, 400, 48
 
 
 def latex_context(
@@ -42,16 +53,20 @@ def latex_context(
 ) -> dict[str, Any]:
     """Return the values of all names in the templates."""
     name = design.plant.name or "Plant"
-    shown = "certificate and poles" if loop.gains is None else "law, certificate and margins"
+    shown = "and theorems" if loop.gains is None else "law, synthesis, theorems and margins"
     return {
         "subject": name,
         "title": name,
-        "subtitle": f"Derivation, {shown}",
+        "subtitle": f"Takagi-Sugeno model, {shown}",
         "contents": False,
         **_plant(design.plant),
-        **_derivation(design),
+        **_model(design),
         **_law(design, loop),
-        **_certificate(design, loop),
+        **_claims(design, loop),
+        "conditions": [
+            *posed_design("Gains", design.design),
+            *posed_design("Gains of the observer", design.observer, dual=True),
+        ],
         "margins": [_margin_row(one) for one in loops[:MOST_MARGINS]],
         "margins_left_out": max(len(loops) - MOST_MARGINS, 0),
     }
@@ -68,7 +83,27 @@ def _plant(plant: Plant) -> dict[str, Any]:
             [_symbol(p.symbol), decimal_or_rounded(p.value), unit(p.unit), escape(p.source)]
             for p in plant.parameters
         ],
-    }
+        "state_names": _listed(v.symbol for v in plant.states),
+        "inputs": _listed(v.symbol for v in plant.inputs),
+        "disturbances": _listed(v.symbol for v in plant.disturbances if not v.schedules),
+        "unknown": _listed(v.symbol for v in plant.disturbances if v.unknown),
+        "ranged": _listed(v.symbol for v in plant.disturbances if v.range is not None),
+        "follows": Tex(
+            " and ".join(f"${_latex(r.follows)} = {_latex(r.name)}$" for r in plant.references)
+        ),
+        "outputs": [
+            Tex(rf"y_{{{k}}} = {readable(_latex(y.expression))}")
+            for k, y in enumerate(_measured(plant), 1)
+        ],
+    }  # fmt: skip
+
+
+def _measured(plant: Plant) -> list[Any]:
+    return [y for y in plant.outputs if y.name in (plant.measured or ())]
+
+
+def _listed(symbols: Iterable[Any]) -> Tex:
+    return Tex(", ".join(map(_symbol, symbols)))
 
 
 def _variable(kind: str, variable: Variable) -> list[Tex]:
@@ -83,25 +118,107 @@ def _variable(kind: str, variable: Variable) -> list[Tex]:
     ]  # fmt: skip
 
 
-def _derivation(design: PlantDesign) -> dict[str, Any]:
-    steps, vertices = derivation_steps(design.model)
+def _model(design: PlantDesign) -> dict[str, Any]:
+    model = design.model
+    steps = [] if model.derivation is None else model.derivation.steps
+    shown = [step for step in steps if not step.title.startswith(_OWN_STEPS)]
+    removable = design.document.get("controller", {}).get("removable", {})
+    zeros = {one["of"] for members in removable.values() for one in members}
     return {
-        "steps": [(step.title, Tex(readable(step.latex))) for step in steps],
-        "vertices": [Tex(readable(step.latex)) for step in vertices],
-        "rounded": any(shortens(step.latex) for step in steps),
-        "rules": len(design.model.rules),
+        "steps": [(step.title.rstrip("."), Tex(readable(step.latex))) for step in shown],
+        "rounded": any(shortens(step.latex) for step in shown),
+        "premises": [_premise(p, model) for p in model.premises],
+        "varying": [Tex(readable(p.latex)) for p in model.premises if len(p.corners) > 1],
+        "rules": len(model.rules),
+        "vertices": list(vertex_lines(model, measured=design.plant.measured is not None)),
+        "model_equation": _equation(model, measured=design.plant.measured is not None),
+        "removable": Tex(", ".join(f"${_latex(name)}$" for name in sorted(zeros))),
+        "boxed": bool(model.box),
     }
 
 
+def _premise(premise: Premise, model: TSModel) -> list[Tex]:
+    formula = NONE
+    ends = (NONE, NONE)
+    if premise.proof is not None:
+        formula = Tex(f"${readable(_latex(premise.proof.expression))}$")
+        ends = _attained(premise, model.box)
+    emitted = (decimal(premise.lower), decimal(premise.upper))
+    return [Tex(f"${readable(premise.latex)}$"), formula, unit(premise.unit), *ends, *emitted]
+
+
+def _attained(premise: Premise, box: Mapping[str, Any]) -> tuple[Tex, Tex]:
+    """Return exact least and greatest values that the premise takes, as formulas.
+
+    Looked for at the ends of its variables, at 0 and at multiples of pi/4; shown where the bound
+    that is used is this value rounded outward, so that it is the extreme to seven decimals.
+    """
+    import sympy as sp
+
+    assert premise.proof is not None  # asked before
+    expression = premise.proof.expression
+    sides = {name_of(label): ends for label, ends in box.items()}
+    symbols = sorted(expression.free_symbols, key=str)
+    if not symbols or any(str(s) not in sides for s in symbols):
+        return NONE, NONE
+    axes = []
+    for symbol in symbols:
+        low, high = (sp.Rational(*Fraction(end).as_integer_ratio()) for end in sides[str(symbol)])
+        turns = [sp.pi * k / 4 for k in range(-4, 5)]
+        axes.append([x for x in dict.fromkeys((low, high, *turns)) if low <= x <= high])
+    if np.prod([len(axis) for axis in axes]) > _MOST_POINTS:
+        return NONE, NONE
+    values = [_value(expression, dict(zip(symbols, at, strict=True))) for at in product(*axes)]
+    known = [(value, float(value)) for value in values if value is not None and value.is_real]
+
+    def shown(bound: Fraction) -> Tex:
+        room = _ROUNDED * max(1.0, abs(float(bound)))
+        near = [_latex(value) for value, number in known if abs(number - float(bound)) <= room]
+        best = min(near, key=len, default="")
+        return Tex(f"${best}$") if 0 < len(best) <= _LONGEST else NONE
+
+    return shown(premise.lower), shown(premise.upper)
+
+
+def _value(expression: Any, at: Mapping[Any, Any]) -> Any:
+    """Return the expression at a point, with its limit where one variable alone makes it 0/0."""
+    import sympy as sp
+
+    found = expression.subs(at)
+    if found.is_finite is not False and found is not sp.nan:
+        return found
+    zero = [symbol for symbol, value in at.items() if value == 0]
+    if len(zero) != 1:
+        return None
+    others = {symbol: value for symbol, value in at.items() if symbol not in zero}
+    return sp.limit(expression.subs(others), zero[0], 0)
+
+
+def _equation(model: TSModel, *, measured: bool) -> Tex:
+    left = r"\dot x" if model.sample_time is None else r"x^{+} - x^*"
+    several = len(model.rules) > 1
+    index, blend = ("i", rf"\sum_{{i=1}}^{{{len(model.rules)}}} h_i") if several else ("1", "")
+    terms = [rf"A_{index} \tilde x"]
+    terms += [rf"B_{index} \tilde u"] * bool(model.inputs)
+    terms += [rf"E_{index} \tilde w"] * bool(np.any(model.E))
+    inner = " + ".join(terms)
+    found = rf"{left} = {blend} \bigl({inner}\bigr)" if several else f"{left} = {inner}"
+    if measured:
+        found += rf", \qquad \tilde y = {blend} C_{index} \tilde x"
+    return Tex(found)
+
+
 def _law(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
+    found: dict[str, Any] = {"gains": None, "notes": list(design.notes), "observer": None}
     if loop.gains is None:
-        return {"law": False, "notes": list(design.notes)}
+        return found
     columns = gain_columns(loop)
     if len(columns) > MOST_COLUMNS:
         rows = [
             [escape(i), Tex(f"${matrix(K, exactly=True)}$")] for i, K in enumerate(loop.gains, 1)
         ]
         heads = [Tex("Rule"), Tex("$K_i$, SI units")]
+        units = []
     else:
         varying = [k for k, p in enumerate(loop.model.premises) if len(p.corners) > 1]
         corners = (Tex("lower"), Tex("upper"))
@@ -109,27 +226,90 @@ def _law(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
             [escape(i), *(corners[rule[k]] for k in varying), *map(decimal, map(float, K.ravel()))]
             for i, (rule, K) in enumerate(zip(loop.model.rules, loop.gains, strict=True), 1)
         ]
-        heads = [_head(name, of) for name, of in columns]
-    return {
-        "law": True,
-        "gain_heads": heads,
-        "gains": rows,
-        "long_gains": len(rows) > MOST_ROWS,
-        "notes": list(design.notes),
-    }
+        heads = [escape(name) for name, _ in columns]
+        units = [[Tex(f"[{unit(of)}]") if of else Tex("") for _, of in columns]]
+    found |= {"gain_heads": [heads, *units], "gains": rows}
+    if design.output_law is not None:
+        found["observer"] = _observer(design.output_law)
+    return found
 
 
-def _certificate(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
-    level = loop.level if loop.bounded else None
-    return checked_context(design.document, design.checked) | {
-        "embedded": embedded(design),
+def _observer(law: Any) -> dict[str, Any]:
+    """Return the matrices of an observer as emitted, as one display each."""
+    constant = getattr(law, "observer", None)
+    if constant is not None:
+        names = ("A", "B", "C", "L")
+        parts = [(name, matrix(getattr(constant, name), exactly=True)) for name in names]
+        own = [Tex(rf"{name}_\mathrm{{o}} = {value}") for name, value in parts]
+        return {"matrices": own, "constant": True}
+    same = bool((law.L == law.L[0]).all())
+    gains = [
+        Tex(f"L{'' if same else f'_{{{i}}}'} = {matrix(L, exactly=True)}")
+        for i, L in enumerate(law.L[:1] if same else law.L, 1)
+    ]
+    return {"matrices": gains, "constant": False, "at_estimate": law.at_estimate, "same": same}
+
+
+def _claims(design: PlantDesign, loop: PlantLoop) -> dict[str, Any]:
+    plant, found = design.plant, theorems_context(design.document, design.checked)
+    places = {v.name: k for k, v in enumerate(plant.states)}
+    rows = [places[one.integral] for one in plant.references]
+    ranged = [v for v in plant.disturbances if v.range is not None]
+    moved = [v for v in plant.states if v.name in {r.follows for r in plant.references}]
+    for one in found["theorems"]:
+        claim = one["claim"]
+        claim["inputs"] = _bounds(r"\tilde{%s}", plant.inputs, claim.get("input_limits") or ())
+        pushed = plant.inputs if claim.get("disturbance") == "inputs" else plant.disturbances
+        claim["entering"] = _bounds(r"\tilde{%s}", pushed, claim.get("disturbance_bounds") or ())
+        if claim.get("kind") == "tracking":
+            claim["moving"] = _bounds(r"\dot{%s}", ranged, claim["rates"], per=r"\,s^{-1}")
+            claim["errors"] = [
+                Tex(f"{bound}~{unit(v.unit)} of ${_latex(v.symbol)}$")
+                for v, bound in zip(moved, _tracking_errors(claim, rows), strict=False)
+            ]
+        if claim.get("kind") == "region":
+            claim["parts"] = [
+                Tex(rf"(L, M) = \left({matrix(p['L'], exactly=True)}, "
+                    rf"{matrix(p['M'], exactly=True)}\right)")
+                for p in claim["parts"]
+            ]  # fmt: skip
+    law = design.output_law
+    return checked_context(design.document, design.checked) | found | {
+        "about_plant": design.is_about_plant,
         "discrete": loop.discrete,
-        "decay": None if loop.decay_rate is None else decimal(loop.decay_rate),
-        "P": None if loop.decay_P is None else matrix(loop.decay_P, exactly=True),
-        "level": None if level is None else scientific(level, 4),
-        "level_proved": loop.level_proved,
-        "states": [escape(label) for label in loop.model.states],
-    }
+        "shared": design.law is not None and len(design.model.rules) > 1,
+        "estimated": law is not None,
+        "at_estimate": law is not None and law.at_estimate,
+    }  # fmt: skip
+
+
+def _bounds(
+    what: str, variables: Iterable[Variable], sizes: Iterable[Any], per: str = ""
+) -> list[Tex]:
+    """Return |x_k| <= b_k with the unit of x_k, for each bound; for 0 that it does not move."""
+    return [
+        Tex(rf"$|{what % _latex(v.symbol)}| \le {decimal(b)}\,{unit_of_product(v.unit, per)}$")
+        if float(b)
+        else Tex(rf"${_latex(v.symbol)}$ is constant")
+        for v, b in zip(variables, sizes, strict=False)
+    ]
+
+
+def unit_of_product(name: str, per: str) -> Tex:
+    """Return a unit with a factor behind it."""
+    known = Tex("") if name in ("-", "") else unit(name)
+    return Tex(rf"{known}\mathrm{{{per}}}") if per else known
+
+
+def _tracking_errors(claim: Mapping[str, Any], rows: Sequence[int]) -> list[Tex]:
+    """Return c (e + sum d rho)/alpha + residual for each reference, rounded up."""
+    names = ("residual_norm", "decay_rate")
+    e, alpha = (Fraction(str(claim[name])) for name in names)
+    lists = ("slope_norms", "rates", "error_factors", "residuals")
+    d, rho, c, residuals = ([Fraction(str(x)) for x in claim[name]] for name in lists)
+    push = e + sum((a * b for a, b in zip(d, rho, strict=True)), Fraction(0))
+    bounds = [f * push / alpha + residuals[row] for f, row in zip(c, rows, strict=True)]
+    return [escape(at_most(float(bound))) for bound in bounds]
 
 
 def _margin_row(one: PlantLocalLoop) -> list[Tex]:
@@ -155,12 +335,11 @@ def decimal_or_rounded(value: Any) -> Tex:
     return decimal(text) if "e" not in text else scientific(float(value), 12)
 
 
-def _symbol(symbol: Any) -> Tex:
+def _latex(value: Any) -> str:
     import sympy as sp
 
-    return Tex(f"${readable(str(sp.latex(symbol)))}$")
+    return readable(str(sp.latex(sp.Symbol(value) if isinstance(value, str) else value)))
 
 
-def _head(name: str, of: str) -> Tex:
-    words = escape(name)
-    return Tex(rf"\shortstack[r]{{{words}\\{{}}[{unit(of)}]}}") if of else words
+def _symbol(symbol: Any) -> Tex:
+    return Tex(f"${_latex(symbol)}$")

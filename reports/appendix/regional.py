@@ -10,9 +10,9 @@ import numpy as np
 from takagi.certificates.claims.turbine.largest_wind_error import EffortSharingCandidate
 from takagi.certificates.design.turbine.result import TurbineDesign
 from takagi.lmi.condition.term import Condition
-from takagi.lmi.condition.typeset import latex
 from takagi.lmi.turbine.regional import RegionGains
 from takagi.models.ts.model import TSModel
+from takagi.reports.appendix.synthesis import posed
 from takagi.reports.appendix.tex import (
     Tex,
     decimal,
@@ -48,10 +48,7 @@ def region_context(model: TSModel, gains: RegionGains, letter: str) -> dict[str,
         "steps": _steps(model),
         "states": [_with_unit(name) for name in model.states],
         "box": [_box_row(name, ends) for name, ends in model.box.items()],
-        "premises": [_premise_row(model, k) for k in range(len(model.premises))],
-        "rules": rule_rows(model),
         "rule_count": len(model.rules),
-        "common_B": _common_input(model),
         "vertices": list(vertex_lines(model)),
         "gains": _gains(model, gains),
         "found": gains.found,
@@ -77,15 +74,24 @@ def rule_rows(model: TSModel) -> list[list[Tex]]:
     ]
 
 
-def vertex_lines(model: TSModel) -> Iterator[Tex]:
-    """Yield A_i and E_i as display lines; a line has as many rules as fit on the page."""
-    per_line = 2 if len(model.states) <= 3 else 1
-    for first in range(0, len(model.rules), per_line):
-        parts = [
-            rf"A_{{{i + 1}}} &= {matrix(model.A[i])}, & E_{{{i + 1}}} &= {matrix(model.E[i])}"
-            for i in range(first, min(first + per_line, len(model.rules)))
-        ]
-        yield Tex(" & ".join(parts))
+def vertex_lines(model: TSModel, *, measured: bool = False) -> Iterator[Tex]:
+    """Yield the vertices as formulas: what is the same in all rules first, then rule by rule.
+
+    Parameters
+    ----------
+    measured : with the output matrices C.
+    """
+    names = [name for name in "ABE" if np.any(getattr(model, name))] + ["C"] * measured
+    varying = [name for name in names if np.ptp(getattr(model, name), axis=0).any()]
+    same = [name for name in names if name not in varying]
+    several = len(model.rules) > 1
+    if same:
+        index, span = ("i", rf", \quad i = 1, \dots, {len(model.rules)}") if several else ("1", "")
+        parts = [rf"{name}_{index} = {matrix(getattr(model, name)[0])}" for name in same]
+        yield Tex(r",\quad ".join(parts) + span)
+    for i in range(len(model.rules) if varying else 0):
+        parts = [rf"{name}_{{{i + 1}}} = {matrix(getattr(model, name)[i])}" for name in varying]
+        yield Tex(r",\quad ".join(parts))
 
 
 def _steps(model: TSModel) -> list[dict[str, Tex]]:
@@ -101,7 +107,10 @@ def _steps(model: TSModel) -> list[dict[str, Tex]]:
 def _display(formula: str) -> Tex:
     """Return a formula with fractions at full size, also inside vectors, and dots on symbols."""
     dotted = _DOTTED.sub(r"\\dot{\1}_{\2}", formula)
-    return Tex(dotted.replace(r"\frac", r"\dfrac").replace(r"\\", r"\\[8pt] "))
+    shown = dotted.replace(r"\frac", r"\dfrac").replace(r"\\", r"\\[8pt] ")
+    first, _, bounds = shown.partition(r", \qquad ")
+    # A premise and its bounds on two lines: they need not be shrunk in a narrow column.
+    return Tex(rf"\begin{{gathered}}{first},\\ {bounds}\end{{gathered}}" if bounds else shown)
 
 
 def _title(words: str) -> Tex:
@@ -121,22 +130,6 @@ def _box_row(name: str, ends: tuple[object, object]) -> list[Tex]:
     return [_with_unit(name), scientific(low, 6), scientific(high, 6)]
 
 
-def _premise_row(model: TSModel, k: int) -> list[Tex]:
-    premise = model.premises[k]
-    evidence = _title(premise.evidence)
-    return [
-        Tex(f"${premise.latex}$"),
-        decimal(premise.lower),
-        decimal(premise.upper),
-        unit(premise.unit),
-        evidence,
-    ]
-
-
-def _common_input(model: TSModel) -> Tex | None:
-    return None if np.ptp(model.B, axis=0).any() else matrix(model.B[0])
-
-
 def _gains(model: TSModel, gains: RegionGains) -> list[list[Tex]]:
     if gains.k_x is None or gains.k_I is None:
         return []
@@ -152,70 +145,51 @@ def conditions_context(design: TurbineDesign) -> dict[str, object]:
     return {"conditions": list(_conditions(design))}
 
 
-def laid_out(condition: Condition) -> list[tuple[Tex, Tex]]:
-    r"""Return (label, formula) per line of ``lmi.condition.typeset.latex``.
-
-    A label may be as long as a sentence.  To the left of a block matrix it would push the matrix
-    off the page, so each label is set above its formula.
-    """
-    body = latex(condition)
-    body = body.removeprefix("\\begin{align*}\n").removesuffix("\n\\end{align*}")
-    lines = []
-    for line in body.split(" \\\\\n"):
-        label, formula = line.split(r" \quad & ", 1)
-        words = label.removeprefix(r"\text{").removesuffix("}").removesuffix(":")
-        lines.append((escape(words), Tex(formula)))
-    return lines if not condition.objective else [_one_line(*lines[:2]), *lines[2:]]
-
-
-def _one_line(cost: tuple[Tex, Tex], unknowns: tuple[Tex, Tex]) -> tuple[Tex, Tex]:
-    return cost[0], Tex(rf"{cost[1]} \quad\text{{over}}\quad {unknowns[1]}")
-
-
 def _conditions(design: TurbineDesign) -> Iterator[dict[str, object]]:
-    for region in (design.regional.partial, design.regional.full):
-        yield _entry(
+    coherent = design.effort_sharing_law is not None
+    for region in () if coherent else (design.regional.partial, design.regional.full):
+        yield posed(
             f"Gains of the {region.region} region",
             region.condition,
-            "Scaled states and input; $Q = P^{-1}$, $M_i = K_i Q$, $u = -\\sum_i h_i K_i x$. "
+            numbers=[Tex(rf"$\alpha = {decimal(region.requirement.decay_rate)}$~1/s")],
+            remark="States and input are scaled; $Q = P^{-1}$, $M_i = K_i Q$. "
             "$\\kappa$ only bounds the unknowns, $\\bar x_k$ is the half width of the model's box, "
             "$\\bar u_k$ and $\\bar r$ are actuator limits, $c$ selects the pitch deviation where "
             "a rate is bounded and is zero otherwise. $B$ is the same in all rules, so the double "
             "sum over rules reduces to these inequalities.",
         )
-    yield _entry("Gains of the wind observer", _observer(design), _OBSERVER)
-    if design.effort_sharing_law is not None and design.effort is not None:
-        yield _entry("Gains of the effort-sharing law", _effort(design), _EFFORT)
+    yield posed(
+        "Gains of the wind observer",
+        _observer(design),
+        numbers=[Tex(rf"$\alpha = {decimal(float(design.observer.decay_rate))}$~1/s")],
+        remark=_OBSERVER,
+    )
+    if coherent and design.effort is not None:
+        yield posed("Gains of the effort-sharing law", _effort(design), remark=_EFFORT)
     if design.candidate is not None and design.candidate.P is not None:
-        yield _entry(
-            "Joint analysis of the blended loop", _invariance(design.candidate), _INVARIANCE
+        yield posed(
+            "Joint analysis of the blended loop",
+            _invariance(design.candidate),
+            remark=_INVARIANCE,
+            renamed={r"\alpha_{k}": r"\vartheta_{k}", "d_{k}": r"\bar w_k", "h_{i}": r"\ell_i"},
         )
 
 
 _OBSERVER = (
     "The dual problem: $A_i$ and $B_j$ stand for the transposes of the error system's matrix and "
-    "output matrix, and $L = Q^{-1} M^\\top$ is the observer's gain."
+    "output matrix, and $(l_1, l_2)^\\top = Q^{-1} M^\\top$."
 )
 _EFFORT = (
     "One such problem per wind node, in states and effort divided by their ranges; $A_i$, $B_i$ "
-    "are the loop $\\dot e = a e - G u$, $\\dot x_I = -e$ at the extreme values of $a$ and of the "
-    "inertia. The trace of $W$ is the mean cost over the unit sphere, times the number of states."
+    "are the loop $\\dot e = a e - \\chi u$, $\\dot x_\\mathrm{I} = -e$ at the extremes of $a$ and "
+    "$\\chi$. The trace of $W$ is the mean cost over the unit sphere times their number."
 )
 _INVARIANCE = (
-    "$\\alpha_k$ is fixed while $P$ and $\\eta$ are sought, then improved in turn; $k$ runs over "
-    "the corners of all wind cells. The solver sees a growing subset of the corners, and every "
+    "$\\vartheta_k$ is fixed while $P$ and $\\eta$ are sought, then improved; $k$ runs over the "
+    "corners of all wind cells. The solver sees a growing subset of the corners, and every "
     "corner is looked at before $P$ is accepted. Here floating point only proposes: the rounded "
     "$P$ of the certificate is proved separately, in exact arithmetic."
 )
-
-
-def _entry(title: str, condition: Condition, remark: str) -> dict[str, object]:
-    return {
-        "title": title,
-        "source": condition.source,
-        "lines": laid_out(condition),
-        "remark": Tex(remark),
-    }
 
 
 def _observer(design: TurbineDesign) -> Condition:

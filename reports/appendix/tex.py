@@ -126,6 +126,11 @@ def interval(ends: Sequence[float | Fraction]) -> Tex:
     return _in_maths(rf"[{low},\ {high}]")
 
 
+def listed(values: Iterable[float | str | Fraction]) -> Tex:
+    """Return numbers as ``decimal`` writes them, with commas between."""
+    return Tex(",\\ ".join(decimal(value) for value in values))
+
+
 def range_text(ends: Iterable[float], places: int) -> Tex:
     """Return ``low to high`` of some numbers, or one number where both are equal as written."""
     values = [float(v) for v in ends]
@@ -182,11 +187,12 @@ def _environment() -> Environment:
     )
     environment.filters.update(
         decimal=decimal,
-        fixed=with_decimals,
+        flat=lambda rows: [float(value) for row in rows for value in row],
         interval=interval,
+        listed=listed,
+        matrix=lambda rows: matrix(rows, exactly=True),
         row=_row,
-        scientific=scientific,
-        unit=unit,
+        tex=lambda text: Tex(str(text).strip()),
     )
     return environment
 
@@ -219,26 +225,33 @@ def assembled(
     files: dict[str, bytes | str] = {
         "appendix.tex": render("appendix.tex.jinja", known),
         "appendix-body.tex": render(body, known),
+        "appendix.bib": _source("references.bib"),
     }
     return files | {f"figures/{name}": data for name, data in figures.items()}
 
 
 def checked_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
-    """Return the checker's verdict and sentences, and the certificate's hashes and versions."""
+    """Return the checker's verdict, and the certificate's hashes, versions and configuration."""
+    from takagi.models.laws.protocol import law_words
+
     provenance = document.get("provenance", {})
+    hashes = {
+        **{f"file {name}": value for name, value in provenance.get("files_sha256", {}).items()},
+        **{f"certificate: {name}": value for name, value in provenance.get("sha256", {}).items()},
+    }
     return {
         "proved": checked.verdict is Verdict.PROVED,
         "verdict": checked.verdict.name,
         "verdict_text": checked.verdict.value,
-        "verdicts": [
-            {"name": claim.name, "verdict": claim.verdict.name, "text": claim.text}
-            for claim in checked.claims
-        ],
         "messages": list(checked.messages),
         "hashes": [
-            [escape(name), Tex(rf"\texttt{{{escape(value)}}}")]
-            for name, value in provenance.get("sha256", {}).items()
+            [escape(name), Tex(rf"\texttt{{{escape(value)}}}")] for name, value in hashes.items()
         ],
         "versions": ", ".join(f"{k} {v}" for k, v in provenance.get("versions", {}).items()),
-        "loop": None,
+        "model_file": next(iter(provenance.get("files_sha256", {})), ""),
+        "configuration": [
+            f"{name.replace('_', ' ')} = {law_words(value) if name == 'law' else value}"
+            for name, value in provenance.get("configuration", {}).items()
+            if value not in (None, {}, [], "") and not isinstance(value, Mapping)
+        ],
     }

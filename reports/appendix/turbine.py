@@ -1,9 +1,7 @@
-"""The appendix of a turbine: plant, law, blending, margins at the trims, figures."""
+"""The appendix of a turbine: notation, plant, law, blending, margins of the loop, figures."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +12,7 @@ from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.models.turbine.data import Figure as DataFigure
 from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.trim import TrimPoint, optimal_tip_speed_ratio, rated_wind, trim
+from takagi.models.turbine.trim import optimal_tip_speed_ratio, rated_wind
 from takagi.reports.appendix.tex import (
     NONE,
     Tex,
@@ -25,23 +23,23 @@ from takagi.reports.appendix.tex import (
     unit,
     with_decimals,
 )
-from takagi.reports.figures.loops import poles_figure
-from takagi.reports.loops.turbine_local import loop_points
 from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.running_search import SearchedMargins, design_margins, wind_ranges
 from takagi.reports.sections.turbine.cells import cells_drawing, filter_of, memberships_drawing
-from takagi.reports.sections.turbine.loops import ACTUATORS, LoopRow, bode_drawing, loop_rows
 from takagi.reports.sections.turbine.model import (
     power_surface,
     region_starts,
     trim_curve,
     trim_drawing,
 )
+from takagi.reports.sections.turbine.responses import response_drawing, response_words
+from takagi.reports.sections.turbine.running import margins_drawing
+from takagi.reports.simulation.design_runs import step_and_gust_runs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEGREES = 180 / np.pi
-RPM = 30 / np.pi
 _SYMBOLS = {
     "rotor.radius": "R",
     "rotor.inertia": "J_r",
@@ -61,7 +59,18 @@ _SYMBOLS = {
 # Sections of a turbine's file with published results and with another controller's numbers: nothing
 # in the appendix depends on them.
 _LEFT_OUT = ("reference", "baseline")
-_WINDS = (*range(3, 12), 11.4, 11.5, 12, 13, 14, 16, 18, 20, 22, 24, 25)
+
+
+def _filters(design: TurbineDesign) -> Tex:
+    """Return the filters of the measured speed in words; "" for none."""
+    filters = design.speed_filter
+    if filters is None:
+        return Tex("")
+    words = f"a low-pass of {decimal(filters.corner)}~rad/s"
+    if filters.stop:
+        stop, passed = decimal(filters.stop), decimal(filters.passed)
+        words += f" behind a band-stop at {stop}~rad/s that passes {passed} of the amplitude"
+    return Tex(words)
 
 
 def plant_context(design: TurbineDesign) -> dict[str, object]:
@@ -69,8 +78,12 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
     turbine, setpoint = design.turbine, design.settings.speed_setpoint
     surface = turbine.torque
     low, high = (end * DEGREES for end in surface.y_range)
+    # Cited here and nowhere else.
+    reference = r" \cite{takagi-jonkman}" if "NREL 5-MW" in turbine.name else ""
     return {
-        "turbine": turbine.name,
+        "parameter_caption": Tex(f"Figures of the turbine {escape(turbine.name)}, as its data file "
+                                 f"gives them{reference}"),
+        "filters": _filters(design),
         "parameters": _parameters(turbine),
         "inertia": scientific(turbine.inertia, 8),
         "torque_constant": scientific(turbine.torque_constant, 8),
@@ -82,22 +95,9 @@ def plant_context(design: TurbineDesign) -> dict[str, object]:
         "derated": setpoint is not None,
         "rated_wind": with_decimals(rated_wind(turbine, speed_setpoint=setpoint), 3),
         "optimal_ratio": with_decimals(optimal_tip_speed_ratio(turbine), 3),
-        "trims": [_trim_row(point) for point in trim_points(design)],
         "observer": _observer(design),
         "frozen_wake_source": turbine.frozen_wake.source,
     }  # fmt: skip
-
-
-def table_winds(turbine: Turbine) -> tuple[float, ...]:
-    """Return the winds of the trim table from cut-in to cut-out [m/s]."""
-    inside = [float(v) for v in _WINDS if turbine.cut_in <= v <= turbine.cut_out]
-    return tuple(sorted({turbine.cut_in, *inside, turbine.cut_out}))
-
-
-def trim_points(design: TurbineDesign) -> list[TrimPoint]:
-    """Return the turbine's trims at the winds of the table."""
-    setpoint = design.settings.speed_setpoint
-    return [trim(design.turbine, v, speed_setpoint=setpoint) for v in table_winds(design.turbine)]
 
 
 def _parameters(turbine: Turbine) -> list[list[Tex]]:
@@ -120,24 +120,11 @@ def _parameter(path: str, words: str, figure: DataFigure) -> list[Tex]:
     ]
 
 
-def _trim_row(point: TrimPoint) -> list[Tex]:
-    return [
-        with_decimals(point.wind, 1),
-        escape(point.region),
-        with_decimals(point.rotor_speed, 4),
-        with_decimals(point.rotor_speed * RPM, 2),
-        with_decimals(point.pitch * DEGREES, 2),
-        with_decimals(point.torque / 1e3, 3),
-    ]
-
-
 def _observer(design: TurbineDesign) -> dict[str, object]:
     observer = design.observer
     premise = observer.model.premises[0]
     return {
-        "l1": with_decimals(observer.gains[0], 4),
-        "l2": with_decimals(observer.gains[1], 4),
-        "decay": with_decimals(observer.decay_rate, 3),
+        "decay": decimal(float(observer.decay_rate)),
         "low": scientific(float(premise.lower), 6),
         "high": scientific(float(premise.upper), 6),
         "gain": matrix([[observer.gains[0]], [observer.gains[1]]]),
@@ -217,81 +204,64 @@ def _gain_row(design: TurbineDesign, law: EffortSharingLaw, k: int) -> list[Tex]
     ]
 
 
-def trim_loops(design: TurbineDesign) -> tuple[list[LoopRow], tuple[float, ...]]:
-    """Return the loops at the winds of the trim table, and the winds without an equilibrium."""
-    points, none = loop_points(design, table_winds(design.turbine))
-    return [row for point in points for row in loop_rows(design, point)], none
-
-
-def margins_context(rows: Sequence[LoopRow], none: Sequence[float]) -> dict[str, Any]:
-    """Return the margins table, the unstable winds, and the winds without an equilibrium."""
-    first = _first_rows(rows)
+def margins_context(design: TurbineDesign) -> dict[str, Any]:
+    """Return the margins of the loop that runs: at whole winds, and where one is least."""
+    found = design_margins(design)
+    every = sorted({row.wind for row in found.rows})
+    unstable = sorted({row.wind for row in found.rows if row.decay_rate <= 0})
+    winds = sorted((*found.whole, *found.least))
+    rows = [_margin_row(found, wind, loop) for wind in winds for loop in ("torque", "pitch")]
     return {
-        "margin_rows": [
-            _margin_row(one, {(r.actuator, r.wake): r for r in rows if r.loop is one.loop})
-            for one in first
-        ],
-        "unstable": ", ".join(f"{r.loop.wind:g}" for r in first if r.loops.decay_rate <= 0),
-        "without_equilibrium": ", ".join(f"{wind:g}" for wind in none),
+        "margin_rows": [row for row in rows if row is not None],
+        "unstable": wind_ranges(unstable, every) if unstable else "",
+        "without_equilibrium": wind_ranges(found.none, [*found.none, *every]) if found.none else "",
     }
 
 
-def _first_rows(rows: Sequence[LoopRow]) -> list[LoopRow]:
-    """Return the first row of each wind, with the wake in equilibrium."""
-    return list({row.loop.wind: row for row in reversed(rows)}.values())[::-1]
+def _margin_row(found: SearchedMargins, wind: float, loop: str) -> list[Tex] | None:
+    """Return gain [dB], phase [deg], delay [s] and disk margin; None where the loop is open."""
+    plants = [dict(row.loops).get(loop) for row in found.rows if row.wind == wind]
+    if plants[0] is None:
+        return None
+    every = [_four(m) for m in plants if m is not None]
+    cells = []
+    for column, digits in zip(zip(*every, strict=True), (1, 1, 3, 2), strict=True):
+        first, least = (with_decimals(value, digits) for value in (column[0], min(column)))
+        cells.append(Tex(f"{first} ({least})"))
+    return [decimal(wind), escape(loop), *cells]
 
 
-def _margin_row(one: LoopRow, every: Mapping[tuple[str, str], LoopRow]) -> list[Tex]:
-    torque, pitch = (every.get((name, "equilibrium")) for name in ("torque", "pitch"))
-    frozen = every.get(("pitch", "frozen"))
-    return [
-        with_decimals(one.loop.wind, 1),
-        escape(one.loop.point.region),
-        *_margin_cells(None if torque is None else torque.margins),
-        *_margin_cells(None if pitch is None else pitch.margins),
-        NONE if frozen is None else with_decimals(frozen.margins.disk.alpha, 2),
-        with_decimals(one.loops.decay_rate, 4),
-    ]
+def _four(m: Margins) -> tuple[float, float, float, float]:
+    gain = 20 * np.log10(m.gain_increase) if m.gain_increase > 0 else 0.0
+    return float(gain), m.phase * DEGREES, m.delay, m.disk.alpha
 
 
-def _margin_cells(margins: Margins | None) -> list[Tex]:
-    """Return gain [dB], phase [deg], delay [s], disk size and peak sensitivity of one loop."""
-    if margins is None:
-        return [NONE] * 5
-    return [
-        _decibels(margins.gain_increase),
-        with_decimals(margins.phase * DEGREES, 1),
-        with_decimals(margins.delay, 2),
-        with_decimals(margins.disk.alpha, 2),
-        with_decimals(margins.sensitivity_peak, 2),
-    ]
+# The runs of the report that the appendix shows.
+RESPONSES = ("gust", "step-up", "ramp")
 
 
-def _decibels(factor: float) -> Tex:
-    return with_decimals(20 * math.log10(factor) if 0 < factor < math.inf else factor, 1)
+def responses_context(design: TurbineDesign) -> dict[str, object]:
+    """Return (name, caption) of each simulated response."""
+    runs = step_and_gust_runs(design)
+    return {"responses": [(name, response_words(runs[name])) for name in RESPONSES if name in runs]}
 
 
-_BODE_WINDS = (6.0, 10.0, 11.4, 12.0, 14.0, 18.0, 25.0)
-
-
-def drawn_figures(design: TurbineDesign, rows: Sequence[LoopRow]) -> dict[str, Figure]:
+def drawn_figures(design: TurbineDesign) -> dict[str, Figure]:
     """Return name -> figure; a figure without content is left out."""
-    turbine, curve, first = design.turbine, trim_curve(design), _first_rows(rows)
+    turbine, curve = design.turbine, trim_curve(design)
     ratio = np.linspace(*turbine.power.x_range, 90)
     pitch = np.linspace(*turbine.power.y_range, 80)
     found = {
         "surface": power_surface(design, curve, ratio=ratio, pitch=pitch),
         "trim": trim_drawing(design, curve, region_starts(design)),
-        "memberships": memberships_drawing(design, filter_of(design)),
     }
+    if design.effort_sharing_law is None:
+        found["memberships"] = memberships_drawing(design, filter_of(design))
     summary = claim_summary(design)
     if summary is not None and design.checked.verdict is Verdict.PROVED:
         found["cells"] = cells_drawing(design, summary)
-    if first:
-        winds = [row.loop.wind for row in first]
-        found["poles"] = poles_figure(winds, [row.loops.poles for row in first])
-    shown = [row for row in rows if row.loop.wind in _BODE_WINDS]
-    for actuator in ACTUATORS:
-        if any(row.actuator == actuator for row in shown):
-            found[f"bode-{actuator}"] = bode_drawing(design, shown, actuator, "equilibrium")
-    return found
+    margins, runs = design_margins(design), step_and_gust_runs(design)
+    if margins.rows:
+        found["running-margins"] = margins_drawing(margins)
+    shown = [name for name in RESPONSES if name in runs]
+    return found | {f"response-{name}": response_drawing(design, runs[name]) for name in shown}

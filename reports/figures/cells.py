@@ -22,6 +22,7 @@ def cells_figure(
     proved: ArrayLike,
     *,
     decay_rate: ArrayLike,
+    wind_error: ArrayLike,
     wind_rate: ArrayLike,
     overspeed: ArrayLike,
 ) -> Figure:
@@ -32,17 +33,22 @@ def cells_figure(
     edges : (n + 1,) of the cells [m/s], increasing.
     proved : (n,) of bool; a cell that is not proved is hatched and shows no figure.
     decay_rate : (n,) [1/s].
-    wind_rate : (n,) largest |v'| of the class [m/s^2].
+    wind_error, wind_rate : (n,) largest |v - v_s| [m/s] and |v_s'| [m/s^2] of the class.
     overspeed : (n,) bound on omega above its reference, as a share of rated [-]; shown in percent.
     """
     v = np.asarray(edges, dtype=np.float64)
     sound = np.asarray(proved, dtype=bool)
-    figures = columns("cells", [decay_rate, wind_rate, overspeed], len(sound))
-    labels = ("decay rate\n[1/s]", "wind class |v'|\n[m/s²]", "overspeed bound\n[%]")
+    figures = columns("cells", [decay_rate, wind_error, wind_rate, overspeed], len(sound))
+    labels = (
+        "decay rate\n[1/s]",
+        "|v \u2212 v$_s$| up to\n[m/s]",
+        "|v$_s$'| up to\n[m/s²]",
+        "overspeed bound\n[%]",
+    )
     with house_style():
-        figure, panels = new_figure(3, 1, height=5.2, share_x=True)
+        figure, panels = new_figure(4, 1, height=6.2, share_x=True)
         for axes, values, label, factor in zip(
-            panels, figures, labels, (1.0, 1.0, 100.0), strict=True
+            panels, figures, labels, (1.0, 1.0, 1.0, 100.0), strict=True
         ):
             shown = cells_panel(axes, v, factor * values, sound)
             if sound.any():

@@ -1,4 +1,4 @@
-"""Linear loops over wind: poles, Bode plots, and margins of the loop that runs."""
+"""Linear loops over wind: Bode plots, and margins of the loop that runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from takagi.models.arrays import Complex, Floats
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
-    ORDERED,
     columns,
     decimate,
     house_style,
@@ -29,63 +28,6 @@ if TYPE_CHECKING:
 
     from takagi.reports.margins.margins import Margins
     from takagi.reports.margins.response import LoopResponse
-
-STEPS = 22
-
-
-def poles_figure(
-    winds: ArrayLike,
-    poles: Sequence[Complex],
-    *,
-    decay_rate: float | None = None,
-    reach: float = 3.0,
-) -> Figure:
-    """Return the poles in the complex plane, coloured by wind, and -max Re over wind.
-
-    Parameters
-    ----------
-    winds : (n,) [m/s].
-    poles : one array per wind [1/s]; their number may differ.
-    decay_rate : proved rate [1/s], drawn as a line in both panels.
-    reach : poles further from the origin are left out of the plane [1/s]; the panel says how many.
-    """
-    v = np.asarray(winds, dtype=np.float64)
-    with house_style():
-        figure, (plane, rates) = new_figure(1, 2, height=4.2)
-        _plane(figure, plane, v, poles, reach)
-        slowest = np.array([-np.max(np.real(p)) for p in poles])
-        rates.plot(v, slowest, color=COLOURS[0], marker="o", markersize=3.5)
-        wind_axis(rates, ticks=6)
-        rates.set_ylabel("decay of the slowest pole [1/s]")
-        rates.set_ylim(min(0.0, 1.1 * float(slowest.min())), 1.15 * max(float(slowest.max()), 0.01))
-        if decay_rate is not None:
-            plane.axvline(-decay_rate, color=COLOURS[1], linestyle="--", linewidth=1.2)
-            label = f"proved {decay_rate:.3g} 1/s"
-            rates.axhline(decay_rate, color=COLOURS[1], linestyle="--", label=label)
-            rates.legend(loc="upper left")
-    return figure
-
-
-def _plane(figure: Figure, axes: Axes, v: Floats, poles: Sequence[Complex], reach: float) -> None:
-    from matplotlib import colormaps
-
-    every = np.concatenate([np.asarray(p, dtype=np.complex128) for p in poles])
-    wind = np.concatenate([np.full(np.size(p), w) for p, w in zip(poles, v, strict=True)])
-    near = np.abs(every) <= reach
-    # A scale of few steps stays vector art; a smooth one would be written as an image.
-    steps = colormaps[ORDERED].resampled(STEPS)
-    dots = axes.scatter(
-        every.real[near], every.imag[near], c=wind[near], cmap=steps, s=16, linewidths=0
-    )
-    axes.axvline(0.0, color=GREY, linewidth=0.9)
-    axes.set_xlabel("real part [1/s]")
-    axes.set_ylabel("imaginary part [rad/s]")
-    hidden = int(np.sum(~near))
-    if hidden:
-        text = f"{hidden} poles beyond\n{reach:g} 1/s not shown"
-        axes.text(0.02, 0.02, text, transform=axes.transAxes, fontsize=9, color=GREY)
-    figure.colorbar(dots, ax=axes, label="wind [m/s]", location="top", shrink=0.9, aspect=30)
-
 
 LEGEND_COLUMNS = 2
 # Below this gain the loop is treated as open: -200 dB is not a gain.
@@ -154,34 +96,34 @@ def bode_figure(
 
 def _draw(top: Axes, bottom: Axes, omega: Floats, line: BodeLine, colour: str) -> None:
     decibels = 20 * np.log10(np.maximum(np.abs(line.response), SILENT))
-    unwrapped = np.degrees(np.unwrap(np.angle(line.response)))
+    phase = np.degrees(np.unwrap(np.angle(line.response)))
+    # Whole turns are free: the crossover, or the lowest frequency, lies in [-360, 0) degrees.
+    known = [w for w in (line.crossover, omega[0]) if w and omega[0] <= w <= omega[-1]]
+    phase -= 360.0 * (np.floor(np.interp(known[0], omega, phase) / 360.0) + 1.0)
     label = f"{line.label}:"
     for where, filled in ((line.crossover, True), (line.phase_crossover, False)):
         if where is None or not omega[0] <= where <= omega[-1]:
             continue
         gain = float(np.interp(where, omega, decibels))
-        angle = float(np.interp(where, omega, unwrapped)) % 360.0 - 360.0
+        angle = float(np.interp(where, omega, phase))
         style: Any = {"color": colour, "marker": "o", "markersize": 5.0, "linestyle": "none"}
         for axes, value in ((top, gain), (bottom, angle)):
             axes.plot([where], [value], markerfacecolor=colour if filled else "white", **style)
-        label += f" PM {abs(angle + 180.0):.0f}°" if filled else f" GM {-gain:.1f} dB"
+        label += f" PM {abs(angle % 360.0 - 180.0):.0f}°" if filled else f" GM {-gain:.1f} dB"
     top.plot(*decimate(omega, decibels), color=colour, label=label.rstrip(":"))
-    # One turn of phase is shown, so -180 degrees is one line even if a resonance adds whole turns.
-    for turn in range(int(unwrapped.min() // 360), int(unwrapped.max() // 360) + 1):
-        part = unwrapped - 360.0 * (turn + 1)
-        shown = (part >= -400.0) & (part <= 40.0)
-        near = np.convolve(shown, [1, 1, 1], mode="same") > 0
-        bottom.plot(omega, np.where(near, part, np.nan), color=colour)
+    bottom.plot(*decimate(omega, phase), color=colour)
 
 
 def _finish(figure: Figure, top: Axes, bottom: Axes, omega: Floats) -> None:
+    from matplotlib.ticker import MultipleLocator
+
     top.set_xscale("log")
     top.set_xlim(omega[0], omega[-1])
     top.set_ylabel("|L| [dB]")
     bottom.set_ylabel("phase of L [°]")
     bottom.set_xlabel("frequency [rad/s]")
-    bottom.set_yticks(np.arange(-360, 1, 90))
-    bottom.set_ylim(-360.0, 0.0)
+    low, high = bottom.get_ylim()
+    bottom.yaxis.set_major_locator(MultipleLocator(90.0 * max(1, round((high - low) / 540.0))))
     top.axhline(0.0, color=GREY, linewidth=0.8)
     bottom.axhline(-180.0, color=GREY, linewidth=0.8)
     figure.legend(loc="outside lower center", ncols=LEGEND_COLUMNS)

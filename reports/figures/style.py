@@ -143,11 +143,11 @@ def decimate(x: ArrayLike, y: ArrayLike, *, points: int = POINTS) -> tuple[Float
 
 
 def shades(count: int) -> list[str]:
-    """Return colours from dark to light for an ordered set (winds): viridis without its palest."""
+    """Return colours from dark to light for an ordered set (winds): viridis up to green."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    where = np.linspace(0.0, 0.9, max(count, 1)) if count > 1 else np.array([0.0])
+    where = np.linspace(0.0, 0.7, max(count, 1)) if count > 1 else np.array([0.0])
     return [to_hex(colormaps[ORDERED](value)) for value in where]
 
 

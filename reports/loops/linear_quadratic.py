@@ -11,7 +11,7 @@ Source: Bryson and Ho (1975), Applied Optimal Control, section 5.2, for the weig
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -37,7 +37,7 @@ class Regulator:
 
     Attributes
     ----------
-    gain, own_gain : K (m, n) of the regulator, and of the design at rest.
+    gain : K (m, n) of the regulator.
     poles, own_poles : of the two linear loops at rest.
     states, inputs : (n,) and (m,): the sizes that the weights are made of, SI.
     starts : (n,) how far each state alone may start off rest in the set that is proved for the
@@ -46,7 +46,6 @@ class Regulator:
     """
 
     gain: Floats
-    own_gain: Floats
     poles: Complex
     own_poles: Complex
     states: Floats
@@ -89,13 +88,20 @@ def regulator(design: PlantDesign) -> Regulator | None:
     sought = len(loop.model.rules) <= MOST_RULES and len(loop.names) <= MOST_STATES
     return Regulator(
         gain,
-        own,
         np.linalg.eigvals(rest.A - rest.B @ gain).astype(np.complex128),
         np.linalg.eigvals(rest.A - rest.B @ own).astype(np.complex128),
         states,
         inputs,
         _starts(design, gain) if sought else None,
         sought,
+    )
+
+
+def regulator_loop(loop: PlantLoop, beside: Regulator) -> PlantLoop:
+    """Return the plant under the regulator; the design's set and function are left out."""
+    gains = np.broadcast_to(beside.gain, (len(loop.model.rules), *beside.gain.shape))
+    return replace(
+        loop, gains=gains, P=None, level=None, level_proved=False, decay_rate=None, decay_P=None
     )
 
 

@@ -84,13 +84,13 @@ def wind_words(claim: OverlapClaim) -> str:
         first, last = proved[0][0], proved[-1][0]
         return f"{count} of {looked} windows, from {first:g} to {last:g} m/s"
     more = f" (+{count - MOST} more)" if count > MOST else ""
-    return ", ".join(_rounded(span, inward=True) for span in proved[:MOST]) + f"{more} m/s"
+    return ", ".join(span_words(span, inward=True) for span in proved[:MOST]) + f"{more} m/s"
 
 
 def gap_words(claim: OverlapClaim) -> str:
     """Return the winds examined and not proved, never narrower than they are."""
     more = f" (+{len(claim.left) - MOST} more)" if len(claim.left) > MOST else ""
-    gaps = ", ".join(_rounded(span, inward=False) for span in claim.left[:MOST])
+    gaps = ", ".join(span_words(span, inward=False) for span in claim.left[:MOST])
     return f"{gaps}{more} m/s" if gaps else "none"
 
 
@@ -144,7 +144,8 @@ def _proved(claimed: Sequence[Span], checked: Claim) -> tuple[Span, ...]:
     return tuple(merged([span for span in inside if span[0] < span[1]]))
 
 
-def _rounded(span: Span, *, inward: bool) -> str:
+def span_words(span: Span, *, inward: bool) -> str:
+    """Return "low to high" of winds, rounded so that it is no wider (inward), or no narrower."""
     turns = (math.ceil, math.floor) if inward else (math.floor, math.ceil)
     low, high = (turn(round(1000 * end, 6)) / 1000 for turn, end in zip(turns, span, strict=True))
     # A range below the digits shown keeps its own.

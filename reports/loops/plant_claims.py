@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from takagi.models.plant.variables import Variable
     from takagi.reports.loops.plant_loop import PlantLoop
 
-EMBEDDING = "sector-embedding"
-
-
 SETTLED = 0.02
 # Far above the rounding of the formulas below in floating point.
 _ROUNDED = 1 + 1e-6

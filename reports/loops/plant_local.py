@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 POINTS = 1200
 # An undamped open loop has no finite response at its own frequency.
 NUDGE = 1e-9
-# Loops at vertices are listed up to this many rules, pairs of rules up to PAIRED.
-LISTED, PAIRED = 32, 64
+# Loops at vertices are listed up to this many rules.
+LISTED = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,47 +39,45 @@ class PlantLocalLoop:
 
 
 def local_loops(loop: PlantLoop) -> tuple[PlantLocalLoop, ...]:
-    """Return the loops at rest, then at each vertex with its own gain; none for an analysis.
+    """Return the loops at rest, then at each of several vertices with its own gain.
+
+    None for an analysis.
 
     Vertices are corners of the premises' ranges: the plant need not reach them.  Of a law with
     outputs only the loop at rest: plant and observer in a row.
+    """
+    found = rest_loops(loop)
+    rules = len(loop.model.rules)
+    if loop.gains is None or loop.observed is not None or not 1 < rules <= LISTED:
+        return found
+    stacks = zip(loop.model.A, loop.model.B, loop.gains, strict=True)
+    for i, (A, B, K) in enumerate(stacks, 1):
+        found += _at_each_input(loop, f"vertex {i}", A, B, K)
+    return found
+
+
+def rest_loops(loop: PlantLoop, gain: Floats | None = None) -> tuple[PlantLocalLoop, ...]:
+    """Return the loops at rest, one for each input; none for an analysis.
+
+    Parameters
+    ----------
+    gain : K (m, n) of another law of all states; None for the design's own law.
     """
     if loop.gains is None:
         return ()
     if loop.observed is not None:
         h = loop.memberships(np.zeros(len(loop.names)))
-        A, B, G = loop.observed.joint(h)
-        return tuple(_broken(loop, "rest", A, B, G, k) for k in range(B.shape[1]) if np.any(G[k]))
+        return _at_each_input(loop, "rest", *loop.observed.joint(h))
     rest, K = loop.at_rest()
     assert K is not None
-    places = [("rest", rest.A, rest.B, K)]
-    if len(loop.model.rules) <= LISTED:
-        stacks = zip(loop.model.A, loop.model.B, loop.gains, strict=True)
-        places += [(f"vertex {i}", A, B, K_i) for i, (A, B, K_i) in enumerate(stacks, 1)]
-    return tuple(
-        _broken(loop, place, A, B, K_i, k)
-        for place, A, B, K_i in places
-        for k in range(B.shape[1])
-        if np.any(K_i[k])
-    )
+    return _at_each_input(loop, "rest", rest.A, rest.B, K if gain is None else gain)
 
 
-def pair_poles(loop: PlantLoop) -> tuple[Complex, Complex]:
-    """Return the poles of all G_ii, and of all (G_ij + G_ji) / 2 with i < j, as flat arrays.
-
-    G_ij = A_i - B_i K_j; without gains the poles of A_i, and no pairs.  Pairs are left out beyond
-    64 rules.
-    """
-    A, B, K = loop.model.A, loop.model.B, loop.gains
-    none = np.zeros(0, dtype=np.complex128)
-    if K is None:
-        return np.linalg.eigvals(A).astype(np.complex128).ravel(), none
-    own = np.linalg.eigvals(A - np.einsum("inm,imk->ink", B, K)).astype(np.complex128).ravel()
-    if len(A) > PAIRED:
-        return own, none
-    G = A[:, None] - np.einsum("inm,jmk->ijnk", B, K)
-    i, j = np.triu_indices(len(A), 1)
-    return own, np.linalg.eigvals((G[i, j] + G[j, i]) / 2).astype(np.complex128).ravel()
+def _at_each_input(
+    loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats
+) -> tuple[PlantLocalLoop, ...]:
+    inputs = [k for k in range(B.shape[1]) if np.any(K[k])]
+    return tuple(_broken(loop, place, A, B, K, k) for k in inputs)
 
 
 def _broken(loop: PlantLoop, place: str, A: Floats, B: Floats, K: Floats, k: int) -> PlantLocalLoop:

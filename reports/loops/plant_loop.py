@@ -312,10 +312,16 @@ class PlantLoop:
         low, width = np.where(constant, -np.inf, low), np.where(constant, 1.0, width)
         return low, width, (np.array(self.model.rules) == 1) | constant
 
+    @cached_property
+    def _has_one_gain(self) -> bool:
+        return self.gains is not None and bool(np.all(self.gains == self.gains[0]))
+
     def command(self, deviation: Floats, signals: Mapping[str, float] | None = None) -> Floats:
         """Return u (m,) of the law at x = x* + deviation, before it is cut at any range."""
         if self.gains is None:
             return self.input
+        if self._has_one_gain:
+            return np.asarray(self.input - self.gains[0] @ deviation, dtype=np.float64)
         blended = np.tensordot(self.memberships(deviation, signals), self.gains, axes=1)
         return np.asarray(self.input - blended @ deviation, dtype=np.float64)
 

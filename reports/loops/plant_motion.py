@@ -121,12 +121,13 @@ def starts(loop: PlantLoop) -> list[tuple[str, Floats]]:
 
 
 def around(loop: PlantLoop, count: int) -> list[tuple[str, Floats]]:
-    """Return ``count`` starts around the ellipse (or box) of a loop with two states."""
-    shape: Floats = np.asarray(np.diag(SHARE * _box(loop)), dtype=np.float64)
+    """Return ``count`` starts around the ellipse (or box) of the first two states, others 0."""
+    n = len(loop.names)
+    shape: Floats = np.diag(SHARE * _box(loop))[:, :2]
     if loop.bounded:
         P, level = loop.start_ellipsoid
-        root = np.linalg.cholesky(np.linalg.inv(P)) * np.sqrt(INSIDE * level)
-        shape = np.asarray(root, dtype=np.float64)
+        root = np.linalg.cholesky(np.linalg.inv(P[:2, :2])) * np.sqrt(INSIDE * level)
+        shape = np.eye(n)[:, :2] @ root
     turns = 2 * np.pi * (np.arange(count) + 0.5) / count
     return [("around", shape @ np.array([np.cos(a), np.sin(a)])) for a in turns]
 

@@ -10,7 +10,7 @@ from takagi.certificates.checker.kernel.result import Checked, Verdict
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
 
-EMBEDDING = "sector-embedding"
+EMBEDDINGS = {"sector-embedding", "secant-embedding"}
 
 
 def proved_claims(
@@ -29,4 +29,4 @@ def proved_kinds(design: PlantDesign) -> set[str]:
 
 def embedded(design: PlantDesign) -> bool:
     """Return whether it is proved, by the checker, that the model is the plant on its box."""
-    return EMBEDDING in proved_kinds(design)
+    return bool(EMBEDDINGS & proved_kinds(design))

@@ -8,7 +8,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from takagi.reports.page.text import Section, powers
+from takagi.reports.page.text import Section, powers, typeset
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -84,6 +84,7 @@ def _environment(room: str) -> Environment:
         lstrip_blocks=True,
     )
     environment.filters["powers"] = powers
+    environment.filters["typeset"] = typeset
     return environment
 
 

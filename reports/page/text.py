@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,6 +67,49 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
+class Tile:
+    """One answer on the first screen of a page.
+
+    Attributes
+    ----------
+    name : what is asked, e.g. ``"safe start"``.
+    figures : the answer, each part on a line of its own.
+    basis : what it rests on: ``"proved"``, ``"linear, not proved"``, ``"simulated"``; may be empty.
+    beside : the same of another law, e.g. ``"LQR 1.47 s"``.
+    partial : whether less than the range that the file states is proved; the tile is amber then.
+    shortfall : what is less there, or worse.
+    """
+
+    name: str
+    figures: tuple[str, ...]
+    basis: str = ""
+    beside: str = ""
+    partial: bool = False
+    shortfall: str = "less than stated"
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimRow:
+    """One claim as a reader needs it: what, how much, under which assumptions, what for.
+
+    Attributes
+    ----------
+    name, verdict : in plain words, and ``"PROVED"`` or another verdict.
+    number : the bound that is proved, with its unit; for another verdict the reason.
+    assumes : the assumptions of this claim alone.
+    why : why it matters.
+    text : the checker's own words, which the page folds.
+    """
+
+    name: str
+    verdict: str
+    number: str
+    assumes: str
+    why: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Section:
     """One section: anchor, title, and what its template ``<anchor>.html.jinja`` is filled with."""
 
@@ -90,9 +133,12 @@ def behind(unit: str) -> str:
 
 
 def per_unit(above: str, below: str) -> str:
-    """Return the unit of a quotient of two units, "-" for none: ``per_unit("N", "rad/s")``."""
+    """Return the unit of a quotient, "-" for none: ``per_unit("N", "rad/s") == "N s/rad"``."""
     if below == "-":
         return above
+    divided, _, divisor = below.partition("/")
+    if divisor and "/" not in above and not set("/ ()") & set(divided + divisor):
+        return f"{divisor if above == '-' else f'{above} {divisor}'}/{divided}"
     bottom = f"({below})" if set(below) & set("/ ") else below
     top = f"({above})" if "/" in above else above
     return f"{'1' if above == '-' else top}/{bottom}"
@@ -158,7 +204,7 @@ def powers(words: str) -> str:
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(RAISED), words)
 
 
-def range_text(values: Sequence[float], digits: int = 3) -> str:
-    """Return "low to high" of lower bounds, or the one number where both read the same."""
-    low, high = at_least(min(values), digits), at_least(max(values), digits)
-    return low if low == high else f"{low} to {high}"
+def typeset(words: str) -> str:
+    """Return words as a page sets them: powers raised, the signs for <= and >=, units tied."""
+    signs = powers(words).replace("<=", "\u2264").replace(">=", "\u2265")
+    return re.sub(r"(?<=\d) (?=[%A-Za-z])", "\u00a0", signs)

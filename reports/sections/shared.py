@@ -1,14 +1,13 @@
-"""Sections and tables that both reports have: verdict, premises, margins, checking, provenance."""
+"""Sections and tables that both reports have: premises, margins, checking, provenance."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.checker.kernel.result import Checked
 from takagi.reports.margins.margins import Margins
 from takagi.reports.page.text import Section, Table, decimal, significant, with_decimals
 
@@ -16,20 +15,6 @@ if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.models.ts.model import TSModel
-
-
-def verdict_box(checked: Checked, content: Mapping[str, Any]) -> Section:
-    """Return the verdict box: the checker's verdict and claims, and the report's own content."""
-    return Section(
-        "verdict",
-        "Verdict",
-        {
-            "verdict": checked.verdict.name,
-            "meaning": checked.verdict.value,
-            "claims": [(c.name, c.verdict.name, c.text) for c in checked.claims],
-            **content,
-        },
-    )
 
 
 def premise_table(model: TSModel, caption: str, evidence: str) -> Table:
@@ -124,7 +109,7 @@ def provenance_section(design: TurbineDesign | PlantDesign, *, timings: bool) ->
         {
             "versions": Table("Versions", (("part", ""), ("version", "")), versions),
             "hashes": Table("SHA-256", (("of", ""), ("digest", "")), tuple(hashes)),
-            "solver": recorded.get("solver", {}),
+            "solver": {k: words for k, words in recorded.get("solver", {}).items() if words},
             "configuration": json.dumps(recorded.get("configuration", {}), indent=1),
             "timings": Table("Time per step", (("step", ""), ("time", "s")), seconds)
             if timings and seconds

@@ -29,18 +29,18 @@ LAW_NAMES: Mapping[str, str] = MappingProxyType(
     {
         "coherent": "one effort, shared between torque and pitch; constant torque above rated wind",
         "paper": (
-            "the published law with its one integrator for both regions: near rated wind it can "
+            "one integrator for both regions: near rated wind it can "
             "rest only with too much pitch and too little torque, and the blending adds pitch gain "
             "that its regional gains do not know of, so that pitch oscillates on this plant "
             "(docs/laws.md, how the published law was read)"
         ),
         "paper-two-integrators": (
-            "the published law with an integrator for each region: above rated wind it rests at a "
+            "an integrator for each region: above rated wind it rests at a "
             "small overspeed that both carry, and the pitch gain that the blending adds excites "
             "the tower, which its design does not know (docs/laws.md)"
         ),
         "baseline": (
-            "the reference's own controller: K omega^2 torque and scheduled PI pitch, constant "
+            "the turbine's own controller, K w^2 torque and scheduled PI pitch, with constant "
             "power above rated wind; it uses no wind estimate"
         ),
     }
@@ -154,7 +154,7 @@ def filed_laws(
     for name in beside:
         if name != "baseline":
             raise ModelError(
-                f"law {name!r} was requested with the law of {path}; only baseline can be "
+                f"law {name!r} was requested with the law of {path}; only reference can be "
                 "simulated with it, because another law has to be designed: simulate that in "
                 "its own run"
             )
@@ -162,8 +162,8 @@ def filed_laws(
     held = law.rated_torque if isinstance(law, EffortSharingLaw) else law.coupling.rated_torque
     if beside and held != turbine.rated_torque:
         raise ModelError(
-            f"{path}: the law is de-rated to {held:.6g} N m and baseline has no de-rated form; "
-            "leave --law baseline out"
+            f"{path}: the law is de-rated to {held:.6g} N m and the reference controller has no "
+            "de-rated form; leave --law reference out"
         )
     document = read_json(Path(path))
     observer = _observer(turbine, member(document, "observer", str(path)), path)

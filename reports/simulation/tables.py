@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.closed_loop import History
 from takagi.models.simulation.turbine_plant import Flag
 from takagi.models.simulation.wind import WindSeries
@@ -74,10 +75,10 @@ def table_rows(simulation: Simulation) -> list[dict[str, Any]]:
 
 def notes(simulation: Simulation) -> list[str]:
     """Return what must be known to read the table: a line per law, then per remarkable run."""
-    lines = [f"{name}: {LAW_NAMES.get(name, '')}." for name in simulation.chosen.laws]
+    lines = [f"{law_words(name)}: {LAW_NAMES.get(name, '')}." for name in simulation.chosen.laws]
     for run in simulation.runs:
         if run.remarks():
-            lines.append(f"{run.law} in {run.wind}: {'; '.join(run.remarks())}.")
+            lines.append(f"{law_words(run.law)} in {run.wind}: {'; '.join(run.remarks())}.")
     return lines
 
 
@@ -101,7 +102,7 @@ def as_markdown(simulation: Simulation, *, figures: Sequence[str] = ()) -> str:
     ]
     for row in table_rows(simulation):
         cells = [rounded_text(row, name) for name in COLUMNS]
-        lines.append(f"| {row['wind']} | {row['law']} | " + " | ".join(cells) + " |")
+        lines.append(f"| {row['wind']} | {law_words(row['law'])} | " + " | ".join(cells) + " |")
     lines += ["", EXPLANATION.replace("\n", " "), ""]
     lines += [f"- {note}" for note in notes(simulation)]
     for figure in figures:
@@ -219,7 +220,7 @@ def simulation_figures(simulation: Simulation) -> dict[str, Figure]:
     if simulation.scenario == "paper" and finished:
         title = f"{simulation.turbine.name}: one turbulence, different mean winds"
         figures["scenario"] = scenario_figure(
-            [(run.law, run.wind.split(",")[0], history) for run, history in finished],
+            [(law_words(run.law), run.wind.split(",")[0], history) for run, history in finished],
             simulation.turbine,
             title=title,
             total_points=POINTS,
@@ -237,7 +238,7 @@ def slug(text: str) -> str:
 
 
 def _response(runs: list[tuple[str, History]], wind: WindSeries, turbine: Turbine) -> Figure:
-    lines = [ResponseLine.of(law, history) for law, history in runs]
+    lines = [ResponseLine.of(law_words(law), history) for law, history in runs]
     title = f"{turbine.name}: {wind.name}"
     rated = {
         "torque": turbine.rated_torque,

@@ -20,7 +20,7 @@ from takagi.reports import ci_formats
 # What such a line has to name, whatever else it names.
 NEEDED = (
     "start with V <= 1",
-    "torque at once, and what is sent without rate limit",
+    "torque without delay, and commands without a limit of their rates",
     "first-order pitch drive",
     "rigid shaft",
     "wake without states",
@@ -46,27 +46,31 @@ def written(resting: dict[str, Any], tmp_path_factory: pytest.TempPathFactory) -
     return path
 
 
-def test_every_reader_prints_the_same_line(
+def test_every_reader_prints_what_each_claim_assumes(
     written: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Terminal, JSON, JUnit, Markdown and SARIF of one file; JSON has a list."""
-    listed = list(check(written).assumes)
-    line = f"assumes: {'; '.join(listed)}"
+    """Terminal, JSON, JUnit, Markdown and SARIF of one file; JSON has lists."""
+    checked = check(written)
+    lines = [f"assumes: {'; '.join(claim.assumes)}" for claim in checked.claims]
     reports = {name: tmp_path / name for name in ("junit", "sarif", "summary")}
     options = [word for name, path in reports.items() for word in (f"--{name}", str(path))]
 
     assert main(["check", str(written), *options]) == 0
-    assert capsys.readouterr().out.splitlines().count(f"  {line}") == 1
+    printed = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert [line for line in printed if line.startswith("assumes")] == lines
     assert main(["check", str(written), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["assumes"] == listed
+    claims = json.loads(capsys.readouterr().out)["claims"]
+    assert [tuple(claim["assumes"]) for claim in claims] == [c.assumes for c in checked.claims]
     out = ElementTree.fromstring(reports["junit"].read_text(encoding="utf-8")).find(".//system-out")
     assert out is not None and out.text is not None
-    assert out.text.splitlines()[0] == line
-    assert f"- {line.replace('<', '&lt;')}" in reports["summary"].read_text(encoding="utf-8")
+    summary = reports["summary"].read_text(encoding="utf-8")
     (run,) = json.loads(reports["sarif"].read_text(encoding="utf-8"))["runs"]
-    assert run["tool"]["driver"]["properties"]["assumes"] == listed
+    assumed_there = run["tool"]["driver"]["properties"]["assumes"]
+    for claim, line in zip(checked.claims, lines, strict=True):
+        assert line in out.text and line.replace("<", "&lt;") in summary
+        assert assumed_there[claim.name] == list(claim.assumes)
     for phrase in NEEDED:
-        assert sum(phrase in one for one in listed) == 1, phrase
+        assert sum(phrase in one for one in checked.assumes) == 1, phrase
 
 
 def test_each_claim_carries_its_own(resting: dict[str, Any]) -> None:

@@ -9,7 +9,6 @@ import pytest
 
 from takagi.certificates import certify
 from takagi.certificates.requests import Decay
-from takagi.lmi import max_box_enlargement
 from takagi.models import ModelError, TSModel
 
 K = [[[1.0, 2.0]], [[1.0, 3.0]]]
@@ -46,13 +45,10 @@ def test_what_is_no_request_is_named(claims: Any, words: str) -> None:
     ],
 )
 def test_a_gain_that_is_no_number_is_named(entry: Any, words: str) -> None:
-    """For a proof and for a search alike."""
     gains: Any = [[[1.0, 2.0]], [[1.0, entry]]]
 
     with pytest.raises(ModelError, match=words):
         certify(model(), gains)
-    with pytest.raises(ModelError, match=words):
-        max_box_enlargement(model(), gains=gains)
     with pytest.raises(ModelError, match=words.replace("1, 0, 1", "0, 1")):
         certify(model(), gains[1])
 

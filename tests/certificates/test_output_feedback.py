@@ -26,6 +26,7 @@ from takagi.reports.code.run import ProgramRun
 from takagi.reports.gains_file.envelope import dump_gains
 from takagi.reports.gains_file.plant import plant_gain_file
 from takagi.reports.sections.plant.page import plant_report_files
+from takagi.reports.sections.plant.summary import summary_rows
 from takagi.reports.simulation.plant import simulate_plant, simulation_data
 
 FILE = data_folder() / "flexible_link.toml"
@@ -293,7 +294,8 @@ def test_wishes_that_are_not_proved_are_refused(
 def test_the_report_is_about_the_law_with_outputs() -> None:
     page = plant_report_files(link()).html
 
-    assert "an observer has tm in the place of the states" in page
+    rows = {row.name: row for row in summary_rows(link())}
+    assert rows["input"].proved and rows["settles"].claim == "loop with the observer"
+    assert "The law has tm exactly, without noise" in page
     assert "Gains L of the observer" in page and "whose shadow on the states" in page
-    assert "The law knows the whole state exactly" not in page
-    assert "Beside a linear-quadratic regulator" not in page
+    assert "The law knows the whole state exactly" not in page and "LQR" not in page

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from takagi.reports import design_folder
-from takagi.reports.margins import running_search
 from tests.cli.cubic import CUBIC
+from tests.undrawn import unmeasured
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -44,9 +44,7 @@ def drawn(_: object, *, tell: Callable[..., None] | None = None) -> Files:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the verbs write a folder without drawing it."""
     monkeypatch.setattr(design_folder, "report_files", drawn)
-    # The report searches them; what the summary says of them is tested beside the report.
-    none = running_search.SearchedMargins((), (), (), ())
-    monkeypatch.setattr(running_search, "design_margins", lambda _: none)
+    unmeasured(monkeypatch)
 
 
 @pytest.fixture

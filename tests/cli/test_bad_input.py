@@ -149,7 +149,7 @@ def test_a_wrong_field_is_named_with_file_and_line(
             ["--law", "paper", "--overlap", "0.1"],
             "option --overlap belongs to the effort-sharing law",
         ),
-        (["--speed-overlap", "0.1"], "option --speed-overlap belongs to the published laws"),
+        (["--speed-overlap", "0.1"], "option --speed-overlap belongs to Schulte's laws"),
         (["--speed-setpoint", "1.2"], "a number with its unit is needed"),
         (["--speed-setpoint", "11knots"], "unit 'knots' is not known"),
         (["--speed-setpoint", "5rpm"], "it must lie above the minimum 0.723322"),

@@ -51,6 +51,7 @@ class Claim(NamedTuple):
     name: str
     verdict: Verdict
     text: str
+    assumes: tuple[str, ...] = ()
 
 
 class CertificateError(ValueError):
@@ -134,7 +135,7 @@ def test_json_is_the_whole_answer(checker: Any, capsys: Capture) -> None:
     assert json.loads(capsys.readouterr().out) == {
         "certificate": "c.json",
         "verdict": "UNDECIDED",
-        "claims": [{"name": "decay", "verdict": "UNDECIDED", "text": "at 0.1 1/s"}],
+        "claims": [{"name": "decay", "verdict": "UNDECIDED", "text": "at 0.1 1/s", "assumes": []}],
         "assumes": [],
         "messages": ["3 inequalities"],
     }

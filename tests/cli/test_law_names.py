@@ -24,7 +24,7 @@ def test_several_laws_are_renamed_one_by_one() -> None:
     assert law_in_files(["published", "baseline", "coherent"]) == ["paper", "baseline", "coherent"]
 
 
-@pytest.mark.parametrize("name", ["published", "paper"])
+@pytest.mark.parametrize("name", ["schulte", "published", "paper"])
 def test_an_option_of_another_law_is_refused_by_either_name(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -33,6 +33,5 @@ def test_an_option_of_another_law_is_refused_by_either_name(
 
     assert main(asked) == 2
     assert (
-        "--overlap belongs to the effort-sharing law, but --law published"
-        in capsys.readouterr().err
+        "--overlap belongs to the effort-sharing law, but --law schulte" in capsys.readouterr().err
     )

@@ -69,6 +69,17 @@ def test_the_other_verbs_read_the_folder_too(
     assert "Lorenz system" in page_file.read_text(encoding="utf-8")
 
 
+def test_missing_tex_is_named_with_its_cure(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    """The files are written all the same."""
+    monkeypatch.setattr("takagi.cli.verbs.appendix.which", lambda _: None)
+
+    assert main(["appendix", str(folder), "--out", str(tmp_path)]) == 0
+    assert "apt install texlive" in capsys.readouterr().out
+    assert (tmp_path / "appendix.bib").is_file()
+
+
 def test_a_design_is_replaced_with_force_only(
     undrawn: None, cubic: Path, tmp_path: Path, capsys: Capture
 ) -> None:

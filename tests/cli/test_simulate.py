@@ -26,7 +26,7 @@ def test_table_stands_on_standard_output(capsys: Capture) -> None:
 
     assert status == 0
     assert shown.err == ""
-    for word in ("turbulent 8 m/s", "turbulent 14 m/s", "baseline", "[kWh]", "[MN m]"):
+    for word in ("turbulent 8 m/s", "turbulent 14 m/s", "reference", "[kWh]", "[MN m]"):
         assert word in shown.out
     assert max(map(len, shown.out.splitlines())) <= 100
 

@@ -98,7 +98,7 @@ def test_a_point_that_fails_is_status_1(
 @pytest.mark.parametrize(
     ("options", "parts"),
     [
-        (("--law", "papr", *GRID[2:]), ["--law papr", "effort-sharing, published"]),
+        (("--law", "papr", *GRID[2:]), ["--law papr", "effort-sharing, schulte"]),
         (("--law", "effort-sharing"), ["no axis was given: add --over", "overlap, bandwidth"]),
         (("--law", "effort-sharing", "--over", "inertia=0.1,0.95"), ["at most 0.9"]),
         (("--over", "z=1"), ["'z' cannot be swept", "speed-overlap [rad/s]", "wind [m/s]"]),

@@ -62,7 +62,6 @@ FUNCTIONS: dict[str, tuple[str, Callable[..., object]]] = {
     "common_lyapunov": ("A", lambda A, B, C, **o: lmi.common_lyapunov(A, **o)),
     "common_lyapunov_condition": ("A", lambda A, B, C, **o: lmi.common_lyapunov_condition(A, **o)),
     "max_decay_rate": ("A", lambda A, B, C, **o: lmi.max_decay_rate(A, **o)),
-    "max_box_enlargement": ("A", lambda A, B, C, **o: lmi.max_box_enlargement(A, **o)),
     "d_stability": ("A", lambda A, B, C, **o: lmi.d_stability(A, LEFT, **o)),
     "d_stability_condition": ("A", lambda A, B, C, **o: lmi.d_stability_condition(A, LEFT, **o)),
     "robust_lyapunov": ("A", lambda A, B, C, **o: lmi.robust_lyapunov(A, SMALL, **o)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,8 @@ from takagi.certificates.checker.replay.certificate import concluded
 from takagi.models.laws.published.law import PublishedLawName
 from takagi.reports.appendix.design_files import appendix_files
 from tests.reports.published_designs import with_published_law
-from tests.reports.tex_runs import compiled, sound
+from tests.reports.tex_runs import PAPERS, compiled, sound
+from tests.undrawn import few_margins
 
 if TYPE_CHECKING:
     from takagi.certificates import TurbineDesign
@@ -37,33 +39,40 @@ def paper_design(design: TurbineDesign, name: PublishedLawName) -> TurbineDesign
     return with_published_law(design, name, document={"claims": [claim]}, checked=checked)
 
 
-def test_the_default_appendix_compiles(design: TurbineDesign, tmp_path: Path) -> None:
-    """The effort-sharing law, with theorem and all tables."""
-    sound(compiled(tmp_path, appendix_files(design)))
+@pytest.fixture(scope="module", autouse=True)
+def _few_margins() -> Iterator[None]:
+    """Margins at two winds: the search over all of them takes a minute."""
+    with pytest.MonkeyPatch.context() as patch:
+        few_margins(patch)
+        yield
+
+
+@pytest.fixture(scope="module")
+def files(design: TurbineDesign) -> dict[str, bytes | str]:
+    """The effort-sharing law, with its theorems and all tables."""
+    return appendix_files(design)
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_default_appendix_compiles(
+    files: dict[str, bytes | str], tmp_path: Path, paper: str
+) -> None:
+    """Alone and in papers of one column or two, with the packages that the body names."""
+    sound(compiled(tmp_path, files, paper))
 
 
 @pytest.mark.parametrize("law", ["paper", "paper-two-integrators"])
 def test_the_published_laws_compile(
     design: TurbineDesign, tmp_path: Path, law: PublishedLawName
 ) -> None:
-    """Other claims, a wide matrix and words full of LaTeX's own characters do no harm."""
+    """Other claims and words full of LaTeX's own characters do no harm."""
     sound(compiled(tmp_path, appendix_files(paper_design(design, law))))
 
 
 def test_an_open_certificate_compiles(design: TurbineDesign, tmp_path: Path) -> None:
     """Without a proof there is a figure and a paragraph less."""
-    claim = Claim("effort-sharing loop", Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
-    sound(compiled(tmp_path, appendix_files(replace(design, checked=concluded([claim], [])))))
-
-
-def test_the_body_compiles_inside_a_paper(design: TurbineDesign, tmp_path: Path) -> None:
-    """The packages that its first lines name are enough, without hyperref."""
-    files = appendix_files(design)
-    preamble = (
-        r"\documentclass{article}\usepackage{amsmath,amssymb,booktabs,longtable,array,graphicx}"
-    )
-    files["appendix.tex"] = preamble + (
-        "\n\\usepackage[margin=25mm]{geometry}\\begin{document}\\appendix\n"
-        "\\input{appendix-body}\n\\end{document}\n"
-    )
-    sound(compiled(tmp_path, files))
+    claims = [
+        Claim(one.name, Verdict.UNDECIDED, "wind 3 to 4 m/s: a reason")
+        for one in design.checked.claims
+    ]
+    sound(compiled(tmp_path, appendix_files(replace(design, checked=concluded(claims, [])))))

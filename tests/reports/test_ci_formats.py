@@ -77,6 +77,16 @@ def test_markdown_is_a_table_of_the_claims() -> None:
     assert lines[-1] == "- checked &lt;all>"
 
 
+def test_numbers_of_a_claim_stand_beside_it() -> None:
+    """As properties of its test case, and in a column; other claims have none."""
+    numbers = [{"decay rate [1/s]": "3.38"}]
+    case = ElementTree.fromstring(junit(mixed(), source="c.json", numbers=numbers))[0][0]
+    shown = case.find("properties/property")
+    assert shown is not None and shown.attrib == {"name": "decay rate [1/s]", "value": "3.38"}
+    lines = markdown(mixed(), source="c.json", numbers=numbers).splitlines()
+    assert lines[4].endswith("| decay rate [1/s] 3.38 |") and lines[5].endswith("|  |")
+
+
 def test_a_refused_file_is_a_failure_in_each_format() -> None:
     """Continuous integration must show a refusal as red, never as an empty, green report."""
     refused = refusal("line 3: not JSON")

@@ -16,7 +16,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from takagi.reports.figures.cells import OverlapRow, cells_figure, overlaps_figure
-from takagi.reports.figures.loops import BodeLine, bode_figure, poles_figure
+from takagi.reports.figures.loops import BodeLine, bode_figure
 from takagi.reports.figures.response import ResponseLine, response_figure
 from takagi.reports.figures.style import decimate, figure_to_png, figure_to_svg
 
@@ -43,14 +43,6 @@ def bode() -> Figure:
     return bode_figure(omega, lines, marks={"tower 0.32 Hz": 2.04, "3P": 3.8})
 
 
-@maker
-def poles() -> Figure:
-    """A wandering pair and a fast pole."""
-    winds = np.arange(4.0, 25.0)
-    sets = [np.array([-0.01 * v + 0.4j, -0.01 * v - 0.4j, -50.0]) for v in winds]
-    return poles_figure(winds, sets, decay_rate=0.03)
-
-
 def response_line(label: str, time: NDArray[np.float64]) -> ResponseLine:
     """A wind step and first-order answers."""
     answer = 1 - np.exp(-np.clip(time - 20, 0, None) / 3)
@@ -72,9 +64,8 @@ def cells() -> Figure:
     proved = np.ones(20, dtype=bool)
     proved[[0, 8]] = False
     values = np.linspace(0.05, 0.1, 20)
-    return cells_figure(
-        np.linspace(5, 25, 21), proved, decay_rate=values, wind_rate=values, overspeed=values
-    )
+    shown = dict.fromkeys(("decay_rate", "wind_error", "wind_rate", "overspeed"), values)
+    return cells_figure(np.linspace(5, 25, 21), proved, **shown)
 
 
 @maker
@@ -97,7 +88,7 @@ class Pictured(NamedTuple):
 
 # A few of them at every run; all of them with the slow tests.
 SHOWN = [
-    n if n in ("bode", "poles", "trim", "overlaps") else pytest.param(n, marks=pytest.mark.slow)
+    n if n in ("bode", "trim", "overlaps") else pytest.param(n, marks=pytest.mark.slow)
     for n in MAKERS
 ]
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-import pytest
 
 from takagi.certificates.design.plant.design import certify_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Interval, Plant, Variable
 from takagi.reports.loops.linear_quadratic import regulator
+from takagi.reports.loops.plant_local import local_loops
 from takagi.reports.loops.plant_loop import plant_loop
-from takagi.reports.sections.plant.loops import regulator_section
+from takagi.reports.sections.plant.certificate import set_section
+from takagi.reports.sections.plant.loops import loops_section
 from tests.reports.plant_designs import U, V, X, two_integrators
 
 
@@ -25,7 +24,6 @@ def test_the_gain_is_the_closed_form_for_two_integrators() -> None:
     found = regulator(spring())
     assert found is not None
     assert np.allclose(found.gain, [[6.0, np.sqrt(12.0 + 9.0)]], rtol=1e-3)
-    assert np.allclose(found.own_gain, [[2.0, 3.0]])
     assert np.allclose(np.sort(found.own_poles.real), [-2.0, -1.0])
     time = found.settling(own=True, step=None)
     assert time is not None and np.isclose(time, np.log(50.0))
@@ -57,7 +55,7 @@ def test_an_input_without_a_range_takes_its_largest_command_on_the_set() -> None
 
 
 def test_a_plant_that_no_input_stabilises_has_no_regulator() -> None:
-    """x' = x beside a stable loop: no solution, and so no section."""
+    """x' = x beside a stable loop: no solution."""
     plant = Plant(
         equations=(X, U),
         states=(Variable(X, "-", Interval.of(-1, 1)), Variable(V, "-", Interval.of(-1, 1))),
@@ -65,21 +63,26 @@ def test_a_plant_that_no_input_stabilises_has_no_regulator() -> None:
     )
     design = certify_plant(plant, np.array([[[0.0, 1.0]]]))
     assert regulator(design) is None
-    assert regulator_section(design, plant_loop(design)) is None
 
 
-@pytest.mark.parametrize("sought", [True, False])
-def test_the_section_says_what_is_floating_point_and_what_was_not_sought(sought: bool) -> None:
-    from unittest.mock import patch
+def test_the_report_says_where_the_law_is_worse_than_the_regulator() -> None:
+    """Linear at rest, by the loops' margins and times; the regulator's own gains are not shown."""
+    design = spring()
+    loop, beside = plant_loop(design), regulator(design)
+    assert beside is not None
+    content = loops_section(design, loop, local_loops(loop)).content
+    own, other = (beside.settling(own=own, step=None) for own in (True, False))
+    assert own is not None and other is not None and own > other
+    assert f"worse in settling time {own:.2f} against {other:.2f} s" in content["compared"]
+    assert [row[0] for row in content["table"].rows[:2]] == ["rest", "rest, LQR"]
+    assert len(content["weights"]) == 3
 
-    from takagi.reports.loops import linear_quadratic
 
-    with patch.object(linear_quadratic, "MOST_RULES", 16 if sought else 0):
-        design = spring()
-        section = regulator_section(replace(design), plant_loop(design))
-    assert section is not None
-    rows = {row[0]: row[1:] for row in section.content["table"].rows}
-    assert rows["gain, u by x"] == ("(m/s^2)/m", "2.000", "6.000")
-    assert section.content["sought"] is sought
-    assert (rows["proved start of x alone"][2] != "\N{EN DASH}") == sought or sought
-    assert section.content["proved"] is sought
+def test_safe_starts_of_both_laws_stand_side_by_side() -> None:
+    """Rounded down, as bounds are."""
+    design = spring()
+    beside, safe = regulator(design), set_section(design, plant_loop(design))
+    assert beside is not None and beside.starts is not None and safe is not None
+    for row, start in zip(safe.content["table"].rows, beside.starts, strict=True):
+        shown = float(row[-1].removeprefix("±"))
+        assert shown <= start and np.isclose(shown, start, rtol=1e-2)

@@ -9,23 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from takagi.models import ModelError
-from takagi.models.turbine.aerodynamics import rotor_thrust, rotor_torque
-from takagi.models.turbine.data import Turbine
-from takagi.models.turbine.loader import nrel5mw
-from takagi.models.turbine.trim import TrimPoint, trim
-from takagi.reports.margins.margins import disk_margin, disk_of, loop_margins
-from takagi.reports.margins.response import loop_response
-from takagi.reports.margins.turbine_loops import (
-    FirstOrderDrive,
-    LocalGains,
-    break_loops,
-    linear_plant,
-    loops_at_trim,
-    plant_at_trim,
-)
+from takagi.reports.margins.margins import loop_margins
 
 
 def ziegler_nichols_loop() -> Any:
@@ -116,113 +102,3 @@ def test_misuse_names_what_was_given(loop: Any, words: str) -> None:
     """A loop of the wrong kind is refused with the reason."""
     with pytest.raises(ModelError, match=words):
         loop_margins(loop)
-
-
-def published_pitch_loop() -> Any:
-    """Jonkman et al. (2009), 7.4: -25.52 MW/rad at 0 deg, KP 0.01882681 s, KI 0.008068634."""
-    sensitivity = -25.52e6 / (1.267109 * 43784725)
-    plant = linear_plant(
-        speed=0.0, pitch=sensitivity, wind=0.0, torque=0.0, drive=FirstOrderDrive(1e-4)
-    )
-    gains = LocalGains(pitch_by_speed=97 * 0.01882681, pitch_by_integral=-97 * 0.008068634)
-    return break_loops(plant, gains)
-
-
-def test_published_pitch_controller_has_its_published_frequency_and_damping() -> None:
-    """The reference's gains were chosen for 0.6 rad/s and damping 0.7 (Jonkman et al. 2009)."""
-    slow = published_pitch_loop().poles[:2]
-
-    assert np.abs(slow) == pytest.approx([0.6, 0.6], rel=2e-3)
-    assert -slow.real / np.abs(slow) == pytest.approx([0.7, 0.7], rel=5e-3)
-
-
-@pytest.fixture(scope="module")
-def turbine() -> Turbine:
-    """The reference turbine."""
-    return nrel5mw()
-
-
-def both_acting() -> LocalGains:
-    """Gains with which torque and pitch act at once, the hardest case for breaking one loop."""
-    return LocalGains(
-        torque_by_speed=8e4,
-        torque_by_integral=-1e4,
-        pitch_by_speed=0.6,
-        pitch_by_pitch=-0.1,
-        pitch_by_integral=-0.1,
-    )
-
-
-@pytest.mark.parametrize("wind", [8.0, 12.0, 18.0])
-def test_each_broken_loop_closes_to_the_same_poles(turbine: Turbine, wind: float) -> None:
-    """Closing the torque loop, the pitch loop or both gives one and the same closed loop."""
-    loops = loops_at_trim(turbine, trim(turbine, wind), both_acting())
-
-    for broken in (loops.torque, loops.pitch):
-        poles = np.sort_complex(control.feedback(broken, 1).poles())
-        # The two Pade delays give nearly double poles, whose position is known to 1e-5 only.
-        assert poles == pytest.approx(np.sort_complex(loops.poles), rel=1e-4, abs=1e-6)
-
-
-def test_both_loops_at_once_bear_no_more_than_each_alone(turbine: Turbine) -> None:
-    """The disk margin of the 2 x 2 loop is at most those of the two broken scalar loops."""
-    loops = loops_at_trim(turbine, trim(turbine, 12.0), both_acting())
-    both = disk_of(loop_response(loops.both))
-
-    single = (disk_margin(loops.torque).alpha, disk_margin(loops.pitch).alpha)
-    assert 0 < both.alpha <= min(single) * (1 + 1e-9)
-
-
-def nonlinear_rate(turbine: Turbine, x: NDArray[np.float64], u: NDArray[np.float64]) -> Any:
-    """State rate of omega, beta, beta', tower, tower'; written down apart from the linear plant."""
-    omega, beta, rate, place, velocity = x
-    torque, reference, wind = u
-    seen = wind - velocity
-    w, zeta = turbine.pitch_drive_frequency, turbine.pitch_drive_damping
-    thrust = float(rotor_thrust(turbine, omega, beta, seen))
-    force = thrust - turbine.tower_damping * velocity - turbine.tower_stiffness * place
-    shaft = float(rotor_torque(turbine, omega, beta, seen)) - turbine.gear_ratio * torque
-    pitch = w**2 * (reference - beta) - 2 * zeta * w * rate
-    return np.array([shaft / turbine.inertia, rate, pitch, velocity, force / turbine.tower_mass])
-
-
-def numeric_jacobian(turbine: Turbine, point: TrimPoint) -> tuple[Any, Any]:
-    """Central differences of the nonlinear rate at a trim."""
-    x = np.array([point.rotor_speed, point.pitch, 0.0, 0.0, 0.0])
-    u = np.array([point.torque, point.pitch, point.wind])
-    steps = np.array([1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1.0, 1e-5, 1e-5])
-    columns = []
-    for k, step in enumerate(steps):
-        shift = np.zeros(8)
-        shift[k] = step
-        ahead = nonlinear_rate(turbine, x + shift[:5], u + shift[5:])
-        behind = nonlinear_rate(turbine, x - shift[:5], u - shift[5:])
-        columns.append((ahead - behind) / (2 * step))
-    jacobian = np.array(columns).T
-    return jacobian[:, :5], jacobian[:, 5:]
-
-
-@pytest.mark.parametrize("wind", [7.0, 14.0, 22.0])
-def test_validation_plant_is_the_jacobian_of_the_nonlinear_one(
-    turbine: Turbine, wind: float
-) -> None:
-    """Its response is that of the differenced nonlinear plant, times filter and exact delay."""
-    point = trim(turbine, wind)
-    plant = plant_at_trim(turbine, point)
-    A, B = numeric_jacobian(turbine, point)
-    for omega in (0.1, 1.0, 2.0, 5.0):
-        s = 1j * omega
-        expected = np.linalg.solve(s * np.eye(5) - A, B)[:2]
-        expected[0] *= turbine.speed_filter / (s + turbine.speed_filter)
-        expected[:, :2] *= np.exp(-0.03 * s)
-        found = plant(s)
-        scale = np.max(np.abs(expected), axis=0)
-        assert np.all(np.abs(found - expected) <= 1e-4 * scale)
-
-
-def test_design_and_validation_plant_agree_when_slow(turbine: Turbine) -> None:
-    """Lags do not matter at DC; the tower leans but does not change the steady speed."""
-    point = trim(turbine, 16.0)
-    design, rich = (plant_at_trim(turbine, point, kind=kind) for kind in ("design", "validation"))
-
-    assert design.dcgain() == pytest.approx(rich.dcgain(), rel=1e-9)

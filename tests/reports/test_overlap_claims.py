@@ -14,10 +14,15 @@ from takagi.models import nrel5mw
 from takagi.models.laws.published.law import PublishedLawName
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, wind_words
 from takagi.reports.sections.turbine.gains import gains_section
-from takagi.reports.sections.turbine.loops import poles_section
-from takagi.reports.sections.turbine.verdict import verdict_section
+from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
 from tests.reports.html_page import HtmlPage, checked_as, text_of
 from tests.reports.published_designs import with_published_law
+from tests.undrawn import unmeasured
+
+
+@pytest.fixture(autouse=True)
+def _unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
+    unmeasured(monkeypatch)
 
 
 def with_paper_law(design: TurbineDesign) -> TurbineDesign:
@@ -69,9 +74,13 @@ def overlap_design(
         turbine=nrel5mw(),
         settings=DesignSettings(law=name),
         law=SimpleNamespace(name=name),
-        candidate=None,
+        effort_sharing_law=None,
+        notes=(),
+        synthesis=None,
         document={"claims": claims, "gains": {"coupling": own}},
         checked=checked_as(checked),
+        verdict_words=checked_as(checked).verdict.name,
+        proved=checked_as(checked).verdict is Verdict.PROVED,
     )
     return cast(TurbineDesign, stub)
 
@@ -80,12 +89,11 @@ def test_a_paper_law_has_its_own_words(turbine_design: TurbineDesign) -> None:
     """With a published law the page shows its equation and claims, not those of the other law."""
     design = with_paper_law(turbine_design)
 
-    box, law = text_of(verdict_section(design)), text_of(gains_section(design))
+    box, law = text_of(claims_section(design)), text_of(gains_section(design))
 
     assert claim_summary(design) is None
     assert "from 12 m/s" in box and "UNDECIDED" in box
     assert "4 × 4 × 8 = 128 rules" in law
-    assert "stable" in text_of(poles_section(design))
 
 
 def test_only_winds_that_the_checker_names_are_proved() -> None:
@@ -122,7 +130,7 @@ def test_words_not_understood_prove_no_wind(text: str, verdict: Verdict) -> None
 
     assert (own.proved, own.left, own.decay) == ((), ((3.0, 25.0),), ())
     assert wind_words(own) == "none"
-    assert text in as_text(design)
+    assert text in " ".join(as_text(design).split())
 
 
 def test_winds_beyond_the_claim_are_not_taken_as_proved() -> None:
@@ -133,28 +141,31 @@ def test_winds_beyond_the_claim_are_not_taken_as_proved() -> None:
 
 
 def test_overlaps_are_a_picture_a_table_and_folded_words() -> None:
-    """The verdict on a paper law: one figure, one row per claim, full texts to unfold, the gap."""
+    """Of Schulte's law: one figure with the gap, then a row per claim and per pair of overlaps."""
     section = verdict_section(overlap_design())
-    box = text_of(section)
-    page = HtmlPage(box)
+    screen, claims = (
+        text_of(each).replace("\N{NO-BREAK SPACE}", " ")
+        for each in (section, claims_section(overlap_design()))
+    )
+    page = HtmlPage(screen + claims)
 
     assert [captioned.name for captioned in section.captioned_figures] == ["overlaps"]
-    assert sum(1 for a in page.all("th") if a.get("scope") == "row") == 2
+    assert sum(1 for a in page.all("th") if a.get("scope") == "row") == 4
     assert page.wrong == [] and page.open == []
-    shown, folded = box.split("<details>")
-    assert "10.084 to 10.414 m/s with the overlaps 0.1 rad/s, 2000 N m" in shown
-    assert "0.00233 to 0.0997" in shown and "551" not in shown
-    assert "own &lt;overlaps&gt;" in folded and "551" in folded
-    assert box == text_of(verdict_section(overlap_design()))
+    assert "not 10.084 to 10.414 m/s" in screen and "0.00233 to 0.0997" in screen
+    assert "551" not in screen and "own &lt;overlaps&gt;" in claims
 
 
 def test_terminal_tells_the_chosen_overlaps_and_lists_the_others() -> None:
-    """A few lines on the law's own overlaps, one line on the others; no full text."""
+    """The law's own overlaps with the gap; the others with --all."""
     lines = as_text(overlap_design()).splitlines()
+    others = "0.05 rad/s, 1000 N m: 20 of 22 windows, from 3.5 to 22.5 m/s"
 
-    assert lines[0].startswith("UNDECIDED  NREL 5-MW, published law")
-    assert lines[1].split() == "overlaps 0.1 rad/s, 2000 N m: UNDECIDED".split()
-    assert "  not proved    10.084 to 10.414 m/s" in lines
-    assert lines[-1] == "  PROVED  0.05 rad/s, 1000 N m  20 of 22 windows, from 3.5 to 22.5 m/s"
-    assert lines[-2] == "Other overlaps, proved winds (windows 0.03 m/s wide)"
-    assert max(map(len, lines)) < 110
+    assert lines[0].startswith("UNDECIDED  NREL 5-MW, Schulte's law")
+    assert " ".join(" ".join(lines[1:3]).split()) == (
+        "proved winds 3 to 10.084, 10.414 to 25 m/s, overlaps of 0.1 rad/s, 2000 N m "
+        "<- not 10.084 to 10.414 m/s"
+    )
+    assert others not in " ".join(lines)
+    assert others in " ".join(as_text(overlap_design(), every_claim=True).split())
+    assert max(map(len, lines)) <= 100 and len(lines) <= 20

@@ -104,8 +104,8 @@ def test_an_open_loop_on_the_axis_has_margins() -> None:
 
 
 def test_gains_have_the_unit_of_input_per_state() -> None:
-    """force [N] by rate [rad/s]: N/(rad/s)."""
+    """force [N] by rate [rad/s]: N s/rad."""
     assert gain_columns(plant_loop(design_of(PENDULUM)))[-2:] == (
         ("force by angle", "N/rad"),
-        ("force by rate", "N/(rad/s)"),
+        ("force by rate", "N s/rad"),
     )

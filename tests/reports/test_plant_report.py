@@ -18,10 +18,14 @@ from takagi.certificates.checker.replay.certificate import concluded
 from takagi.certificates.design.plant.design import design_plant
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models import Plant
+from takagi.models.plant.design_settings import PlantSettings
+from takagi.reports.loops.plant_loop import plant_loop
 from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.assembly import ReportFiles
 from takagi.reports.page.text import decimal
+from takagi.reports.sections.plant.claims import claim_rows
 from takagi.reports.sections.plant.page import plant_report_files
+from takagi.reports.sections.plant.summary import answer_sentence, summary_rows
 from tests.reports.html_page import HtmlPage, self_contained, unsettled
 from tests.reports.plant_designs import design_of
 
@@ -29,10 +33,10 @@ PENDULUM, DISCRETE, ANALYSIS, MASS = "cart_pole", "truck_trailer", "dayawansa_ma
 SMALL = "duffing"
 HOSTILE = '<script>alert("x")</script> & {{ 7*7 }}'
 SECTIONS = [
-    "verdict", "plant", "derivation", "gains", "certificate", "set", "lqr", "poles", "loops",
-    "responses", "check", "provenance",
+    "verdict", "gains", "certificate", "set", "loops", "responses", "plant",
+    "derivation", "check", "provenance",
 ]  # fmt: skip
-FIGURES = {"memberships", "poles", "bode", "responses", "phase", "set"}
+FIGURES = {"memberships", "bode", "responses", "phase"}
 
 
 @cache
@@ -62,9 +66,43 @@ def test_the_page_is_well_formed_and_self_contained(name: str) -> None:
 
 def test_sections_stand_in_their_order_with_the_verdict_first() -> None:
     """An analysis has no law, and therefore no gains and no margins."""
-    for name, left_out in ((SMALL, set()), (ANALYSIS, {"gains", "loops", "set", "lqr"})):
+    for name, left_out in ((SMALL, set()), (ANALYSIS, {"gains", "loops", "set"})):
         found = [str(a["id"]) for tag, a in HtmlPage(report_of(name).html).tags if tag == "section"]
         assert found == [name for name in SECTIONS if name not in left_out]
+
+
+def test_the_first_screen_has_sentence_picture_and_six_tiles() -> None:
+    """An amber tile where less than the file states is proved: here of the disturbance."""
+    html = report_of(SMALL).html
+    first = html[html.index('<section id="verdict"') : html.index("</section>")]
+    (row,) = (row for row in summary_rows(design_of(SMALL)) if row.name == "disturbance")
+
+    assert 'class="sentence"' in first and 'id="figure-phase"' in first
+    assert first.count("<dt>") == 6
+    assert ('<div class="partial">' in first) == row.partial
+
+
+def test_every_claim_has_its_number_and_assumptions_of_its_own() -> None:
+    """That the model equals the plant needs no continuous time; the safe set does."""
+    design = design_of(SMALL)
+    rows = claim_rows(design, plant_loop(design))
+
+    assert [row.text.partition(": ")[0] for row in rows] == [c.name for c in design.checked.claims]
+    assert all(row.number and row.assumes and row.why for row in rows)
+    assert "no sampling" not in rows[0].assumes
+    assert any("start in the set" in row.assumes and "no sampling" in row.assumes for row in rows)
+
+
+@pytest.mark.slow
+def test_a_law_in_samples_has_the_safe_starts_of_its_own_set() -> None:
+    """The set of continuous time would promise more."""
+    found = design_plant(design_of(PENDULUM).plant, PlantSettings(sample_time=0.005))
+    assert isinstance(found, PlantDesign)
+    rows = {row.name: row for row in summary_rows(found)}
+    pairs = zip(rows["in samples"].numbers, rows["safe start"].numbers, strict=True)
+
+    assert all(own.value < alone.value for own, alone in pairs)
+    assert "run in samples" in answer_sentence(found)
 
 
 def test_formulas_of_the_derivation_are_on_the_page() -> None:
@@ -104,7 +142,7 @@ def test_only_what_is_proved_is_called_so(name: str) -> None:
 
     assert proved.verdict is Verdict.PROVED and 'class="badge PROVED"' in before
     assert "badge PROVED" not in after and 'class="badge UNDECIDED"' in after
-    assert "Decay, proved" in before and "Decay, proved" not in after
+    assert "are proved to come to rest" in before and "are proved to" not in after
     assert "No claim with a quadratic function is proved." in after
     assert "a message" in after and "a reason" in after
     assert proved_kinds(open_) == set()
@@ -119,9 +157,8 @@ def test_the_words_about_the_plant_itself_need_the_embedding() -> None:
     claims[0] = replace(claims[0], verdict=Verdict.UNDECIDED)
     less = replace(design, certificate=replace(design.certificate, checked=concluded(claims, [])))
 
-    assert "the nonlinear plant itself" in report_of(SMALL).html
-    page = plant_report_files(less).html
-    assert "the nonlinear plant itself" not in page and "From plant to model." in page
+    assert "From plant to model." not in report_of(SMALL).html
+    assert "From plant to model." in plant_report_files(less).html
 
 
 @pytest.mark.slow
@@ -145,7 +182,7 @@ def test_a_plant_that_is_disproved_gets_its_report() -> None:
         page = plant_report_files(found).html
 
     assert found.verdict is Verdict.DISPROVED
-    assert 'class="verdict-box DISPROVED"' in page and "Decay, proved" not in page
+    assert 'class="badge DISPROVED"' in page and "are proved to" not in page
 
 
 @pytest.mark.slow
@@ -169,7 +206,9 @@ def test_figures_are_drawings_with_words_for_who_cannot_see_them(name: str) -> N
     """Each SVG is well-formed, says what it shows, and stands in the page too."""
     files = report_of(name)
     found = {file for file in files.figures if file.endswith(".svg")}
-    expected = FIGURES - ({"bode", "set"} if name == ANALYSIS else set())
+    expected = FIGURES - ({"bode"} if name == ANALYSIS else set())
+    # Of two states the first screen has the only plane.
+    expected |= {"set"} if name == DISCRETE else set()
 
     assert found == {f"{figure}.svg" for figure in expected}
     for file in found:

@@ -140,8 +140,10 @@ def test_divergence_is_told_and_the_others_are_shown() -> None:
     assert first["diverged"] == pytest.approx(0.02)
     assert all(first[name] is None for name in COLUMNS)
     assert second["energy"] > 0
-    assert "| wild | – |" in markdown
-    assert any(note.startswith("wild in ramp") and "diverged" in note for note in notes(simulation))
+    assert "| law wild | – |" in markdown
+    assert any(
+        note.startswith("law wild in ramp") and "diverged" in note for note in notes(simulation)
+    )
     assert text["rows"][0]["energy"] is None
     assert simulation.runs[0].history is None
 

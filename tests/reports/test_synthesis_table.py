@@ -1,4 +1,4 @@
-"""One-step against two-step in report and summary: the numbers that the search left."""
+"""One-step against two-step in words: the numbers that the search left."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from takagi.lmi.turbine import OneStepDesign
 from takagi.lmi.turbine.one_step.loop_of_gains import LoopFunctions
 from takagi.lmi.turbine.one_step.value import ReachedValues
 from takagi.reports.loops.overlap_claims import synthesis_summary, synthesis_words
-from takagi.reports.page.assembly import render
-from takagi.reports.sections.turbine.gains import gains_section, synthesis_table
 
 
 @pytest.fixture
@@ -43,22 +41,10 @@ def test_the_summary_tells_both(joint: TurbineDesign) -> None:
     assert "balanced, 2 joint steps" in words
 
 
-def test_the_table_stands_in_the_report(joint: TurbineDesign) -> None:
-    """Two rows; the same gains move pitch and tower alike."""
-    table = synthesis_table(joint)
-    assert table is not None and len(table.rows) == 2
-    assert table.rows[0][1:3] == ("0.1894", "0.0169") and table.rows[1][1:3] == ("0.2075", "0.0261")
-    assert table.rows[0][3:] == table.rows[1][3:]
-    html = render(gains_section(joint), "turbine")
-    assert "One-step against two-step" in html and "0.2075" in html
-
-
 def test_two_step_gains_are_not_compared_but_the_reason_is_told(
     turbine_design: TurbineDesign,
 ) -> None:
-    """No table, and the words say why where one step was asked for."""
-    assert synthesis_table(turbine_design) is None
-    assert "One-step against" not in render(gains_section(turbine_design), "turbine")
+    """The words say why where one step was asked for."""
     assert turbine_design.synthesis is not None
     failed = replace(turbine_design.synthesis, kept="none of 3 joint steps was better")
     words = synthesis_words(replace(turbine_design, synthesis=failed))

@@ -82,7 +82,8 @@ def _compare_meaning(data: dict[str, Any], path: Path) -> str:
         from takagi.certificates.checker.files.plant_file import compare_plant
 
         _require_blend_claim(data)
-        return compare_plant(data["model"], path, data.get("gains"))
+        kinds = {claim.get("kind") for claim in data["claims"]}
+        return compare_plant(data["model"], path, data.get("gains"), narrower=kinds == {"tracking"})
     from takagi.certificates.checker.files.turbine_file import compare_turbine
 
     return compare_turbine(data["model"], data.get("gains"), path)

@@ -45,12 +45,14 @@ TIMED = re.compile(r"\s*([0-9]{0,9}\.?[0-9]{1,9}(?:[eE][-+]?[0-9]{1,2})?)\s*(.*?
 MOST_ABOVE = 50  # parameters that depend on one another in a row
 
 
-def compare_plant(model: Any, path: Path, gains: Any = None) -> str:
+def compare_plant(model: Any, path: Path, gains: Any = None, *, narrower: bool = False) -> str:
     """Compare the plant of a certificate with its file; return messages for the reader.
 
     Parameters
     ----------
     gains : the certificate's; what its law measures is compared too, where there is a law.
+    narrower : whether states may have narrower ranges in the certificate than in the file, because
+        all of its claims say that they stay in these.
 
     Raises
     ------
@@ -60,13 +62,16 @@ def compare_plant(model: Any, path: Path, gains: Any = None) -> str:
     file, plant = read_toml(path, Decimal, what="plant file"), read_plant(model, "model")
     if file.get("kind") != "plant":
         raise OtherModel(f"{path}: the certificate is about a plant, this is no plant file")
-    words = Comparison(model, plant, file, path).whole()
+    words = Comparison(model, plant, file, path, narrower=narrower).whole()
     compare_measured(gains, file, path)
     return words
 
 
 class Comparison:
-    def __init__(self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path) -> None:
+    def __init__(
+        self, model: Any, plant: PlantNodes, file: dict[str, Any], path: Path, *, narrower: bool
+    ) -> None:
+        self.may_be_narrower, self.narrower = narrower, list[str]()
         self.model, self.plant, self.file, self.path = model, plant, file, path
         self.algebra = Algebra(plant.graph, plant.tables)
         self.ranges = Ranges(plant.evaluator, self.algebra, plant.box, signs=plant.form == "sector")
@@ -105,6 +110,9 @@ class Comparison:
         words = []
         if solved:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
+        if self.narrower:
+            places = ", ".join(self.narrower)
+            words.append(f"states are proved to stay in narrower ranges than the file's: {places}")
         if self.unsolved:
             names = ", ".join(self.unsolved)
             words.append(
@@ -270,7 +278,12 @@ class Comparison:
                     raise self.error(f"{where}.range cannot be compared")
                 low, high = (self.figure(end, unit, f"{where}.range") for end in ends)
                 side = (low - own[0], high - own[1])
-            if side != variable.side:
+            inside = side is not None and variable.side is not None and (
+                side[0] <= variable.side[0] and variable.side[1] <= side[1]
+            )  # fmt: skip
+            if side != variable.side and self.may_be_narrower and key == "states" and inside:
+                self.narrower.append(f"{variable.name} in {_range(variable.side, own)}")
+            elif side != variable.side:
                 raise self.error(
                     f"{where}.range is {_range(side, own)} there, "
                     f"{_range(variable.side, own)} in the certificate"

@@ -114,6 +114,24 @@ class Algebra:
             tuple((str(names[a]), k) for a, k in monomial): c for monomial, c in found.top.items()
         }
 
+    def collected(self, root: int) -> int:
+        """Return a node equal to this one where it is defined: of a polynomial, its sum of terms.
+
+        What is no polynomial is returned as it is.
+        """
+        g = self.graph
+        try:
+            terms = self.polynomial(root)
+        except Refused:
+            return root
+        found = g.constant(0)
+        for monomial, factor in terms.items():
+            term = g.constant(factor)
+            for name, power in monomial:
+                term = g.multiply(term, g.power(g.variable(name), Fraction(power)))
+            found = g.add(found, term)
+        return found
+
     def quotient(self, root: int) -> Quotient:
         """Return the node as a quotient of polynomials in this algebra's atoms."""
         for number in self.graph.below([root]):

@@ -59,9 +59,6 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
     if plant.mass is not None:
         raise CertificateError(f"{where}: a secant embedding is of x' = f, without a mass matrix")
     entries = multi_affine_entries(plant)
-    for rows in entries.values():
-        if any(len(members) > 1 for row in rows for entry in row for members in entry):
-            raise CertificateError(f"{where}: an entry has a product of premises")
     off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
     try:
         if gains is not None and any(v.unknown for v in plant.disturbances):
@@ -75,7 +72,7 @@ def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Ou
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "plant": plant, "off": off}
-    said |= {"boxes": ranges.boxes, "removable": ranges.removable}
+    said |= {"removable": ranges.removable}
     return Found(Verdict.PROVED, "embedding", said)
 
 
@@ -94,7 +91,14 @@ def prove_secants(
     ----------
     resting : whether the point of rest has to be an equilibrium; differences between two points of
         the box are blends of the vertices without that.
+
+    Raises
+    ------
+    CertificateError : an entry has a product of premises.
     """
+    for matrix in entries.values():
+        if any(len(members) > 1 for line in matrix for entry in line for members in entry):
+            raise CertificateError("model: an entry has a product of premises")
     g, algebra = plant.graph, Algebra(plant.graph, plant.tables)
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     variables = (*plant.states, *plant.inputs, *plant.disturbances)

@@ -202,7 +202,7 @@ def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
     except Refused as error:
         return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
     said = {"name": name, "plant": plant, "off": off}
-    said |= {"boxes": ranges.boxes, "removable": ranges.removable}
+    said |= {"removable": ranges.removable}
     return Found(Verdict.PROVED, "embedding", said)
 
 

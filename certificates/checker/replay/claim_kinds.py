@@ -23,7 +23,6 @@ KINDS = {
     "fuzzy-l2-gain": "kinds.fuzzy_l2_gain.check_fuzzy_l2_gain",
     "region": "kinds.region.check_region",
     "gain-rounding": "kinds.gain_rounding.check_gain_rounding",
-    "box-enlargement": "kinds.box_enlargement.check_box_enlargement",
     "l2-gain": "kinds.l2_gain.check_l2_gain",
     "h2-norm": "kinds.h2_norm.check_h2_norm",
     "exit-probability": "kinds.exit_probability.check_exit_probability",

@@ -33,10 +33,13 @@ def of_the_plant(found: Sequence[Outcome], kinds: Sequence[str], where: str) -> 
             f"{where}: claims about a plant, but none that its model contains it"
         )
     blended = [one.verdict for one, kind in zip(found, kinds, strict=True) if kind == BLEND]
-    if Verdict.PROVED in tied and (not blended or Verdict.PROVED in blended):
+    is_plant = not blended or Verdict.PROVED in blended
+    if Verdict.PROVED in tied and is_plant:
         return list(found)
+    # A claim about references proves its embedding itself, but not that a blend is the plant.
+    about = {*KINDS} if is_plant else {*KINDS, TRACKING}
     return [
-        _of_no_plant(one) if kind in KINDS and one.verdict is Verdict.PROVED else one
+        _of_no_plant(one) if kind in about and one.verdict is Verdict.PROVED else one
         for one, kind in zip(found, kinds, strict=True)
     ]
 

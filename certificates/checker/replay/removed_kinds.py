@@ -8,6 +8,7 @@ from takagi.certificates.checker.kernel.refusal import CertificateError
 
 NO_LONGER_READ = frozenset(
     {
+        "box-enlargement",
         "crossing-probability",
         "equilibrium",
         "no-common-quadratic",

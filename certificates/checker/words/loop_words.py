@@ -13,11 +13,14 @@ from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack
 
 def about(loop: PolytopicLoop) -> str:
     """Return e.g. ``every blend of 4 rules with their gains``."""
+    if loop.rules == 1 and len(loop.K) <= 1:
+        return "the loop"
     if not loop.K:
-        several = loop.rules > 1
-        return f"every blend of the {loop.rules} vertices" if several else "the loop"
-    law = "with their gains" if loop.shared_weights else f"and any of {len(loop.K)} gains"
-    return f"every blend of {loop.rules} rules {law}"
+        return f"every blend of the {loop.rules} vertices"
+    several = f"and any of {len(loop.K)} gains" if len(loop.K) > 1 else "with one gain"
+    law = "with their gains" if loop.shared_weights else several
+    blends = f"every blend of {loop.rules} rules" if loop.rules > 1 else "the one rule"
+    return f"{blends} {law}"
 
 
 def granted(loop: PolytopicLoop, *, disturbances_too: bool = True) -> str:
@@ -39,7 +42,7 @@ def while_valid(loop: PolytopicLoop) -> str:
     """
     bounded = any(side is not None for side in loop.box) or loop.other_box
     plant = "a plant that the model contains" if loop.scheduled_by is None else "its plant"
-    return f"; of {plant}, as long as that stays in the model's box" if bounded else ""
+    return f"; this also holds for {plant} while it stays in the model's box" if bounded else ""
 
 
 def undisturbed(loop: PolytopicLoop) -> str:

@@ -25,7 +25,10 @@ def in_words(found: Outcome) -> Claim:
 
 RIGID = ("rigid shaft, tower and blades", "wake without states of its own")
 # A gain file's program limits the rates of torque and pitch; these kinds have the drive's alone.
-DRIVES = ("torque at once, and what is sent without rate limit", "first-order pitch drive")
+DRIVES = (
+    "torque without delay, and commands without a limit of their rates",
+    "first-order pitch drive",
+)
 PROGRAM = ("continuous time", "exact speed")
 IN_THE_SET = "start with V <= 1 and pitch at or above its lower limit"
 OUTSIDE = "wind estimate from outside, within the stated class"
@@ -36,7 +39,7 @@ RUNNING = (
     "wind within the tables, and what is sent equal to what the law asks for",
     "c_P of the table",
     "wake with one state, which answers to pitch alone",
-    "torque at once, and known to the observer",
+    "torque without delay, and known to the observer",
     "first-order pitch drive",
     RIGID[0],
     PROGRAM[0],

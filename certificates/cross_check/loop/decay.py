@@ -40,7 +40,7 @@ from takagi.certificates.cross_check.kernel.reading import (
     table,
     whole,
 )
-from takagi.certificates.cross_check.loop.loop import Stack, VertexLoop, combined, mixtures, pick
+from takagi.certificates.cross_check.loop.loop import VertexLoop, combined, mixtures, pick
 
 BITS = 240  # working precision: e^-x is known to far more digits than a certificate's numbers have
 MOST_EXPONENT = 200  # beyond it e^-x is taken as between 0 and e^-200, without a large number
@@ -245,45 +245,3 @@ def _spread(absolute: fmpq_mat, relative: fmpq, K: fmpq_mat, tau: list[fmpq]) ->
         whole_row = sum(e, fmpq(0))
         found = [f + whole_row * one / t for f, one in zip(found, e, strict=True)]
     return diagonal(found)
-
-
-def box_enlargement(claim: Any, loop: VertexLoop) -> Obligations:
-    """``decay`` when each premise's range is theta times as wide about its middle.
-
-    The model is affine in each premise.  So its value at a moved corner is (1 + theta)/2 times the
-    value at the corner plus (1 - theta)/2 times the value at the opposite corner, premise by
-    premise.  A model without corners moves its rules away from their mean by the factor theta.
-    The weights of the gains are assumed to be independent of those of the model.
-    """
-    theta = rational(claim, "enlargement")
-    yield Fact("the enlargement is not negative", theta >= 0)
-    wider = VertexLoop(
-        A=_moved(loop.A, loop, theta),
-        B=_moved(loop.B, loop, theta),
-        K=loop.K,
-        step=loop.step,
-        together=False,
-        stated=loop.rules,
-    )
-    yield from decay(claim, wider)
-
-
-def _moved(matrices: Stack, loop: VertexLoop, theta: fmpq) -> Stack:
-    if len(matrices) <= 1:
-        return matrices
-    if loop.corners is None:
-        middle = mean(matrices)
-        return [middle + scaled(theta, one - middle) for one in matrices]
-    place = {corner: i for i, corner in enumerate(loop.corners)}
-    # A constant premise has one corner only, and its range, of width 0, stays as it is.
-    varying = [
-        k for k, column in enumerate(zip(*loop.corners, strict=True)) if len(set(column)) > 1
-    ]
-    found = list(matrices)
-    for k in varying:
-        found = [
-            scaled((1 + theta) / 2, found[i])
-            + scaled((1 - theta) / 2, found[place[(*c[:k], 1 - c[k], *c[k + 1 :])]])
-            for i, c in enumerate(loop.corners)
-        ]
-    return found

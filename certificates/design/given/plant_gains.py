@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +15,14 @@ from takagi.certificates.checker.files.gain_file import stated_law
 from takagi.certificates.checker.kernel.matrices import read_matrix, read_stack
 from takagi.certificates.checker.kernel.reader import Number, member, read_json
 from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.design.plant.narrower_ranges import with_ranges
 from takagi.certificates.design.plant.tracking_observer import measured_rows
 from takagi.certificates.document.plant_embedding import plant_and_claim
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.tracking import observer_data
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
+from takagi.models.intervals.interval import Interval
 from takagi.models.tracking import ConstantObserver, own_states
 
 if TYPE_CHECKING:
@@ -95,6 +98,25 @@ def read_plant_law(path: Path) -> Mapping[str, Any]:
         )
     read_stack(law, "K", f"{source}: law")
     return law
+
+
+def in_ranges_of(path: Path, plant: Plant) -> Plant:
+    """Return the plant with the ranges of states in a gain file, where they are narrower."""
+    stated = read_json(path)
+    listed = stated.get("states") if isinstance(stated, Mapping) else None
+    states = {v.name: v for v in plant.states}
+    narrower = {}
+    for entry in listed if isinstance(listed, list) else []:
+        name, ends = (entry.get(key) for key in ("name", "range"))
+        own = states[name].range if name in states else None
+        if own is None or not isinstance(ends, list) or len(ends) != 2:
+            continue
+        if not all(isinstance(end, Number) for end in ends):
+            continue
+        low, high = map(Fraction, ends)
+        if own.lower <= low < high <= own.upper:
+            narrower[name] = replace(states[name], range=Interval(low, high))
+    return with_ranges(plant, narrower)
 
 
 def floats_of(matrix: Any) -> list[list[float]]:

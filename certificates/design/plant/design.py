@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,12 @@ from takagi.certificates.design.plant.many_rules import (
     gains_of_known_premises,
     shortened_gains,
 )
+from takagi.certificates.design.plant.narrower_ranges import (
+    moving_slopes,
+    narrowed,
+    range_in_words,
+    with_ranges,
+)
 from takagi.certificates.design.plant.plain_words import (
     advice_of,
     in_file_rates,
@@ -43,7 +50,7 @@ from takagi.certificates.design.plant.plain_words import (
 )
 from takagi.certificates.design.plant.result import PlantDesign
 from takagi.certificates.design.plant.secant_model import secant_model
-from takagi.certificates.design.plant.tracking_gains import tracking_gains
+from takagi.certificates.design.plant.tracking_gains import TrackingGains, tracking_gains
 from takagi.certificates.design.plant.tracking_observer import (
     measured_rows,
     measures_all,
@@ -53,7 +60,7 @@ from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.design_settings import PlantSettings
 from takagi.models.plant.plant import Plant
-from takagi.models.tracking import own_states
+from takagi.models.tracking import own_states, rests_exactly
 
 if TYPE_CHECKING:
     from takagi.lmi import Design
@@ -62,6 +69,10 @@ if TYPE_CHECKING:
 
 # Significant digits of the emitted gains; more where fewer cannot be proved.
 DIGITS = (4, 6, 9)
+# Shares of the ranges of states that are tried for a set in which outputs follow references, what
+# they have to gain in jumps, and the share of a reference's range that is jump enough.
+NARROWER = (Fraction(1, 2), Fraction(1, 4))
+LARGER, ENOUGH = 1.5, 0.5
 # The search for a helpful relaxation needs some fifty designs.
 MOST_EXPLAINED = 32
 
@@ -152,10 +163,47 @@ def _design_tracking(work: _Work) -> PlantDesign | NoDesign:
         require_measured(plant, model)
     with clock("gains"), in_plant_words(plant):
         found = tracking_gains(plant, model, asked, observed=observed)
+        if claims_alone(plant):
+            # All claims say that states stay in their ranges.
+            work, found = _within_narrower_ranges(work, found, observed=observed)
     if found.jump > 0:
         return _rounded(work, found.found, found.observer)
     with clock("what would help"):
         return NoDesign(tracking_obstacle(plant, asked, found, observed=observed))
+
+
+def claims_alone(plant: Plant) -> bool:
+    """Return whether a plant's claims are those about its references alone."""
+    observed = plant.measured is not None and not measures_all(plant)
+    return bool(plant.references) and (observed or not rests_exactly(plant))
+
+
+def _within_narrower_ranges(
+    work: _Work, found: TrackingGains, *, observed: bool
+) -> tuple[_Work, TrackingGains]:
+    """Return gains and set within narrower ranges of states, where they allow larger jumps."""
+    plant, asked = work.plant, work.asked
+    states = [v for v in moving_slopes(plant) if v in plant.states]
+    best, jump = (work, found), found.jump
+    for share in NARROWER if states else ():
+        if jump >= ENOUGH:
+            break
+        ranges = narrowed(plant, states, share)
+        narrow = with_ranges(plant, ranges)
+        try:
+            model = secant_model(narrow, rest=asked.rest)
+            other = tracking_gains(narrow, model, asked, observed=observed)
+        except ModelError:
+            # The rests leave no room in these ranges.
+            break
+        if other.jump > LARGER * jump:
+            requirements = requirements_of(narrow, model, asked)
+            places = ", ".join(map(range_in_words, ranges.values()))
+            note = f"states are proved to stay in narrower ranges, where slopes vary less: {places}"
+            gains = replace(other.found, notes=(note, *other.found.notes))
+            moved = replace(work, plant=narrow, model=model, requirements=requirements)
+            best, jump = (moved, replace(other, found=gains)), other.jump
+    return best
 
 
 def certify_plant(
@@ -213,6 +261,10 @@ def certify_filed(
 
     asked = settings or PlantSettings()
     clock = StepClock(tell)
+    if claims_alone(plant):
+        from takagi.certificates.design.given.plant_gains import in_ranges_of
+
+        plant = in_ranges_of(path, plant)
     if plant.references and plant.measured is not None and not measures_all(plant):
         from takagi.certificates.design.given.plant_gains import read_reference_gains
 

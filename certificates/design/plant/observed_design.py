@@ -120,6 +120,7 @@ class ObservedWork:
         design: Design | None,
         notes: tuple[str, ...],
         P: Floats | None = None,
+        observer: Design | None = None,
     ) -> PlantDesign:
         """Return the design with its certificate; ``P`` is a function that was found before."""
         from takagi.models.laws.pdc import OutputFeedback, PdcLaw
@@ -144,7 +145,7 @@ class ObservedWork:
         certificate = Certificate(bound(document, members), checked, attempt.tried)
         seconds = dict(self.clock.seconds)
         parts = (self.plant, self.asked, self.model, design, gains, None, certificate)
-        return PlantDesign(*parts, notes, seconds, output_law=run)
+        return PlantDesign(*parts, notes, seconds, output_law=run, observer=observer)
 
 
 def design_observed(work: ObservedWork, digits: Sequence[int]) -> PlantDesign | NoDesign:
@@ -179,7 +180,8 @@ def design_observed(work: ObservedWork, digits: Sequence[int]) -> PlantDesign | 
         L = rounded_gains(choice.L, count)
         whole = (*notes, choice.note, f"gains to {count} significant digits")
         P = choice.P if count == digits[0] else None
-        last = work.certified(rounded_gains(K, count), L, found.design, whole, P)
+        gains = rounded_gains(K, count)
+        last = work.certified(gains, L, found.design, whole, P, choice.design)
         if last.proved:
             break
     assert last is not None  # there is always a number of digits
@@ -194,6 +196,7 @@ class _Choice:
     P: Floats
     size: float
     note: str
+    design: Design
 
 
 def _count(work: ObservedWork) -> int:
@@ -263,7 +266,7 @@ def _candidates(
             continue
         shape = N.T @ ellipsoid.P @ N
         size = float(np.exp(-0.5 * np.linalg.slogdet(shape)[1] / len(shape)))
-        yield _Choice(L, ellipsoid.P, size, f"observer: {words}")
+        yield _Choice(L, ellipsoid.P, size, f"observer: {words}", design)
 
 
 # Options that are not proved for a loop with an observer.

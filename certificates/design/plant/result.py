@@ -38,6 +38,7 @@ class PlantDesign(ShortRepr):
     notes : in words, what was chosen where nothing was asked, and what was backed off.
     seconds : step -> time it took.
     output_law : the law of a plant with measured outputs: these gains, and its observer.
+    observer : how its observer's gains were found by LMIs; None where they were not.
     """
 
     plant: Plant
@@ -50,6 +51,7 @@ class PlantDesign(ShortRepr):
     notes: tuple[str, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
     output_law: OutputFeedback | ReferenceFeedback | None = None
+    observer: Design | None = None
 
     kind: ClassVar[Literal["plant"]] = "plant"
 

@@ -98,8 +98,9 @@ def tracking_gains(
 
 def _note(time: float, jump: float) -> str:
     return (
-        f"integral action: the range of the reference in {time:.3g} s may ask for all of an input; "
-        f"jumps of {min(jump, 9.99):.2%} of the range stay in the ranges"
+        "integral action is tuned so that a step over the reference's whole range, integrated over "
+        f"{time:.3g} s, uses all of an input; steps of {min(jump, 9.99):.0%} of that range "
+        "keep all limits"
     )
 
 

@@ -95,9 +95,9 @@ def moderate(
         best = faster
     if best.decay_rate == 0:
         why = "none that was tried has gains" if rates else "its poles give the plant no time scale"
-        return best, f"no decay rate was asked for: rate 0, {why}"
+        return best, f"decay rate not given; the target is 0: {why}"
     cost = f"shrinks the set below {price.starts_kept:.0%}" if for_set else _dearer(price)
-    note = f"no decay rate was asked for: {best.decay_rate:.4g} 1/s"
+    note = f"decay rate not given; {best.decay_rate:.4g} 1/s was used as the target"
     if faster is not best:
         note += f"; twice as fast {cost if faster.found else 'has no gains'}"
     return best, note

@@ -101,7 +101,7 @@ def speed_filter(settings: DesignSettings) -> SpeedFilter | None:
     return SpeedFilter(settings.speed_filter, settings.torsion_filter)
 
 
-KIND, RUNNING = "coherent-loop", "running-loop"
+KIND = "coherent-loop"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,17 +156,6 @@ def claim_summary(design: TurbineDesign) -> ClaimSummary | None:
             law = design.document["gains"]
             rated = design.turbine.rated_rotor_speed
             return _summary(stated, checked, max(law["rotor_speed"]), rated)
-    return None
-
-
-def running_loop_summary(design: TurbineDesign) -> tuple[float, str] | None:
-    """Return decay rate [1/s] and winds, with every gap, of the loop with its observer.
-
-    None where no such claim is proved.
-    """
-    for stated, checked in zip(design.document["claims"], design.checked.claims, strict=False):
-        if stated["kind"] == RUNNING and checked.verdict is Verdict.PROVED:
-            return float(stated["decay_rate"]), checked.name.partition(", ")[2]
     return None
 
 

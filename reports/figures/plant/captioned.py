@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from takagi.reports.figures.loops import bode_figure, bode_line
-from takagi.reports.figures.plant.poles import responses_figure, vertex_poles_figure
+from takagi.reports.figures.plant.poles import responses_figure
 from takagi.reports.figures.plant.proved_set import phase_figure, planes
 from takagi.reports.figures.plant.weights import PremiseCurve, premise_curves, weights_figure
 from takagi.reports.figures.style import captioned_figure
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
     from takagi.reports.loops.plant_loop import PlantLoop
 
-AROUND = 12
+# Starts around the set of two states, and of more.
+AROUND, AROUND_MANY = 12, 4
 MOST_LINES = 6
 
 
@@ -54,19 +55,6 @@ def captioned_weights_figure(loop: PlantLoop) -> Drawn:
         alternative=f"Weights of the premises {names} over the box",
     )
     return Drawn((found,), {f"memberships-{c.premise.name}.csv": _curve_csv(c) for c in curves})
-
-
-def captioned_poles_figure(loop: PlantLoop) -> CaptionedFigure:
-    """Return the poles of vertices, of pairs of rules, and at rest."""
-    rate = "" if loop.decay_rate is None else " Dashed: the decay rate that is proved."
-    own = "Poles of the vertices" if loop.gains is None else "Closed-loop poles of the vertices"
-    return captioned_figure(
-        vertex_poles_figure(loop),
-        "poles",
-        caption=f"{own}, and of the plant linearised where it rests. Poles of vertices alone say "
-        f"nothing about their blends: the certificate does.{rate}",
-        alternative="Poles in the complex plane: of the vertices, of pairs of rules, and at rest",
-    )
 
 
 def bode_drawings(loops: Sequence[PlantLocalLoop]) -> list[tuple[str, Figure]]:
@@ -119,38 +107,37 @@ def captioned_jumps_figure(loop: PlantLoop, runs: Sequence[PlantMotion]) -> Draw
     return Drawn((found,), {"jumps.csv": _motions_csv(loop, shown)})
 
 
-def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Drawn:
-    """Return responses over time and, for two states or more, planes of states."""
-    where = (
-        "Starts lie just inside the ellipsoid V = level, each where one state is largest."
-        if shown and shown[0].value.size
-        else "No proved ellipsoid: starts at a share of the box, one state at a time."
+def captioned_picture(loop: PlantLoop) -> Drawn:
+    """Return the plane of the first two states: set, motions and box; nothing for one state."""
+    if not planes(loop):
+        return Drawn(())
+    drawn = motions(loop, around(loop, AROUND if len(loop.names) == 2 else AROUND_MANY))
+    caption = "Simulated motions"
+    if loop.bounded:
+        caption += ", proved set" if loop.level_proved else ", an ellipsoid that is not proved"
+    found = captioned_figure(
+        phase_figure(loop, drawn, most=1),
+        "phase",
+        caption=f"{caption} and ranges; deviations from rest.",
+        alternative="Motions to rest in the plane of two states, with the set and the ranges",
     )
-    found = [
-        captioned_figure(
-            responses_figure(loop, shown),
-            "responses",
-            caption=f"The nonlinear plant under its law. {where} States as deviations from rest.",
-            alternative="States, inputs and the quadratic function over time, from each start",
-        )
-    ]
-    data = {"responses.csv": _motions_csv(loop, shown)}
-    if planes(loop):
-        two = len(loop.names) == 2
-        drawn = motions(loop, around(loop, AROUND)) if two else shown
-        words = "" if two else " Of the ellipsoid the shadow is drawn, its projection."
-        what = "the proved ellipsoid" if loop.level_proved else "the largest ellipsoid of V in it"
-        found.append(
-            captioned_figure(
-                phase_figure(loop, drawn),
-                "phase",
-                caption="Motions of the nonlinear plant in the plane of two states, with the box "
-                f"(dashed) and {what}.{words}",
-                alternative="Motions from around the ellipsoid to rest, with ellipsoid and box",
-            )
-        )
-        data["phase.csv"] = _motions_csv(loop, drawn)
-    return Drawn(tuple(found), data)
+    return Drawn((found,), {"phase.csv": _motions_csv(loop, drawn)})
+
+
+def captioned_motion_figures(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Drawn:
+    """Return responses over time."""
+    where = (
+        "Starts lie just inside the set, each where one state is largest."
+        if shown and shown[0].value.size
+        else "No set is proved: starts at a share of the ranges, one state at a time."
+    )
+    found = captioned_figure(
+        responses_figure(loop, shown),
+        "responses",
+        caption=f"The nonlinear plant under its law. {where} States as deviations from rest.",
+        alternative="States, inputs and the quadratic function over time, from each start",
+    )
+    return Drawn((found,), {"responses.csv": _motions_csv(loop, shown)})
 
 
 def _curve_csv(curve: PremiseCurve) -> str:

@@ -1,4 +1,4 @@
-"""Planes of two states: the proved set, motions, box and ellipsoid."""
+"""Planes of two states: the proved set, motions and the box."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from takagi.models.arrays import Floats
 from takagi.models.plant.file_units import file_unit
-from takagi.reports.figures.style import COLOURS, GREY, house_style, new_figure
+from takagi.reports.figures.style import COLOURS, GREY, WIDTH, house_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 MOST_STATES = 6
 BESIDE = 1.15  # of the set's half-width: how far an axis reaches without a box near by
 FILLED = "#CFE3F1"  # the first colour, pale
+MOTION = "#333333"
 NEAR = 4.0  # a side of the box this many times as far is not drawn
 
 
@@ -47,7 +48,8 @@ def set_figure(loop: PlantLoop) -> Figure:
         for i, j in drawn:
             axes = panels[(j - 1) * last + i]
             axes.set_visible(True)
-            _panel(axes, loop, (i, j), left=i == 0, bottom=j == last)
+            _panel(axes, loop, (i, j))
+            axes.label_outer()
         figure.align_labels()
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
@@ -60,42 +62,55 @@ def section(P: Floats, level: float, pair: tuple[int, int]) -> Floats:
     return ellipse(block, level, (0, 1))
 
 
-def _panel(axes: Axes, loop: PlantLoop, pair: tuple[int, int], *, left: bool, bottom: bool) -> None:
-    P, level = loop.ellipsoid
+def _panel(
+    axes: Axes, loop: PlantLoop, pair: tuple[int, int], motions: Sequence[PlantMotion] = ()
+) -> None:
+    """Draw the set, the box and motions as deviations from rest, in the units of the file."""
     units = [file_unit(loop.plant.states[k]) for k in pair]
     sizes = np.array([[size] for size, _ in units])
-    starting, _ = loop.start_ellipsoid
-    shadow, inner = ellipse(P, level, pair) / sizes, section(starting, level, pair) / sizes
-    # Of two states every start is drawn; with an observer a motion may leave the starts.
-    whole = len(loop.names) == 2 and loop.observed is None
-    words = "starts in the set" if whole else "starts, others at rest"
-    axes.fill(*inner, facecolor=FILLED, edgecolor=COLOURS[0], lw=1.2, label=words)
-    if not whole:
-        words = "shadow of the set: all motions"
-        axes.plot(*shadow, color=COLOURS[1], lw=1.6, ls="--", label=words)
-    reach = np.abs(shadow).max(axis=1)
-    ranges = []
+    drawn = [motion.state[:, pair].T / sizes for motion in motions]
+    for k, (x, y) in enumerate(drawn):
+        named = "motion, simulated" if k == 0 else None
+        axes.plot(x, y, color=MOTION, lw=0.9, label=named, marker="o", ms=3.5, markevery=[0])
+    if loop.bounded:
+        drawn.append(_set(axes, loop, pair, sizes))
+    reach = np.max([np.abs(points).max(axis=1) for points in drawn], axis=0)
+    limits = []
     for k, (state, draw) in enumerate(zip(pair, (axes.axvline, axes.axhline), strict=True)):
         sides = loop.model.box.get(loop.model.states[state], ())
         ends = [float(end) / units[k][0] for end in sides]
         near = [end for end in ends if abs(end) < NEAR * reach[k]]
         for end in near:
-            draw(end, color=GREY, lw=1.0, ls=":", label="box" if k == 0 and end < 0 else None)
-        far = max([BESIDE * reach[k], *(1.08 * abs(end) for end in near)])
-        ranges.append((-far, far))
-    axes.set_xlim(*ranges[0])
-    axes.set_ylim(*ranges[1])
-    axes.plot([0], [0], "+", color="black", ms=7, label="rest")
-    for shown, k, name in ((bottom, 0, axes.set_xlabel), (left, 1, axes.set_ylabel)):
-        if shown:
-            label = loop.names[pair[k]]
-            name(f"{label} [{units[k][1]}]")
-    axes.tick_params(labelbottom=bottom, labelleft=left)
+            label = "range in the file" if k == 0 and end == near[0] else None
+            draw(end, color=GREY, lw=1.0, ls=":", label=label)
+        limits.append(max([BESIDE * reach[k], *(1.08 * abs(end) for end in near)]))
+    axes.set_xlim(-limits[0], limits[0])
+    axes.set_ylim(-limits[1], limits[1])
+    axes.plot([0], [0], "+", color="black", ms=8, ls="none", label="rest")
+    words = [f"{loop.names[k]} [{unit}]" for k, (_, unit) in zip(pair, units, strict=True)]
+    axes.set_xlabel(words[0])
+    axes.set_ylabel(words[1])
+
+
+def _set(axes: Axes, loop: PlantLoop, pair: tuple[int, int], sizes: Floats) -> Floats:
+    """Draw where motions may start and what they never leave; return the border of that."""
+    P, level = loop.ellipsoid
+    starting, _ = loop.start_ellipsoid
+    shadow, inner = ellipse(P, level, pair) / sizes, section(starting, level, pair) / sizes
+    # Of two states every start is drawn; with an observer a motion may leave the starts.
+    whole = len(loop.names) == 2 and loop.observed is None
+    words = "safe starts" if whole else "safe starts, other states at rest"
+    if not loop.level_proved:
+        words = "ellipsoid in the ranges, not proved"
+    axes.fill(*inner, facecolor=FILLED, edgecolor=COLOURS[0], lw=1.6, label=words, zorder=1.5)
+    if not whole:
+        words = "no motion leaves (shadow)" if loop.level_proved else "its shadow"
+        axes.plot(*shadow, color=COLOURS[1], lw=1.6, ls="--", label=words)
+    return shadow
 
 
 POINTS = 181
 MOST_PLANES = 4
-LEVELS = (0.25, 0.5, 0.75)
 
 
 def planes(loop: PlantLoop) -> list[tuple[int, int]]:
@@ -120,63 +135,20 @@ def ellipse(P: Floats, level: float, pair: tuple[int, int], *, points: int = POI
     return np.asarray(np.sqrt(level) * np.linalg.cholesky(block) @ circle, dtype=np.float64)
 
 
-def phase_figure(loop: PlantLoop, motions: Sequence[PlantMotion]) -> Figure:
-    """Return the motions in each plane; dots where they start, deviations from rest in SI."""
-    pairs = planes(loop)
-    across = min(len(pairs), 2)
-    rows = -(-len(pairs) // across)
+def phase_figure(
+    loop: PlantLoop, motions: Sequence[PlantMotion], *, most: int = MOST_PLANES
+) -> Figure:
+    """Return motions, set and box in at most so many planes, in the units of the file."""
+    shown = planes(loop)[:most]
+    across = min(len(shown), 2)
+    rows = -(-len(shown) // across)
+    width = WIDTH if across > 1 else 5.6
     with house_style():
-        figure, panels = new_figure(rows, across, height=4.6 if rows * across == 1 else 3.6 * rows)
-        for axes, pair in zip(panels, pairs, strict=False):
-            _plane(axes, loop, motions, pair)
-        for axes in panels[len(pairs) :]:
+        figure, panels = new_figure(rows, across, width=width, height=0.6 + 3.2 * rows)
+        for axes, pair in zip(panels, shown, strict=False):
+            _panel(axes, loop, pair, motions)
+        for axes in panels[len(shown) :]:
             axes.set_visible(False)
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
-
-
-def _plane(
-    axes: Axes, loop: PlantLoop, motions: Sequence[PlantMotion], pair: tuple[int, int]
-) -> None:
-    i, j = pair
-    for k, motion in enumerate(motions):
-        x, y = motion.state[:, i], motion.state[:, j]
-        axes.plot(
-            x, y, color=COLOURS[0], lw=1.0,
-            label="motion of the plant" if k == 0 else None,
-        )  # fmt: skip
-        axes.plot(x[:1], y[:1], "o", color=COLOURS[0], ms=3.5, label="start" if k == 0 else None)
-    drawn = [m.state[:, [i, j]] for m in motions]
-    if loop.bounded:
-        P, level = loop.ellipsoid
-        border = ellipse(P, level, pair)
-        words = "ellipsoid in the box" if len(loop.names) == 2 else "its shadow"
-        axes.plot(*border, color=COLOURS[1], lw=2.0, label=words)
-        if len(loop.names) == 2:
-            for share in LEVELS:
-                axes.plot(*ellipse(P, share * level, pair), color=COLOURS[1], lw=0.6)
-        drawn.append(border.T)
-    _box(axes, loop, pair)
-    axes.plot([0], [0], "+", color="black", ms=9, label="rest")
-    size = np.abs(np.concatenate(drawn)).max(axis=0) * 1.15
-    reach = [_side(loop, k) for k in pair]
-    limits = [max(s, 1.08 * r) if r and r < 4 * s else s for s, r in zip(size, reach, strict=True)]
-    axes.set_xlim(-limits[0], limits[0])
-    axes.set_ylim(-limits[1], limits[1])
-    axes.set_xlabel(loop.model.states[i])
-    axes.set_ylabel(loop.model.states[j])
-
-
-def _side(loop: PlantLoop, state: int) -> float:
-    ends = loop.model.box.get(loop.model.states[state])
-    return 0.0 if ends is None else max(abs(float(end)) for end in ends)
-
-
-def _box(axes: Axes, loop: PlantLoop, pair: tuple[int, int]) -> None:
-    """Draw the sides of the box that bound these states."""
-    first = True
-    for state, draw in zip(pair, (axes.axvline, axes.axhline), strict=True):
-        for end in loop.model.box.get(loop.model.states[state]) or ():
-            draw(float(end), color=GREY, lw=1.2, ls="--", label="box" if first else None)
-            first = False

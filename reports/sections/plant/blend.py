@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from takagi.reports.figures.plant.weights import actuators_figure, blend_curve, hand_over_figure
+from takagi.reports.figures.plant.weights import hand_over_figure
 from takagi.reports.figures.style import captioned_figure
 from takagi.reports.loops.plant_motion import horizon, motions, starts
 from takagi.reports.page.mathml import mathml
@@ -34,7 +32,6 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
     """Return the section about the blend of a loop."""
     shown = hand_overs(loop)
     given = blend.blending
-    curve = blend_curve(blend, loop.state)
     share = given.share
     content: dict[str, Any] = {
         "laws": [mathml(line) for line in _laws(given)],
@@ -48,15 +45,6 @@ def blend_section(loop: PlantLoop, blend: RunTimeBlending) -> Section:
         "high": given.high.name,
         "errors": [a.name for a in given.actuators if a.error],
         "table": _table(given, shown),
-        "curves": captioned_figure(
-            actuators_figure(blend, curve),
-            "actuators",
-            caption=f"{given.low.name} and {given.high.name} over the effort, the other states at "
-            "rest. Both act in the shaded overlap only; what they deliver adds up to the effort, "
-            "and their shares of a change to 1. Dotted: where the plant rests; dashed: limits.",
-            alternative=f"Delivered effort, shares and commands of {given.low.name} and "
-            f"{given.high.name} over the effort",
-        ),
         "motions": captioned_figure(
             hand_over_figure(blend, shown, float(loop.state[-1])),
             "hand-over",
@@ -77,22 +65,6 @@ def hand_overs(loop: PlantLoop) -> tuple[PlantMotion, ...]:
         (name.replace("largest", "least").replace("= ", "= \u2212"), -x) for name, x in picked
     ]
     return motions(loop, begin, duration=horizon(loop, longest=LONGEST))
-
-
-def actuators_csv(blend: RunTimeBlending, loop: PlantLoop) -> str:
-    """Return the numbers of the figure over the effort."""
-    from takagi.reports.figures.plant.captioned import numbers_csv
-
-    curve, given = blend_curve(blend, loop.state), blend.blending
-    unit, names = given.effort.unit, [a.variable.label for a in given.actuators]
-    head = [
-        f"effort [{unit}]",
-        *(f"delivered by {a.name} [{unit}]" for a in given.actuators),
-        f"share of {given.high.name} [-]",
-        *names,
-    ]
-    rows = np.column_stack((curve.effort, curve.delivered, curve.slope, curve.commands))
-    return numbers_csv(head, rows)
 
 
 def _laws(given: Blending) -> list[str]:

@@ -9,39 +9,39 @@ import numpy as np
 from takagi.models.plant.file_units import file_unit, time_in_file_units
 from takagi.reports.figures.plant.proved_set import MOST_STATES, pairs, set_figure
 from takagi.reports.figures.style import captioned_figure
+from takagi.reports.loops.linear_quadratic import regulator
 from takagi.reports.loops.plant_claims import SETTLED, half_widths, overshoots, settling_time
+from takagi.reports.loops.proved_kinds import embedded
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import DASH, Section, Table, decimal, significant
+from takagi.reports.sections.plant.claims import claim_rows
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.models.arrays import Floats
     from takagi.reports.loops.plant_loop import PlantLoop
 
 
 def certificate_section(design: PlantDesign, loop: PlantLoop) -> Section:
     """Return the section with each claim, P and its ellipsoid."""
-    claims = design.document.get("claims", [])
-    kinds = [str(claim.get("kind", "")) for claim in claims]
-    kinds += [""] * (len(design.checked.claims) - len(kinds))
-    found = zip(design.checked.claims, kinds, strict=False)
     level = loop.level
     return Section(
         "certificate",
-        "The certificate, claim by claim",
+        "What is proved, claim by claim",
         {
-            "claims": Table(
-                "Claims, in the order of the file",
-                (("claim", ""), ("kind", ""), ("verdict", "")),
-                tuple((c.name, kind, c.verdict.name) for c, kind in found),
-                note="What each says, with its numbers, stands above in the verdict.",
-            ),
+            "claims": claim_rows(design, loop),
+            "embedded": embedded(design),
+            "law": loop.gains is not None,
+            "measured": list(design.plant.measured or ()),
+            "disturbances": [v.name for v in design.plant.disturbances if not v.schedules],
+            "signals": [v.name for v in design.plant.disturbances if v.schedules],
+            "discrete": loop.discrete,
             "tried": list(design.certificate.tried),
             "functions": _functions(loop),
             "together": _first_part(loop),
             "level": significant(level, 4) if level is not None and loop.bounded else "",
             "level_proved": loop.level_proved,
             "states": list(loop.model.states),
-            "overshoot": [f"{name} {at_most(k)}" for name, k in overshoots(design, loop).items()],
         },
     )
 
@@ -70,8 +70,8 @@ def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
 
 
 COLUMNS = (
-    ("state", ""), ("unit", ""), ("alone it may start at", ""), ("gets at most to", ""),
-    ("box", ""), ("overshoot, times", ""),
+    ("state", ""), ("unit", ""), ("safe start, it alone displaced", ""), ("never beyond", ""),
+    ("range in the file", ""), ("overshoot, at most times", ""), ("safe start under LQR", ""),
 )  # fmt: skip
 
 
@@ -80,22 +80,25 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
     reach = half_widths(loop)
     if reach is None:
         return None
+    beside = regulator(design)
+    others = None if beside is None else beside.starts
     captioned_figures = []
-    if pairs(loop):
-        apart = (
-            "" if len(loop.names) == 2 else " at which all other states are at rest. Dashed: the "
-            "shadow of the whole set, which no motion from it leaves"
-        )  # fmt: skip
+    # Of two states the first screen has the picture.
+    if len(pairs(loop)) > 1:
         captioned_figures.append(
             captioned_figure(
                 set_figure(loop),
                 "set",
                 caption="The proved set in the plane of every pair of states, as deviations from "
-                f"rest in the units of the file. Filled: starts{apart}. Dotted: the box, where it "
-                "is near.",
+                "rest in the units of the file. Filled: starts at which all other states are at "
+                "rest. Dashed: the shadow of the whole set, which no motion from it leaves. "
+                "Dotted: the box, where it is near.",
                 alternative="Ellipses of the proved set for every pair of states, with the box",
             )
         )
+    rows = _rows(design, loop, reach, others)
+    # A column without a figure is left out.
+    kept = [k for k in range(len(COLUMNS)) if any(row[k] != DASH for row in rows)]
     time = settling_time(loop)
     settled = ""
     if time is not None:
@@ -103,11 +106,15 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
         settled = f"{at_most(number)} {unit}"
     return Section(
         "set",
-        "The proved set",
+        "The safe set",
         {
             "table": Table(
-                "Half-widths of the set, deviations from rest", COLUMNS, _rows(design, loop, reach)
+                "Half-widths of the set, deviations from rest",
+                tuple(COLUMNS[k] for k in kept),
+                tuple(tuple(row[k] for k in kept) for row in rows),
             ),
+            "overshoot": 5 in kept,
+            "none_beside": beside is not None and beside.sought and others is None,
             "figures": captioned_figures,
             "left_out": max(len(loop.names) - MOST_STATES, 0) if captioned_figures else 0,
             "settled": settled,
@@ -117,7 +124,9 @@ def set_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
     )
 
 
-def _rows(design: PlantDesign, loop: PlantLoop, reach: np.ndarray) -> tuple[tuple[str, ...], ...]:
+def _rows(
+    design: PlantDesign, loop: PlantLoop, reach: Floats, others: Floats | None
+) -> tuple[tuple[str, ...], ...]:
     P, level = loop.start_ellipsoid
     alone = np.sqrt(level / np.diag(P))
     beyond = overshoots(design, loop)
@@ -137,6 +146,7 @@ def _rows(design: PlantDesign, loop: PlantLoop, reach: np.ndarray) -> tuple[tupl
                 f"±{at_most(float(reach[k]) / size, 4)}",
                 box,
                 at_most(beyond[name]) if name in beyond else DASH,
+                DASH if others is None else f"±{at_least(float(others[k]) / size)}",
             )
         )
     return tuple(rows)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from takagi.reports.loops.plant_loop import largest_commands
-from takagi.reports.loops.proved_kinds import proved_kinds
 from takagi.reports.page.mathml import mathml
 from takagi.reports.page.text import (
     Section,
@@ -13,15 +11,15 @@ from takagi.reports.page.text import (
     decimal,
     name_of,
     per_unit,
-    significant,
     unit_of,
 )
+from takagi.reports.sections.plant.summary import gain_spans
 
 if TYPE_CHECKING:
     from takagi.certificates.design.plant.result import PlantDesign
     from takagi.reports.loops.plant_loop import ObservedMotion, PlantLoop
 
-FOLDED = 16
+FOLDED = 4
 OBSERVED_LAW = (
     r"u = u^{*} - \sum_i h_i K_i s, \quad \dot{s} = \sum_i h_i \left(A_i s + B_i (u - u^{*}) "
     r"+ L_i (y - y^{*} - C_i s - D_i (u - u^{*}))\right)"
@@ -32,38 +30,32 @@ REFERENCE_LAW = (
 )
 CORNERS = ("lower", "upper")
 LAW = r"u = u^{*} - \sum_{i=1}^{%d} h_i(z) K_i \left(x - x^{*}\right)"
+ONE_GAIN = r"u = u^{*} - K \left(x - x^{*}\right)"
 
 
 def gains_section(design: PlantDesign, loop: PlantLoop) -> Section:
     """Return the section about the law."""
-    # Where a claim proves bounds of the inputs, no bound in floating point is shown.
-    known = "input-limits" in proved_kinds(design)
-    content: dict[str, Any] = {"table": None, "law": "", "trim": None, "commands": []}
-    content |= {"observer": None}
-    if loop.gains is not None:
-        rules = len(loop.model.rules)
-        content |= {
-            "law": mathml(LAW % rules),
-            "table": Table(
-                "Gains as emitted",
-                gain_columns(loop),
-                gain_rows(loop),
-                folded=f"Gains of all {rules} rules" if rules > FOLDED else "",
-            ),
-            "trim": _trim(loop),
-            "level_proved": loop.level_proved,
-            "commands": [
-                _words(name, size) for name, size in ([] if known else largest_commands(loop))
-            ],
-        }
+    rules = len(loop.model.rules)
+    content: dict[str, Any] = {
+        "law": mathml(LAW % rules if rules > 1 else ONE_GAIN),
+        "rules": rules,
+        "spans": [" ".join(row.parts) for row in gain_spans(loop)],
+        "table": Table(
+            "Gains as emitted",
+            gain_columns(loop),
+            gain_rows(loop),
+            folded=f"Gains of all {rules} rules" if rules > FOLDED else "",
+        ),
+        "observer": None,
+        "relaxation": "" if design.design is None else design.design.relaxation,
+        "notes": list(design.notes),
+    }
     if loop.observed is not None:
         content |= {
             "law": mathml(REFERENCE_LAW if loop.plant.references else OBSERVED_LAW),
             "observer": _observer_table(loop, loop.observed),
             "at_estimate": loop.observed.law.at_estimate,
         }
-    content["relaxation"] = "" if design.design is None else design.design.relaxation
-    content["notes"] = list(design.notes)
     return Section("gains", "The law and its gains", content)
 
 
@@ -104,28 +96,6 @@ def gain_rows(loop: PlantLoop) -> tuple[tuple[str, ...], ...]:
         (str(i), *(CORNERS[rule[k]] for k in varying), *(decimal(float(x)) for x in K.ravel()))
         for i, (rule, K) in enumerate(zip(loop.model.rules, loop.gains, strict=True), 1)
     )
-
-
-def _trim(loop: PlantLoop) -> Table:
-    rows = [
-        (v.name, decimal(float(value)), v.unit)
-        for v, value in (
-            *zip(loop.plant.states, loop.state, strict=True),
-            *zip(loop.plant.inputs, loop.input, strict=True),
-        )
-    ]
-    return Table(
-        "Where the plant rests, x* and u*",
-        (("variable", ""), ("value", ""), ("unit", "")),
-        tuple(rows),
-        folded="The operating point",
-    )
-
-
-def _words(label: str, size: float) -> str:
-    """Return e.g. "3393 N of force"."""
-    unit = _unit(label)
-    return f"{significant(size)}{'' if unit == '-' else f' {unit}'} of {name_of(label)}"
 
 
 def _unit(label: str) -> str:

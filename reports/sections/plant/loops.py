@@ -1,4 +1,4 @@
-"""The loops at rest: poles and margins, an LQ regulator to compare with, and simulated motions."""
+"""Linear loops and simulated motions: poles, margins, responses, beside an LQ regulator's."""
 
 from __future__ import annotations
 
@@ -7,29 +7,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.models.plant.file_units import file_unit, time_in_file_units
+from takagi.models.plant.file_units import file_unit
 from takagi.reports.figures.plant.captioned import (
     Drawn,
     captioned_bode_figures,
-    captioned_poles_figure,
 )
 from takagi.reports.figures.plant.poles import equilibrium_poles
-from takagi.reports.loops.linear_quadratic import MOST_RULES, MOST_STATES, Regulator, regulator
-from takagi.reports.loops.plant_claims import SETTLED
-from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop
+from takagi.reports.loops.linear_quadratic import Regulator, regulator
+from takagi.reports.loops.plant_local import LISTED, PlantLocalLoop, rest_loops
 from takagi.reports.loops.plant_motion import PlantMotion, settling_time
-from takagi.reports.page.rounded_bounds import at_least
 from takagi.reports.page.text import (
-    DASH,
     Section,
-    Table,
     behind,
     complex_words,
     name_of,
     significant,
-    unit_of,
 )
-from takagi.reports.sections.plant.gains import gain_columns
+from takagi.reports.sections.plant.summary import least_margins
 from takagi.reports.sections.shared import margin_table
 from takagi.reports.simulation.plant_scenario import cuts_by_command
 
@@ -40,105 +34,81 @@ if TYPE_CHECKING:
 FOLDED = 8
 
 
-def poles_section(loop: PlantLoop) -> Section:
-    """Return the section with the poles of vertices and of the plant at rest."""
-    alone, closed = equilibrium_poles(loop)
-    return Section(
-        "poles",
-        "Poles",
-        {
-            "figure": captioned_poles_figure(loop),
-            "alone": ", ".join(complex_words(alone)),
-            "closed": ", ".join(complex_words(closed)),
-            "discrete": loop.discrete,
-        },
-    )
-
-
-def loops_section(loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> Section:
+def loops_section(design: PlantDesign, loop: PlantLoop, loops: Sequence[PlantLocalLoop]) -> Section:
     """Return the section with Bode plots and margins; only for a plant with a law."""
+    beside = regulator(design)
+    others = () if beside is None else rest_loops(loop, beside.gain)
+    shown = [((one.place, name_of(one.input)), one.margins) for one in loops]
+    at = sum(one.place == "rest" for one in loops)
+    shown[at:at] = [(("rest, LQR", name_of(one.input)), one.margins) for one in others]
     return Section(
         "loops",
-        "Bode plots and margins",
+        "Margins and Bode plots",
         {
             "figures": list(captioned_bode_figures(loops)),
             "table": margin_table(
                 "Margins of the linear loops",
                 (("place", ""), ("loop", "")),
-                [((one.place, name_of(one.input)), one.margins) for one in loops],
+                shown,
                 down=True,
                 folded_from=FOLDED,
             ),
+            "least": ", ".join(
+                f"{number.quantity} {significant(number.value, 2)}{behind(number.unit)}"
+                for number in least_margins(loops[:at]) or ()
+            ),
+            "compared": "" if beside is None else _beside_regulator(loop, beside, loops[:at]),
+            "weights": [] if beside is None else _weights(loop, beside),
             "unstable": [
                 f"{one.place}, {name_of(one.input)}" for one in loops if not one.margins.stable
             ],
             "left_out": 0 if len(loop.model.rules) <= LISTED else len(loop.model.rules),
+            "vertices": len(loops) > at,
             "discrete": loop.discrete,
             "inputs": len(loop.model.inputs),
         },
     )
 
 
-COLUMNS = (("", ""), ("unit", ""), ("this law at rest", ""), ("LQR", ""))
-
-
-def regulator_section(design: PlantDesign, loop: PlantLoop) -> Section | None:
-    """Return the section; None where there is no regulator to compare with."""
-    found = regulator(design)
-    if found is None:
-        return None
-    sizes = [
-        *zip(loop.plant.states, found.states, strict=True),
-        *zip(loop.plant.inputs, found.inputs, strict=True),
+def _beside_regulator(loop: PlantLoop, beside: Regulator, loops: Sequence[PlantLocalLoop]) -> str:
+    """Return where the law is better and where worse than the regulator, both linear at rest."""
+    own, other = (least_margins(each) or () for each in (loops, rest_loops(loop, beside.gain)))
+    given = {number.quantity: number for number in other}
+    pairs = [
+        (f"{n.quantity} margin", n.value, given[n.quantity].value, n.unit, True)
+        for n in own
+        if n.quantity in given
     ]
-    weights = [
+    times = [beside.settling(own=own, step=loop.model.sample_time) for own in (True, False)]
+    if times[0] is not None and times[1] is not None:
+        pairs.append(("settling time", times[0], times[1], "s", False))
+    return comparison("LQR", pairs)
+
+
+def comparison(other: str, pairs: Sequence[tuple[str, float, float, str, bool]]) -> str:
+    """Return one sentence: where a law is worse than another, and where better.
+
+    ``pairs`` : (quantity, of the law, of the other, unit, whether more is better).
+    """
+    sides: dict[str, list[str]] = {"worse": [], "better": []}
+    for name, mine, theirs, unit, more in pairs:
+        first, second = significant(mine), significant(theirs)
+        if first != second and not np.isnan(mine):
+            words = f"{name} {first} against {second}{behind(unit)}"
+            sides["better" if (mine > theirs) == more else "worse"].append(words)
+    told = [f"{side} in {', '.join(words)}" for side, words in sides.items() if words]
+    return f"Beside {other} this law is {'; it is '.join(told)}." if told else ""
+
+
+def _weights(loop: PlantLoop, beside: Regulator) -> list[str]:
+    sizes = [
+        *zip(loop.plant.states, beside.states, strict=True),
+        *zip(loop.plant.inputs, beside.inputs, strict=True),
+    ]
+    return [
         f"{v.name}: {significant(float(size) / file_unit(v)[0])}{behind(file_unit(v)[1])}"
         for v, size in sizes
     ]
-    return Section(
-        "lqr",
-        "Beside a linear-quadratic regulator",
-        {
-            "weights": weights,
-            "table": Table("This law and LQR where the plant rests", COLUMNS, _rows(loop, found)),
-            "poles": ", ".join(complex_words(found.own_poles)),
-            "others": ", ".join(complex_words(found.poles)),
-            "sought": found.sought,
-            "proved": found.starts is not None,
-            "most": (MOST_RULES, MOST_STATES),
-        },
-    )
-
-
-def _rows(loop: PlantLoop, found: Regulator) -> tuple[tuple[str, ...], ...]:
-    heads = gain_columns(loop)[-found.gain.size :]
-    pairs = zip(heads, found.own_gain.ravel(), found.gain.ravel(), strict=True)
-    rows: list[tuple[str, ...]] = [
-        (f"gain, {name}", unit, significant(float(own), 4), significant(float(other), 4))
-        for (name, unit), own, other in pairs
-    ]
-    step = loop.model.sample_time
-    times = [found.settling(own=own, step=step) for own in (True, False)]
-    shown = [None if time is None else time_in_file_units(loop.plant, time) for time in times]
-    rows.append(
-        (
-            f"slowest mode at rest falls to {SETTLED:.0%} in",
-            "",
-            *(DASH if t is None else f"{significant(t[0])} {t[1]}" for t in shown),
-        )
-    )
-    own = None
-    if loop.bounded and loop.level_proved:
-        P, level = loop.ellipsoid
-        own = np.sqrt(level / np.diag(P))
-    for k, variable in enumerate(loop.plant.states):
-        size, unit = file_unit(variable)
-        ends = [
-            DASH if one is None else f"±{at_least(float(one[k]) / size)}"
-            for one in (own, found.starts)
-        ]
-        rows.append((f"proved start of {name_of(loop.names[k])} alone", unit, *ends))
-    return tuple(rows)
 
 
 # The tolerance of the integration may make V rise by this share of its first value.
@@ -152,27 +122,58 @@ def motion_section(
     drawn: Drawn,
     jumps: Sequence[PlantMotion] = (),
     jumped: Drawn = NOTHING,
+    others: Sequence[PlantMotion] = (),
 ) -> Section:
-    """Return the section with responses, planes of states and a table of figures.
+    """Return the section with responses over time.
 
     Parameters
     ----------
     jumps, jumped : motions after jumps of references, and their figures.
+    others : the motions from the same starts under a linear-quadratic regulator.
     """
+    poles = (", ".join(complex_words(each)) for each in equilibrium_poles(loop))
     return Section(
         "responses",
         "Motions of the nonlinear plant",
         {
             "figures": list(drawn.captioned_figures),
             "jumps": list(jumped.captioned_figures),
-            "table": _table(loop, [*shown, *jumps]),
+            "slowest": _slowest(shown),
+            "poles": list(poles),
+            "discrete": loop.discrete,
+            "compared": _beside_motions(loop, shown, others),
             "lost": [motion.name for motion in (*shown, *jumps) if not motion.whole],
             "rising": [motion.name for motion in shown if _rises(motion)],
             "cut": cut_words(loop, [*shown, *jumps]),
-            "valued": bool(shown and shown[0].value.size),
             "law": loop.gains is not None,
         },
     )
+
+
+def _slowest(shown: Sequence[PlantMotion]) -> str:
+    times = [settling_time(motion) for motion in shown]
+    return f"{significant(max(times))} s" if times and np.all(np.isfinite(times)) else ""
+
+
+def _beside_motions(
+    loop: PlantLoop, shown: Sequence[PlantMotion], others: Sequence[PlantMotion]
+) -> str:
+    """Return where the law is worse than the regulator from the same starts, and where better."""
+    lost = [motion.name for motion in others if np.isnan(settling_time(motion))]
+    if lost:
+        return f"Under LQR these starts do not settle in the time shown: {', '.join(lost)}."
+    pairs = [
+        (f"settling from {mine.name}", settling_time(mine), settling_time(theirs), "s", False)
+        for mine, theirs in zip(shown, others, strict=False)
+    ]
+    for k, variable in enumerate(loop.plant.inputs if others else ()):
+        size, unit = file_unit(variable)
+        mine, theirs = (
+            max(float(np.abs(motion.input[:, k] - loop.input[k]).max()) / size for motion in runs)
+            for runs in (shown, others)
+        )
+        pairs.append((f"largest |{variable.name}|", mine, theirs, unit, False))
+    return comparison("LQR, from the same starts,", pairs)
 
 
 def cut_words(loop: PlantLoop, shown: Sequence[PlantMotion]) -> list[str]:
@@ -194,26 +195,3 @@ def _rises(motion: PlantMotion) -> bool:
     if motion.value.size < 2:
         return False
     return bool(np.any(np.diff(motion.value) > SLACK * motion.value[0]))
-
-
-def _table(loop: PlantLoop, shown: Sequence[PlantMotion]) -> Table:
-    inputs = [v.label for v in loop.plant.inputs] if loop.gains is not None else []
-    columns = [
-        ("start", ""),
-        *((f"{name_of(label)} at start", unit_of(label)) for label in loop.model.states),
-        ("settled to 1 %", "s"),
-        *((f"{name_of(label)}, largest", unit_of(label)) for label in inputs),
-    ]
-    rows = []
-    for motion in shown:
-        time = settling_time(motion)
-        largest = np.abs(motion.input).max(axis=0) if inputs else []
-        rows.append(
-            (
-                motion.name,
-                *(significant(float(x)) for x in motion.state[0]),
-                DASH if np.isnan(time) else significant(time),
-                *(significant(float(u)) for u in largest),
-            )
-        )
-    return Table("The motions in figures", tuple(columns), tuple(rows))

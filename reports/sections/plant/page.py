@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.reports.page.assembly import ReportFiles, report_files
 from takagi.reports.page.text import Section
 
@@ -33,17 +35,15 @@ def plant_report_files(
     """
     say = tell or (lambda _: None)
     sections, data = _sections(design, say, timings=timings)
-    kind = (
-        "Design report: model, gains, certificate, margins, motions."
-        if design.gains is not None
-        else "Analysis report: model, certificate, poles, motions."
-    )
+    kind = "Design report" if design.gains is not None else "Analysis report"
+    claims = design.checked.claims
+    proved = sum(claim.verdict is Verdict.PROVED for claim in claims)
     return report_files(
         "plant",
         sections,
         title=design.plant.name or "Plant",
         verdict=design.checked.verdict.name,
-        subtitle=kind,
+        subtitle=f"{kind}, {proved} of {len(claims)} claims proved",
         units="SI units throughout; angles in rad unless marked.",
         styles=("style.css", "formulas.css"),
         data=data,
@@ -56,19 +56,19 @@ def _sections(
     from takagi.reports.figures.plant.captioned import (
         captioned_jumps_figure,
         captioned_motion_figures,
+        captioned_picture,
         captioned_weights_figure,
     )
+    from takagi.reports.loops.linear_quadratic import regulator, regulator_loop
     from takagi.reports.loops.plant_local import local_loops
     from takagi.reports.loops.plant_loop import plant_loop
     from takagi.reports.loops.plant_motion import motions, starts
-    from takagi.reports.sections.plant.blend import actuators_csv, blend_section
+    from takagi.reports.sections.plant.blend import blend_section
     from takagi.reports.sections.plant.certificate import certificate_section, set_section
     from takagi.reports.sections.plant.gains import gains_section
     from takagi.reports.sections.plant.loops import (
         loops_section,
         motion_section,
-        poles_section,
-        regulator_section,
     )
     from takagi.reports.sections.plant.plant import derivation_section, plant_section
     from takagi.reports.sections.plant.verdict import verdict_section
@@ -80,33 +80,34 @@ def _sections(
     loops = local_loops(loop)
     say("report: motions")
     shown = motions(loop, starts(loop))
-    moved = captioned_motion_figures(loop, shown)
+    moved, picture = captioned_motion_figures(loop, shown), captioned_picture(loop)
+    beside = regulator(design)
+    others = () if beside is None else motions(regulator_loop(loop, beside), starts(loop))
     jumps = jump_motions(design, loop)
     jumped = captioned_jumps_figure(loop, jumps)
-    say("report: derivation")
     weights = captioned_weights_figure(loop)
-    found = [
-        verdict_section(design, loop, loops),
-        plant_section(design),
-        derivation_section(design, weights),
-    ]
-    blended: dict[str, str] = {}
-    if loop.blend is not None:
-        found.append(blend_section(loop, loop.blend))
-        blended["actuators.csv"] = actuators_csv(loop.blend, loop)
+    # Of one state there is no plane: its responses are the picture.
+    pictured = [*picture.captioned_figures, *moved.captioned_figures]
+    if not picture.captioned_figures:
+        moved = replace(moved, captioned_figures=())
+    found = [verdict_section(design, pictured[0])]
     if loop.gains is not None:
         found.append(gains_section(design, loop))
     found.append(certificate_section(design, loop))
-    say("report: LQR beside it")
-    more = (set_section(design, loop), regulator_section(design, loop))
-    found += [one for one in more if one is not None]
+    safe = set_section(design, loop)
+    found += [] if safe is None else [safe]
     say("report: figures")
-    found.append(poles_section(loop))
     if loops:
-        found.append(loops_section(loop, loops))
+        found.append(loops_section(design, loop, loops))
     found += [
-        motion_section(loop, shown, moved, jumps, jumped),
+        motion_section(loop, shown, moved, jumps, jumped, others),
+        plant_section(design),
+        derivation_section(design, weights),
+    ]
+    if loop.blend is not None:
+        found.append(blend_section(loop, loop.blend))
+    found += [
         check_section(compared="the plant's file its", law=loop.gains is not None),
         provenance_section(design, timings=timings),
     ]
-    return found, {**weights.data, **blended, **moved.data, **jumped.data}
+    return found, {**weights.data, **picture.data, **moved.data, **jumped.data}

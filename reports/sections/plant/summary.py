@@ -5,23 +5,28 @@ Terminal and JSON show the same rows.  A figure from a linear loop in floating p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
 from takagi.reports.loops.linear_quadratic import Regulator, regulator
 from takagi.reports.loops.plant_claims import SETTLED, overshoots, settling_time, withstood
-from takagi.reports.loops.plant_local import local_loops
+from takagi.reports.loops.plant_local import PlantLocalLoop, rest_loops
 from takagi.reports.loops.plant_loop import PlantLoop, largest_commands, plant_loop
 from takagi.reports.loops.proved_kinds import proved_claims, proved_kinds
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.page.text import behind, name_of, per_unit, significant, unit_of
+from takagi.reports.sections.plant.assumptions import assumptions
 from takagi.reports.simulation.plant import proved_jumps
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from takagi.certificates.design.plant.result import PlantDesign
 
 # A deviation above this share of a variable's range counts as all of it.
@@ -56,17 +61,27 @@ class SummaryRow:
     name : the heading, e.g. ``"safe start"``.
     parts : its figures in words; each stays on one line.
     numbers : the same figures for machines.
+    basis : of figures that are not proved, what they rest on; "" for figures that follow from
+        proved claims.
     regulator : the same of a linear-quadratic regulator, "" where there is none.
-    proved : whether the figures follow from proved claims.
     partial : whether less than the range that the file states is proved.
+    shortfall : what is less there, or worse.
+    claim, assumes : name and assumptions of the claim that the figures follow from.
     """
 
     name: str
     parts: tuple[str, ...]
     numbers: tuple[Number, ...] = ()
     regulator: str = ""
-    proved: bool = True
+    basis: str = ""
     partial: bool = False
+    shortfall: str = "less than stated"
+    claim: str = ""
+    assumes: tuple[str, ...] = ()
+
+    @property
+    def proved(self) -> bool:
+        return not self.basis
 
 
 def starts_alone(design: PlantDesign) -> dict[str, float]:
@@ -74,7 +89,11 @@ def starts_alone(design: PlantDesign) -> dict[str, float]:
 
     It is the largest deviation of this state in the set while all other states are at rest.
     """
-    return _starts(plant_loop(design))
+    loop = plant_loop(design)
+    return {
+        label: number.value * _unit_of_state(loop, k)[0]
+        for k, (label, number) in enumerate(zip(loop.model.states, _starts(loop), strict=False))
+    }
 
 
 def summary_rows(design: PlantDesign) -> list[SummaryRow]:
@@ -84,24 +103,114 @@ def summary_rows(design: PlantDesign) -> list[SummaryRow]:
     rows = [
         _settles(loop, beside),
         _safe_start(loop, beside),
+        _in_samples(design, loop),
         _overshoot(design, loop),
         _follows(design),
         _disturbance(design),
         _input(design, loop),
-        _margins(loop),
-        *_gains(loop),
+        _margins(loop, beside),
+        *gain_spans(loop),
         _observer(design),
         _not_covered(design, loop),
     ]
-    return [row for row in rows if row is not None and row.parts]
+    return [_resting(design, loop, row) for row in rows if row is not None and row.parts]
 
 
-def _starts(loop: PlantLoop) -> dict[str, float]:
-    if not (loop.bounded and loop.level_proved):
-        return {}
-    P, level = loop.start_ellipsoid
-    reach = (float(np.sqrt(level / size)) for size in np.diag(P))
-    return dict(zip(loop.model.states, reach, strict=True))
+# Row -> kinds of claims, of which the first that is proved gives its figures.
+_RESTS_ON = {
+    "settles": ("decay", "observed-loop"),
+    "safe start": ("input-limits", "invariant-ellipsoid", "observed-loop"),
+    "in samples": ("sampled-loop",),
+    "follows": ("tracking",),
+    "input": ("input-limits", "observed-loop"),
+}
+
+
+def _resting(design: PlantDesign, loop: PlantLoop, row: SummaryRow) -> SummaryRow:
+    """Return the row with the claim that it follows from, and the assumptions of that claim."""
+    for kind in _RESTS_ON.get(row.name, ()) if row.proved else ():
+        for claim in proved_claims(design.document, design.checked, kind):
+            assumes = tuple(assumptions(loop, claim))
+            return replace(row, claim=str(claim["name"]), assumes=assumes)
+    return row
+
+
+def answer_sentence(design: PlantDesign) -> str:
+    """Return in one sentence what is proved; for another verdict which claim is not."""
+    claims = design.checked.claims
+    missing = [claim for claim in claims if claim.verdict is not Verdict.PROVED]
+    if missing or not claims:
+        proved = f"{len(claims) - len(missing)} of {len(claims)} claims are proved"
+        verdict = missing[0].verdict.name if missing else ""
+        return f"{proved}; {verdict}: {missing[0].name}." if missing else "There is no claim."
+    loop = plant_loop(design)
+    where = "" if design.is_about_plant else "Of the Takagi-Sugeno model: "
+    words = f"{where}{_subject(loop)} to {_outcome(loop)}"
+    sizes = _input(design, loop) if loop.level_proved else None
+    if sizes is not None and sizes.parts and sizes.proved:
+        words += f", with {' and '.join(sizes.parts)}"
+    sampled = _in_samples(design, loop)
+    if sampled is not None:
+        words += f"; run in samples, starts up to {_with_degrees(sampled.numbers[0])}"
+    jumps = _follows(design)
+    if jumps is not None and jumps.numbers:
+        steps = [
+            f"{name} steps up to {at_least(size)}{behind(unit)}"
+            for name, size, unit in ((n.quantity, n.value, n.unit) for n in jumps.numbers)
+        ]
+        words += f"; {', '.join(dict.fromkeys(steps))} are followed without error"
+    return f"{words}."
+
+
+def _subject(loop: PlantLoop) -> str:
+    """Return which motions the sentence is about; of several states the first is named."""
+    for number in _starts(loop)[:1]:
+        alone = ", the other states at rest," if len(loop.names) > 1 else ""
+        return f"Starts up to {_with_degrees(number)} in {number.quantity}{alone} are proved"
+    return f"All motions{' that stay in the ranges' if loop.model.box else ''} are proved"
+
+
+def _outcome(loop: PlantLoop) -> str:
+    rest = "come to rest" + (", undisturbed," if _disturbed(loop) else "")
+    time = settling_time(loop)
+    if time is not None:
+        value, unit = time_in_file_units(loop.plant, time)
+        return f"{rest}, to {100 * SETTLED:g} % within {at_most(value)} {unit}"
+    if loop.decay_rate:
+        value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
+        return f"{rest} at a rate of at least {at_least(value)} {unit}"
+    return "stay in the safe set" if loop.level_proved else "keep what the claims below state"
+
+
+def _with_degrees(number: Number) -> str:
+    """Return a lower bound, radians also in degrees."""
+    beside = f" ({at_least(float(np.degrees(number.value)))} deg)" if number.unit == "rad" else ""
+    return f"{at_least(number.value)}{behind(number.unit)}{beside}"
+
+
+def set_starts(loop: PlantLoop, P: ArrayLike, level: object) -> tuple[Number, ...]:
+    """Return how far each state alone may start in {x'Px <= level}, and its share of the range."""
+    found = []
+    diagonal = np.diag(np.asarray(P, dtype=np.float64))
+    for k, (label, entry) in enumerate(zip(loop.model.states, diagonal, strict=True)):
+        size, unit = _unit_of_state(loop, k)
+        reach = float(np.sqrt(float(Fraction(str(level))) / entry))
+        ends = loop.model.box.get(label)
+        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
+        found.append(Number(name_of(label), reach / size, unit, share))
+    return tuple(found)
+
+
+def start_words(number: Number, *, shared: bool = False) -> str:
+    """Return e.g. ``angle 0.684 rad (46 %)``, the share only where it is asked for."""
+    words = f"{number.quantity} {at_least(number.value)}{behind(number.unit)}"
+    if number.share is None or not shared:
+        return words
+    return f"{words} ({'all' if number.share >= ALL_OF_RANGE else f'{100 * number.share:.2g} %'})"
+
+
+def _starts(loop: PlantLoop) -> tuple[Number, ...]:
+    return set_starts(loop, *loop.start_ellipsoid) if loop.bounded and loop.level_proved else ()
 
 
 def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
@@ -110,7 +219,7 @@ def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     time = settling_time(loop)
     if time is not None:
         value, unit = time_in_file_units(loop.plant, time)
-        parts.append(f"within {at_most(value)} {unit} to {100 * SETTLED:g} % from any safe start")
+        parts += [f"{at_most(value)} {unit} to {100 * SETTLED:g} %", "from any safe start"]
         numbers.append(Number("settling time", value, unit))
     if loop.decay_rate:
         value, unit = rate_in_file_units(loop.plant, loop.decay_rate)
@@ -131,26 +240,30 @@ def _settles(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
 
 def _safe_start(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     """Return how far each state alone may start in the proved set, as a share of its range."""
-    parts, numbers, others = [], [], []
-    for k, (label, reach) in enumerate(_starts(loop).items()):
-        size, unit = _unit_of_state(loop, k)
-        ends = loop.model.box.get(label)
-        share = None if ends is None else reach / max(abs(float(end)) for end in ends)
-        part = f"{name_of(label)} {at_least(reach / size)}{behind(unit)}"
-        if share is not None:
-            part += " (all)" if share >= ALL_OF_RANGE else f" ({100 * share:.2g} %)"
-        parts.append(part)
-        numbers.append(Number(name_of(label), reach / size, unit, share))
-        if beside is not None and beside.starts is not None:
-            others.append(at_least(float(beside.starts[k]) / size))
-    words = f"LQR {', '.join(others)}" if others else ""
-    if parts and beside is not None and beside.sought and beside.starts is None:
+    numbers = _starts(loop)
+    parts = [start_words(number, shared=True) for number in numbers]
+    words = ""
+    if beside is not None and beside.starts is not None:
+        sizes = (_unit_of_state(loop, k)[0] for k in range(len(numbers)))
+        others = zip(beside.starts, sizes, strict=False)
+        words = f"LQR {', '.join(at_least(float(start) / size) for start, size in others)}"
+    elif parts and beside is not None and beside.sought:
         words = "LQR: none proved"
     shares = [number.share for number in numbers if number.share is not None]
     little = bool(shares) and max(shares) < LITTLE
     if little:
         parts.append("little of the ranges: try narrower ranges, a lower rate, larger inputs")
-    return SummaryRow("safe start", tuple(parts), tuple(numbers), words, partial=little)
+    return SummaryRow("safe start", tuple(parts), numbers, words, partial=little)
+
+
+def _in_samples(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
+    """Return the safe starts of a law that runs in samples, which has a set of its own."""
+    for claim in proved_claims(design.document, design.checked, "sampled-loop"):
+        numbers = set_starts(loop, claim["P"], claim["level"])
+        starts = [start_words(number, shared=True) for number in numbers]
+        step = f"every {float(claim['sample_time']):g} s, safe start {starts[0]}"
+        return SummaryRow("in samples", (step, *starts[1:]), numbers)
+    return None
 
 
 def _overshoot(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
@@ -178,7 +291,7 @@ def _follows(design: PlantDesign) -> SummaryRow | None:
         reach, share = max(steps), max(steps) / widest
         words = f"{reference.name} steps up to {at_least(reach / size)}{behind(unit)}"
         words += ", all of its range" if share >= ALL_OF_RANGE else f" (of {widest / size:.6g})"
-        parts.append(f"{words}, without error of {reference.follows} at last")
+        parts.append(f"{words}, no final error in {reference.follows}")
         numbers.append(Number(reference.name, reach / size, unit, min(share, 1.0)))
     partial = any(number.share is not None and number.share < ALL_OF_RANGE for number in numbers)
     return SummaryRow("follows", tuple(parts), tuple(numbers), partial=partial)
@@ -204,6 +317,8 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
             parts.append(f"{name} up to {reach}: {100 * row.share:.2g} % of the stated {stated}")
         else:
             parts.append(f"{name} up to {stated}, all of its range")
+        if followed and row.share < 1:
+            parts.append(f"{name} held constant: all of its range")
         numbers.append(Number(name, row.proved / size, unit, row.share))
     partial = any(number.share is not None and number.share < 1 for number in numbers)
     return SummaryRow("disturbance", tuple(parts), tuple(numbers), partial=partial)
@@ -211,45 +326,67 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
 
 def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:
     """Return the proved bounds of the inputs; else the largest commands in floating point."""
-    claims = proved_claims(design.document, design.checked, "input-limits")
-    proved = bool(claims)
-    if claims:
-        sizes = [float(Fraction(str(limit))) for limit in claims[0]["input_limits"]]
-        commands = list(zip(loop.model.inputs, sizes, strict=True))
-    else:
-        commands = largest_commands(loop)
+    proved = proved_limits(design)
+    commands = largest_commands(loop)
+    if proved:
+        commands = list(zip(loop.model.inputs, proved, strict=True))
     parts, numbers = [], []
     for variable, (label, most) in zip(loop.plant.inputs, commands, strict=False):
         size, unit = file_unit(variable)
         parts.append(f"|{name_of(label)}| <= {at_most(most / size)}{behind(unit)}")
         numbers.append(Number(name_of(label), most / size, unit))
-    if parts and not proved:
-        parts.append("not proved")
-    return SummaryRow("input", tuple(parts), tuple(numbers), proved=proved)
+    basis = "" if proved else "floating point, not proved"
+    return SummaryRow("input", tuple(parts), tuple(numbers), basis=basis)
 
 
-def _margins(loop: PlantLoop) -> SummaryRow | None:
+def proved_limits(design: PlantDesign) -> list[float]:
+    """Return the proved bound of |u - u*| of each input in SI; [] where none is proved."""
+    for kind in ("input-limits", "observed-loop"):
+        for claim in proved_claims(design.document, design.checked, kind):
+            if limits := claim.get("input_limits"):
+                return [float(Fraction(str(limit))) for limit in limits]
+    return []
+
+
+LINEAR = "linear at rest, not proved"
+
+
+def _margins(loop: PlantLoop, beside: Regulator | None) -> SummaryRow | None:
     """Return the least margins of the linear loops at rest."""
-    margins = [each.margins for each in local_loops(loop) if each.place == "rest"]
-    if not margins:
+    numbers = least_margins(rest_loops(loop))
+    if numbers is None:
         return None
-    if not all(each.stable for each in margins):
-        return SummaryRow("margins", ("the linear loop at rest is not stable",), proved=False)
-    phase = min(float(np.degrees(each.phase)) for each in margins)
-    disk = min(float(each.disk.alpha) for each in margins)
-    delay = min(float(each.delay) for each in margins)
-    numbers = (Number("phase", phase, "deg"), Number("disk", disk, ""), Number("delay", delay, "s"))
-    words = [
-        f"phase {significant(phase, 2)} deg" if np.isfinite(phase) else "",
-        f"disk {significant(disk, 2)}",
-        f"delay {significant(delay, 2)} s" if np.isfinite(delay) else "",
-        "of the linear loop at rest, not proved",
-    ]
-    finite = tuple(number for number in numbers if np.isfinite(number.value))
-    return SummaryRow("margins", tuple(filter(None, words)), finite, proved=False)
+    if not numbers:
+        return SummaryRow("margins", ("the linear loop at rest is not stable",), basis=LINEAR)
+    words = ""
+    if beside is not None:
+        others = least_margins(rest_loops(loop, beside.gain))
+        words = f"LQR {', '.join(_margin_words(each) for each in others or ())}"
+    parts = tuple(_margin_words(number) for number in numbers)
+    return SummaryRow("margins", parts, numbers, words, LINEAR)
 
 
-def _gains(loop: PlantLoop) -> list[SummaryRow]:
+def least_margins(loops: Sequence[PlantLocalLoop]) -> tuple[Number, ...] | None:
+    """Return the least finite phase, disk and delay margin of loops.
+
+    None without a loop, () where one is unstable.
+    """
+    margins = [each.margins for each in loops]
+    if not margins or not all(each.stable for each in margins):
+        return () if margins else None
+    found = (
+        Number("phase", min(float(np.degrees(each.phase)) for each in margins), "deg"),
+        Number("disk", min(float(each.disk.alpha) for each in margins), ""),
+        Number("delay", min(float(each.delay) for each in margins), "s"),
+    )
+    return tuple(number for number in found if np.isfinite(number.value))
+
+
+def _margin_words(number: Number) -> str:
+    return f"{number.quantity} {significant(number.value, 2)}{behind(number.unit)}"
+
+
+def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
     """Return a row for each input: least and largest value of each gain over the rules, in SI."""
     if loop.gains is None:
         return []
@@ -293,10 +430,10 @@ def _not_covered(design: PlantDesign, loop: PlantLoop) -> SummaryRow:
         parts.append("sampling (--sample-time)")
     if loop.gains is not None and "exit-probability" not in kinds:
         parts.append("measurement noise")
-    if loop.gains is not None and "input-limits" not in kinds:
+    if loop.gains is not None and not proved_limits(design):
         parts.append("limits of the inputs")
     parts.append("states outside their ranges")
-    return SummaryRow("not covered", tuple(parts), proved=False)
+    return SummaryRow("not covered", tuple(parts), basis="no claim")
 
 
 def _unit_of_state(loop: PlantLoop, place: int) -> tuple[float, str]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
+from takagi.certificates.design.turbine.result import ClaimSummary
 from takagi.models.laws.published.coupling_filter import CouplingFilter, coupling_filter
 from takagi.models.laws.published.law import PublishedLaw
 from takagi.reports.figures.cells import cells_figure
@@ -21,7 +20,6 @@ from takagi.reports.page.text import (
     significant,
     with_decimals,
 )
-from takagi.reports.sections.turbine.drawings import effort_figure
 from takagi.reports.sections.turbine.model import trim_curve
 
 if TYPE_CHECKING:
@@ -30,32 +28,23 @@ if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 
-def cells_section(design: TurbineDesign) -> Section:
-    """Return the section with the details of the verdict."""
-    summary = claim_summary(design)
-    content: dict[str, Any] = {
-        "summary": summary,
-        "claims": [(c.name, c.verdict.name, c.text) for c in design.checked.claims],
-    }
-    if summary is not None:
-        content |= _details(design, summary)
-    return Section("certificate", "The certificate, cell by cell", content)
-
-
-def _details(design: TurbineDesign, summary: ClaimSummary) -> dict[str, Any]:
-    return {
+def cells_section(design: TurbineDesign, summary: ClaimSummary) -> Section:
+    """Return the section with the details of the claim about the set, cell by cell."""
+    content = {
         "figure": captioned_figure(
             cells_drawing(design, summary),
             "cells",
-            caption="Per wind cell: proved decay rate at constant wind, largest rate of the "
-            "schedule wind, and the bound on rotor speed above rated (0 where the bound lies "
-            f"below rated speed).{summary.hatched}",
+            caption="Per wind cell: proved decay rate at constant wind; the proved wind class; and "
+            "the bound on rotor speed above rated (0 where it lies below rated speed). A wind that "
+            "stays below both curves of the class cannot drive the loop out of the "
+            f"set.{summary.hatched}",
             alternative="Decay rate, wind class and overspeed bound per wind cell",
         ),
         "P": [[with_decimals(value, 4) for value in row] for row in summary.P],
         "peaks": [(name.replace("_", " "), at_most(v, 4)) for name, v in summary.peaks.items()],
         "table": _table(design, summary, _over(design, summary)),
     }
+    return Section("certificate", "The proved set, cell by cell", content)
 
 
 def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
@@ -64,6 +53,7 @@ def cells_drawing(design: TurbineDesign, summary: ClaimSummary) -> Figure:
         summary.edges,
         summary.proved,
         decay_rate=summary.decay_rates,
+        wind_error=summary.wind_error,
         wind_rate=summary.wind_rate,
         overspeed=[max(value, 0.0) for value in _over(design, summary)],
     )
@@ -77,7 +67,6 @@ def _over(design: TurbineDesign, summary: ClaimSummary) -> list[float]:
 
 
 def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> Table:
-    extra = _ranges(design, len(summary.winds))
     rows = []
     for k, ((low, high), fine) in enumerate(zip(summary.winds, summary.proved, strict=True)):
         rows.append(
@@ -88,7 +77,6 @@ def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> T
                 at_least(summary.wind_error[k]),
                 at_least(summary.wind_rate[k]),
                 at_most(100 * over[k], 2),
-                *extra[k],
             )
         )
     return Table(
@@ -100,31 +88,10 @@ def _table(design: TurbineDesign, summary: ClaimSummary, over: list[float]) -> T
             ("|v − v<sub>s</sub>|", "m/s"),
             ("|v<sub>s</sub>'|", "m/s²"),
             ("speed over rated", "%"),
-            ("torque", "kN m"),
-            ("pitch", "°"),
-            ("pitch rate demanded", "°/s"),
         ),
         tuple(rows),
         folded=f"All {len(rows)} cells as a table",
     )
-
-
-def _ranges(design: TurbineDesign, count: int) -> list[tuple[str, str, str]]:
-    """Return torque, pitch and demanded pitch rate on the enclosed set of each cell."""
-    if design.candidate is None:
-        return [("", "", "")] * count
-    rated, found = design.turbine.rated_torque, []
-    for cell in design.candidate.cells:
-        torque = [min(float(end), rated) / 1e3 for end in (cell.torque.lower, cell.torque.upper)]
-        pitch = [math.degrees(float(end)) for end in (cell.pitch.lower, cell.pitch.upper)]
-        found.append(
-            (
-                f"{with_decimals(torque[0], 2)} – {with_decimals(torque[1], 2)}",
-                f"{with_decimals(pitch[0], 2)} – {with_decimals(pitch[1], 2)}",
-                with_decimals(math.degrees(float(cell.pitch_rate)), 2),
-            )
-        )
-    return found
 
 
 GRID = (121, 101)
@@ -133,8 +100,7 @@ GRID = (121, 101)
 def blending_section(design: TurbineDesign) -> Section:
     """Return the section about the blending of torque and pitch control."""
     coupling = filter_of(design)
-    content: dict[str, Any] = {
-        "coherent": design.effort_sharing_law is not None,
+    content = {
         "coupling": coupling,
         "speed_overlap": significant(coupling.speed_ramp.width),
         "torque_overlap": with_decimals(coupling.torque_overlap / 1e3, 2),
@@ -149,17 +115,6 @@ def blending_section(design: TurbineDesign) -> Section:
             "and commanded torque, with the trim curve",
         ),
     }
-    if design.effort_sharing_law is not None:
-        overlap = float(design.effort_sharing_law.schedule.overlap)
-        content["overlap"] = significant(overlap)
-        content["effort"] = captioned_figure(
-            effort_figure(overlap),
-            "effort-ramp",
-            caption="The effort ramp and its slope, the share of pitch in a change of effort. "
-            "The shares sum to 1 at every effort; both act in the shaded overlap only.",
-            alternative="The ramp psi of the demanded effort and of its negative, and their "
-            "slopes, which sum to one",
-        )
     return Section("blending", "Blending of torque and pitch", content)
 
 

@@ -1,48 +1,63 @@
-"""Figures that only this page has: wind class, gains over wind, effort ramp."""
+"""Figures that only this page has: a gust, gains over wind, effort ramp."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from takagi.models.ramps import effort_ramp, effort_ramp_slope
-from takagi.reports.figures.cells import cells_panel
 from takagi.reports.figures.style import (
     COLOURS,
     GREY,
+    decimate,
     house_style,
-    marks_above,
     new_figure,
     region_axes,
-    wind_axis,
 )
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from takagi.certificates.design.turbine.result import ClaimSummary
     from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+    from takagi.reports.simulation.design_runs import DesignRun
+
+# The gust's picture ends here [s].
+SHOWN = 60.0
 
 
-def wind_class_figure(summary: ClaimSummary) -> Figure:
-    """Return the certified |v - v_s| [m/s] and |v_s'| [m/s^2] over the schedule wind."""
-    edges, proved = np.array(summary.edges), np.array(summary.proved)
-    shown = (
-        (summary.wind_error, "|v \u2212 v$_s$| up to\n[m/s]"),
-        (summary.wind_rate, "|v$_s$'| up to\n[m/s\u00b2]"),
-    )
+def gust_figure(run: DesignRun, bound: float | None) -> Figure:
+    """Return wind and rotor speed over time [s], and the proved bound [rad/s] where it holds."""
+    history, schedule = run.law.history, run.schedule
+    time, rpm = history.time, 30 / np.pi
+    inside = np.ones(len(time), bool) if run.inside is None else run.inside
+    edges = np.flatnonzero(np.diff(inside.astype(int))) + 1
+    spans = np.split(np.arange(len(time)), edges)
     with house_style():
-        figure, panels = new_figure(2, 1, height=3.4, share_x=True)
-        for axes, (values, label) in zip(panels, shown, strict=True):
-            cells_panel(axes, edges, values, proved)
-            axes.set_ylabel(label)
-            axes.set_ylim(bottom=0.0)
-        panels[-1].set_xlim(edges[0], edges[-1])
-        wind_axis(panels[-1])
-        figure.align_ylabels(panels)
+        figure, (wind, speed) = new_figure(2, 1, width=5.4, height=4.4, share_x=True)
+        wind.plot(*decimate(time, history.wind), color="#333333", label="wind")
+        wind.plot(*decimate(time, schedule), color=COLOURS[2], ls=":", label="law's schedule wind")
+        wind.set_ylabel("wind [m/s]")
+        speed.plot(*decimate(time, rpm * history.rotor_speed), color=COLOURS[0], label="this law")
+        if run.reference is not None:
+            other = rpm * run.reference.history.rotor_speed
+            label = "reference controller"
+            speed.plot(*decimate(time, other), color=COLOURS[1], ls="--", label=label)
+        label = "proved bound"
+        for span in spans:
+            ends = time[span[0]], time[span[-1]]
+            if not inside[span[0]]:
+                for axes in (wind, speed):
+                    axes.axvspan(*ends, color=GREY, alpha=0.18, linewidth=0.0)
+            elif bound is not None:
+                speed.plot(ends, [rpm * bound] * 2, color="black", lw=2.5, label=label)
+                label = "_nolegend_"
+        speed.set_ylabel("rotor speed [rpm]")
+        speed.set_xlabel("time [s]")
+        speed.set_xlim(0.0, min(SHOWN, float(time[-1])))
+        handles = [*wind.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        figure.align_ylabels([wind, speed])
     return figure
 
 
@@ -95,23 +110,4 @@ def effort_figure(overlap: float) -> Figure:
             axes.set_xlabel("demanded effort U [rad/s\u00b2]")
             axes.axvspan(-overlap, overlap, color=GREY, alpha=0.12, lw=0)
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.2))
-    return figure
-
-
-def regional_gains_figure(
-    wind: ArrayLike, columns: Sequence[tuple[str, ArrayLike]], regions: dict[str, float]
-) -> Figure:
-    """Return the regional gains over wind, a panel for each column (label with unit, values)."""
-    v = np.asarray(wind, dtype=np.float64)
-    with house_style():
-        figure, panels = new_figure(
-            len(columns), 1, width=5.2, height=1.3 * len(columns) + 0.6, share_x=True
-        )
-        for axes, (label, values) in zip(panels, columns, strict=True):
-            axes.plot(v, np.asarray(values, dtype=np.float64), color=COLOURS[0])
-            axes.set_ylabel(label)
-        panels[0].set_xlim(v[0], v[-1])
-        marks_above(panels[0], regions, width=4.2)
-        wind_axis(panels[-1])
-        figure.align_ylabels(panels)
     return figure

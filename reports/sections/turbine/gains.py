@@ -1,17 +1,15 @@
-"""The law and its gains over wind; one-step gains compared with two-step ones."""
+"""The law and its gains over wind."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.loops.overlap_claims import synthesis_summary, synthesis_words
+from takagi.reports.loops.overlap_claims import synthesis_words
 from takagi.reports.page.text import Section, Table, significant, with_decimals
-from takagi.reports.sections.turbine.drawings import gains_figure
+from takagi.reports.sections.turbine.drawings import effort_figure, gains_figure
 from takagi.reports.sections.turbine.model import region_starts
 
 if TYPE_CHECKING:
@@ -22,7 +20,7 @@ if TYPE_CHECKING:
 def gains_section(design: TurbineDesign) -> Section:
     """Return the section about the law and its gains."""
     law = design.effort_sharing_law
-    content: dict[str, Any] = {"law": design.law, "coherent": law is not None}
+    content: dict[str, Any] = {"law": design.law, "effort_sharing": law is not None}
     if law is not None:
         content |= _effort_sharing(design, law)
     else:
@@ -43,9 +41,16 @@ def _effort_sharing(design: TurbineDesign, law: EffortSharingLaw) -> dict[str, A
             alternative="Proportional gain, integral rate, pitch effectiveness, and the shares of "
             "pitch and torque over wind; pitch takes over from torque around rated wind",
         ),
+        "effort": captioned_figure(
+            effort_figure(float(law.schedule.overlap)),
+            "effort-ramp",
+            caption="The effort ramp and its slope, the share of pitch in a change of effort. "
+            "The shares sum to 1 at every effort; both act in the shaded overlap only.",
+            alternative="The ramp psi of the demanded effort and of its negative, and their "
+            "slopes, which sum to one",
+        ),
         "table": _table(law),
         "synthesis": synthesis_words(design),
-        "comparison": synthesis_table(design),
         "limited": "" if not winds.size else f"{winds.min():g} to {winds.max():g} m/s",
         "overlap": significant(float(law.schedule.overlap)),
         "wind_filter": significant(law.wind_filter),
@@ -72,7 +77,7 @@ def _table(law: EffortSharingLaw) -> Table:
         limit,
     )
     return Table(
-        "The emitted tables of the law",
+        "The tables of the law, as exported",
         (
             ("v<sub>s</sub>", "m/s"),
             ("ω*", "rad/s"),
@@ -93,51 +98,3 @@ def _table(law: EffortSharingLaw) -> Table:
         folded=f"All {len(table.wind)} nodes as a table",
         note="ν, f and g hold from their node to the next; the others are linear between nodes.",
     )
-
-
-def synthesis_table(design: TurbineDesign) -> Table | None:
-    """Return the comparison; None where the design's gains were found in two steps."""
-    found, law = synthesis_summary(design), design.effort_sharing_law
-    if found is None or found.before is None or found.after is None:
-        return None
-    if law is None or design.effort is None:
-        return None
-    rows = []
-    for name, reached, own in (
-        ("two-step: wind by wind, then the function", found.before, design.effort.gains),
-        (f"one-step: together ({found.objective})", found.after, law.gains),
-    ):
-        pitch, tower = _activity(design, replace(law, gains=own))
-        rows.append(
-            (
-                name,
-                with_decimals(reached.wind_error, 4),
-                with_decimals(reached.decay_rate, 4),
-                with_decimals(math.degrees(pitch), 3),
-                with_decimals(1e3 * tower, 2),
-            )
-        )
-    return Table(
-        "One-step against two-step",
-        (
-            ("gains", ""),
-            ("largest wind error, mean over wind", "m/s"),
-            ("common decay rate", "1/s"),
-            ("pitch rate per m/s of turbulence", "°/s"),
-            ("tower speed per m/s of turbulence", "mm/s"),
-        ),
-        tuple(rows),
-        note="Both judged by the same analysis in floating point, with the same box and the same "
-        "rates of the schedule wind, so that the overspeed bound is the same: a comparison, no "
-        "proof. The certificate states what is proved of the second row. Pitch and tower are "
-        f"estimates about the trim, means over wind. {found.steps} joint steps were taken.",
-    )
-
-
-def _activity(design: TurbineDesign, law: EffortSharingLaw) -> tuple[float, float]:
-    """Return the means over wind of the pitch rate [rad/s] and the tower speed [m/s]."""
-    from takagi.lmi.turbine.one_step.value import motion
-
-    moved = motion(design.turbine, law)
-    share = np.diff(law.schedule.wind) / np.ptp(law.schedule.wind)
-    return float(share @ moved.pitch_rate), float(share @ moved.tower_speed)

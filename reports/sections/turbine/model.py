@@ -36,7 +36,6 @@ def model_section(design: TurbineDesign) -> Section:
             "inertia": f"{turbine.inertia:,.0f}".replace(",", "\u202f"),
             "frequency": float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass) / 2 / np.pi),
             "starts": {k: with_decimals(v, 2) for k, v in region_starts(design).items()},
-            "trim_table": _trim_table(points),
             "figures_table": _figures(design),
             "surface": _surface(design, points),
             "curves": _curves(design, points),
@@ -53,31 +52,6 @@ def _figures(design: TurbineDesign) -> Table:
             for key, item in design.turbine.figures.items()
         ),
         folded="Every figure with its source",
-    )
-
-
-def _trim_table(points: tuple[TrimPoint, ...]) -> Table:
-    shown = [p for p in points if abs(p.wind - round(p.wind)) < 1e-6]
-    return Table(
-        "Trim over wind",
-        (
-            ("wind", "m/s"),
-            ("region", ""),
-            ("rotor speed", "rpm"),
-            ("pitch", "°"),
-            ("torque", "kN m"),
-        ),
-        tuple(
-            (
-                with_decimals(p.wind, 0),
-                p.region,
-                with_decimals(p.rotor_speed * RPM, 3),
-                with_decimals(p.pitch * DEGREES, 3),
-                with_decimals(p.torque / 1e3, 3),
-            )
-            for p in shown
-        ),
-        folded="The trim as a table",
     )
 
 

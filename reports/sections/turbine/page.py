@@ -43,26 +43,31 @@ def report_html(
 
 
 def _makers(design: TurbineDesign, *, timings: bool) -> dict[str, Callable[[], Section]]:
+    from takagi.certificates.design.turbine.result import claim_summary
     from takagi.reports.sections.shared import check_section, provenance_section
     from takagi.reports.sections.turbine.cells import blending_section, cells_section
     from takagi.reports.sections.turbine.gains import gains_section
-    from takagi.reports.sections.turbine.loops import loops_section, poles_section
     from takagi.reports.sections.turbine.model import model_section
     from takagi.reports.sections.turbine.regions import observer_section, regions_section
     from takagi.reports.sections.turbine.responses import responses_section
     from takagi.reports.sections.turbine.running import running_section
-    from takagi.reports.sections.turbine.verdict import verdict_section
+    from takagi.reports.sections.turbine.verdict import claims_section, verdict_section
 
-    return {
-        "verdict": lambda: verdict_section(design),
-        "turbine": lambda: model_section(design),
+    summary = claim_summary(design)
+    # The law's own models and gains alone: regions and their filter belong to Schulte's laws.
+    of_law = {
         "regional models": lambda: regions_section(design),
-        "law and gains": lambda: gains_section(design),
         "blending": lambda: blending_section(design),
-        "certificate": lambda: cells_section(design),
-        "poles": lambda: poles_section(design),
-        "Bode plots and margins": lambda: loops_section(design),
-        "margins of the loop that runs": lambda: running_section(design),
+    }
+    of_set = {} if summary is None else {"cells": lambda: cells_section(design, summary)}
+    return {
+        "answer": lambda: verdict_section(design),
+        "law and gains": lambda: gains_section(design),
+        **({} if design.effort_sharing_law else of_law),
+        "turbine": lambda: model_section(design),
+        "claims": lambda: claims_section(design),
+        **of_set,
+        "margins": lambda: running_section(design),
         "responses": lambda: responses_section(design),
         "wind observer": lambda: observer_section(design),
         "how to check": lambda: check_section(

@@ -4,23 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from takagi.models.laws.published.regional_schedule import regional_schedule
-from takagi.models.turbine.trim import trim
-from takagi.reports.figures.style import captioned_figure
 from takagi.reports.page.text import (
-    CaptionedFigure,
     Section,
     Table,
-    complex_words,
     decimal,
     significant,
     with_decimals,
 )
 from takagi.reports.sections.shared import premise_table
-from takagi.reports.sections.turbine.drawings import regional_gains_figure
-from takagi.reports.sections.turbine.model import region_starts
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -39,11 +30,7 @@ def regions_section(design: TurbineDesign) -> Section:
     return Section(
         "regions",
         "Regional Takagi–Sugeno models",
-        {
-            "regions": [_region(part) for part in parts],
-            "figures": [p for part in parts if (p := _over_wind(design, part)) is not None],
-            "used": design.effort_sharing_law is None,
-        },
+        {"regions": [_region(part) for part in parts]},
     )
 
 
@@ -105,31 +92,6 @@ def _gains(part: RegionGains) -> Table | None:
     )
 
 
-def _over_wind(design: TurbineDesign, part: RegionGains) -> CaptionedFigure | None:
-    if part.k_x is None or part.k_I is None:
-        return None
-    setpoint = design.settings.speed_setpoint
-    schedule = regional_schedule(
-        design.turbine, part.model, k_x=part.k_x, k_I=part.k_I, speed_setpoint=setpoint
-    )
-    low, high = (float(end) for end in part.model.box["wind estimate [m/s]"])
-    winds = np.linspace(low, high, 60)
-    points = [trim(design.turbine, float(v), speed_setpoint=setpoint) for v in winds]
-    rows = np.array([schedule.gains_at(p.rotor_speed, p.pitch, p.wind) for p in points])
-    units = UNITS[part.region]
-    columns = [(f"on speed\n[{units[0]}]", rows[:, 0]), (f"on integral\n[{units[-1]}]", rows[:, 2])]
-    if part.region == "full load":
-        columns.insert(1, ("on pitch\n[-]", rows[:, 1]))
-    starts = {k: v for k, v in region_starts(design).items() if low < v < high}
-    return captioned_figure(
-        regional_gains_figure(winds, columns, starts),
-        f"gains-{part.region.replace(' ', '-')}",
-        caption=f"{part.region.capitalize()}: the rules' gains blended along the trim, "
-        f"{with_decimals(low, 2)} to {with_decimals(high, 2)} m/s.",
-        alternative=f"Blended regional gains over wind, {part.region}",
-    )
-
-
 def observer_section(design: TurbineDesign) -> Section:
     """Return the section about the wind observer."""
     found = design.observer
@@ -143,24 +105,9 @@ def observer_section(design: TurbineDesign) -> Section:
             "decay": significant(found.decay_rate),
             "limits": f"{with_decimals(low, 1)} to {with_decimals(high, 1)}",
             "premises": premise_table(found.model, "Premises, estimation error", EVIDENCE),
-            "poles": _poles(design),
             "box": [
                 (name, decimal(float(a)), decimal(float(b)))
                 for name, (a, b) in found.model.box.items()
             ],
         },
-    )
-
-
-def _poles(design: TurbineDesign) -> Table:
-    """Return the poles of [-l1, d; -l2, 0] at both corners of d."""
-    l1, l2 = design.observer.gains
-    rows = []
-    for vertex, name in zip(design.observer.model.vertices, ("lower", "upper"), strict=True):
-        A = vertex.A - np.array([[l1], [l2]]) @ vertex.C
-        rows.append((f"d {name}", *complex_words(np.linalg.eigvals(A), 4)))
-    return Table(
-        "Poles of the estimation error at the premise's corners",
-        (("corner", ""), ("first", "1/s"), ("second", "1/s")),
-        tuple(rows),
     )

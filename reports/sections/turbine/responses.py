@@ -1,148 +1,127 @@
-"""Step and gust responses of the nonlinear loop across rated wind, compared with the baseline."""
+"""Step, gust and turbulence responses of the nonlinear loop, beside the reference controller."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from takagi.certificates.design.turbine.result import claim_summary
-from takagi.models.laws.protocol import Law, law_words
-from takagi.models.simulation.baseline import BaselineLaw
-from takagi.models.simulation.scenario import Case, Result, run_case
+from takagi.models.laws.protocol import law_words
 from takagi.models.simulation.turbine_plant import validation_plant
-from takagi.models.simulation.wind import WindSeries, gust_wind, ramp_wind, step_wind
-from takagi.models.turbine.trim import rated_wind
 from takagi.reports.figures.response import ResponseLine, response_figure
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.page.text import (
-    CaptionedFigure,
-    Section,
-    Table,
-    powers,
-    significant,
-    with_decimals,
+from takagi.reports.page.text import CaptionedFigure, Section, Table, powers, with_decimals
+from takagi.reports.simulation.design_runs import (
+    TURBULENT_DURATION,
+    DesignRun,
+    every_run,
+    step_and_gust_runs,
 )
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
 
-STEP = 1.5
-DURATION, BEGIN = 90.0, 15.0
-NAMES = ("step-up", "step-down", "gust", "ramp")
+# Metric -> its words and unit, and whether a law's value is clearly worse than the reference's.
+WORSE: dict[str, tuple[str, str, Callable[[float, float], bool]]] = {
+    "overspeed": ("Overspeed", "%", lambda law, other: law > max(other, 0.0) + 1.0),
+    "tower_del": ("Tower load", "MN m", lambda law, other: law > 1.05 * other),
+    "pitch_travel": ("Pitch travel", "°", lambda law, other: law > 1.05 * other + 1.0),
+    "energy": ("Energy", "kWh", lambda law, other: law < 0.995 * other),
+}
 
 
 def responses_section(design: TurbineDesign) -> Section:
     """Return the section with the simulated responses."""
-    turbine = design.turbine
-    laws: dict[str, Law] = {design.law.name: design.law}
-    if turbine.baseline is not None:
-        laws["baseline"] = BaselineLaw(turbine)
-    winds = _winds(design)
-    plant, observer = validation_plant(turbine), design.observer.observer
-    own = replace(plant, speed_filter=design.speed_filter)
-    plants = {design.law.name: own, "baseline": plant}
-    cases = [
-        Case(name, plants[name], law, wind, observer)
-        for wind in winds
-        for name, law in laws.items()
-    ]
-    results = [run_case(case) for case in cases]
-    groups = [results[k : k + len(laws)] for k in range(0, len(results), len(laws))]
+    plant, runs = validation_plant(design.turbine), every_run(design)
     return Section(
         "responses",
-        "Responses across rated wind",
+        "Responses",
         {
             "figures": [
-                _figure(design, name, group) for name, group in zip(NAMES, groups, strict=True)
+                _figure(design, name, run) for name, run in step_and_gust_runs(design).items()
             ],
-            "table": _table(design, results),
+            "table": _table(runs),
+            "worse": [words for name in WORSE if (words := _worse(runs, name))],
             "torque_rate": with_decimals(plant.torque_rate_limit / 1e3, 0),
             "pitch_rate": with_decimals(float(np.degrees(plant.pitch_rate_limit)), 0),
-            "baseline": turbine.baseline is not None,
-            "class_known": claim_summary(design) is not None,
+            "turbulent": f"{TURBULENT_DURATION:g}",
+            "reference": design.turbine.baseline is not None,
         },
     )
 
 
-def _winds(design: TurbineDesign) -> tuple[WindSeries, ...]:
-    setpoint = design.settings.speed_setpoint
-    rated = round(rated_wind(design.turbine, speed_setpoint=setpoint), 2)
-    low, high = round(rated - STEP, 2), round(rated + STEP, 2)
-    radius = design.turbine.rotor_radius
-    return (
-        step_wind(low, high, DURATION, begin=BEGIN),
-        step_wind(high, low, DURATION, begin=BEGIN),
-        gust_wind(rated, DURATION, rotor_radius=radius, begin=BEGIN),
-        ramp_wind(low - 2, high + 2, DURATION, rate=0.2, begin=BEGIN),
-    )
+def _worse(runs: Sequence[DesignRun], metric: str) -> str:
+    """Return where a metric is clearly worse than the reference controller's; "" for nowhere."""
+    name, unit, is_worse = WORSE[metric]
+    found = []
+    for run in runs:
+        if run.reference is not None:
+            law, other = (getattr(each.metrics, metric) for each in (run.law, run.reference))
+            if is_worse(law, other):
+                found.append(f"{powers(run.words)} ({law:.4g} against {other:.4g} {unit})")
+    return f"{name}: {', '.join(found)}." if found else ""
 
 
-def _figure(design: TurbineDesign, name: str, results: Sequence[Result]) -> CaptionedFigure:
-    turbine = design.turbine
-    lines = [ResponseLine.of(law_words(result.label), result.history) for result in results]
+def response_drawing(design: TurbineDesign, run: DesignRun) -> Figure:
+    """Return the run over time, beside the reference controller's where there is one."""
+    turbine, results = design.turbine, filter(None, (run.law, run.reference))
+    lines = [ResponseLine.of(powers(law_words(each.label)), each.history) for each in results]
     speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
     rated = {"rotor_speed": speed, "torque": turbine.rated_torque}
-    wind = powers(results[0].wind_name).capitalize()
+    return response_figure(run.law.history.time, lines, rated=rated)
+
+
+def response_words(run: DesignRun) -> str:
+    """Return the caption of a run: the wind, and the overspeed of each law."""
+    sentence = f"Overspeed {with_decimals(run.law.metrics.overspeed, 1)} %"
+    if run.reference:
+        other = with_decimals(run.reference.metrics.overspeed, 1)
+        sentence += f", reference controller {other} %"
+    return f"{powers(run.words).capitalize()}. {sentence}. Dotted: rated."
+
+
+def _figure(design: TurbineDesign, name: str, run: DesignRun) -> CaptionedFigure:
     return captioned_figure(
-        response_figure(results[0].history.time, lines, rated=rated),
+        response_drawing(design, run),
         f"response-{name}",
-        caption=f"{wind}: {' and '.join(line.label for line in lines)} on the validation "
-        "plant, wind observer in the loop. Dotted: rated.",
-        alternative=f"Time responses of wind, pitch, torque, rotor speed and power: {wind}",
+        caption=response_words(run),
+        alternative="Time responses of wind, pitch, torque, rotor speed and power: "
+        f"{powers(run.words)}",
     )
 
 
-def _table(design: TurbineDesign, results: Sequence[Result]) -> Table:
+def _table(runs: Sequence[DesignRun]) -> Table:
+    rows = []
+    for run in runs:
+        for result in filter(None, (run.law, run.reference)):
+            own = result is run.law
+            rows.append(
+                (
+                    run.words,
+                    law_words(result.label),
+                    with_decimals(result.metrics.energy, 1),
+                    with_decimals(result.metrics.overspeed, 1),
+                    with_decimals(result.metrics.pitch_travel, 1),
+                    with_decimals(result.metrics.tower_del, 1),
+                    with_decimals(100 * run.share_inside if own else float("nan"), 0),
+                )
+            )
     return Table(
-        "The same runs in numbers",
+        "All runs in numbers",
         (
             ("wind", ""),
             ("law", ""),
             ("energy", "kWh"),
-            ("largest overspeed", "%"),
+            ("overspeed", "%"),
             ("pitch travel", "°"),
-            ("both active", "% of time"),
             ("tower DEL", "MN m"),
-            ("|v − v<sub>s</sub>| reached", "m/s"),
-            ("|v<sub>s</sub>'| reached", "m/s²"),
-            ("time inside the class", "%"),
+            ("time in wind class", "%"),
         ),
-        tuple(
-            (
-                result.wind_name,
-                law_words(result.label),
-                with_decimals(result.metrics.energy, 2),
-                with_decimals(result.metrics.overspeed, 2),
-                with_decimals(result.metrics.pitch_travel, 1),
-                with_decimals(result.metrics.both_active, 1),
-                with_decimals(result.metrics.tower_del, 2),
-                *_class_use(design, result),
-            )
-            for result in results
-        ),
-        note="Both active: pitch above fine pitch while torque is below rated. The last three "
-        "columns compare with the certified wind class; outside it the run is a simulation only.",
-    )
-
-
-def _class_use(design: TurbineDesign, result: Result) -> tuple[str, str, str]:
-    """Return the largest |v - v_s| and |v_s'|, and the share of time in the certified class."""
-    summary, law = claim_summary(design), design.effort_sharing_law
-    if summary is None or law is None or result.label != law.name:
-        return "–", "–", "–"
-    history = result.history
-    schedule = history.law_states[:, 1] if law.wind_filter > 0 else history.wind_estimate
-    error = np.abs(history.wind - schedule)
-    rate = np.abs(np.gradient(schedule, history.time))
-    cell = np.clip(np.searchsorted(summary.edges, schedule) - 1, 0, len(summary.winds) - 1)
-    fine = np.array(summary.proved)[cell]
-    inside = fine & (error <= np.array(summary.wind_error)[cell])
-    inside &= rate <= np.array(summary.wind_rate)[cell]
-    return (
-        significant(error.max()),
-        significant(rate.max()),
-        with_decimals(100 * float(inside.mean()), 0),
+        tuple(rows),
+        folded=f"All {len(rows)} runs as a table",
+        note="Overspeed: largest rotor speed above rated. Tower DEL: damage-equivalent fore-aft "
+        "moment at the base. Time in wind class: where the proved bounds hold.",
     )

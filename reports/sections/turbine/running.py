@@ -3,24 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from takagi.models.arrays import Floats
-from takagi.reports.figures.loops import PANELS, MarginLine, running_margins_figure
+from takagi.models.laws.protocol import SampledLaw
+from takagi.models.simulation.turbine_plant import validation_plant
+from takagi.reports.figures.loops import (
+    PANELS,
+    MarginLine,
+    bode_figure,
+    bode_line,
+    running_margins_figure,
+)
 from takagi.reports.figures.style import captioned_figure
-from takagi.reports.margins.margins import Margins
+from takagi.reports.margins.margins import Margins, loop_margins
+from takagi.reports.margins.response import BrokenLoops, broken_loops
+from takagi.reports.margins.running_loop import linearised_loop
 from takagi.reports.margins.running_over_wind import RunningMargins
 from takagi.reports.margins.running_search import SearchedMargins, design_margins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
-from takagi.reports.page.text import Section, Table, significant, with_decimals
+from takagi.reports.page.text import CaptionedFigure, Section, Table, significant, with_decimals
+from takagi.reports.sections.turbine.summary import (
+    USUAL_GAIN,
+    USUAL_PHASE,
+    gain_margin,
+    phase_margin,
+    summary_rows,
+)
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from takagi.certificates.design.turbine.result import TurbineDesign
 
 LOOPS = ("torque", "pitch")
-RESTS = {"torque": "torque stays at rated", "pitch": "pitch stays at its lower stop"}
+BODE_LINES = 6
+FREQUENCY = np.geomspace(1e-2, 30.0, 700)
+SAMPLE_TIME = 0.02
 
 
 def running_section(design: TurbineDesign) -> Section:
@@ -28,28 +50,28 @@ def running_section(design: TurbineDesign) -> Section:
     found = design_margins(design)
     rows, filters = found.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
-    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
-    figures = []
+    figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, found)) is not None]
     if len(winds):
-        figures = [
+        figures.insert(
+            0,
             captioned_figure(
-                running_margins_figure(winds, lines),
+                margins_drawing(found),
                 "running-margins",
                 caption="Margins of the loop that runs, over wind. Line: the machine as its file "
                 "says, every 0.2 m/s; the band reaches to the least of all plants (inertia 0.9 and "
-                "1.1, wake in equilibrium, as it is, and frozen), at whole winds and where a "
-                "margin is locally least. Both: torque and pitch at once, disk alone. A line ends "
-                "where that command does not answer.",
+                "1.1, wake in equilibrium, as it is, and frozen). Both: torque and pitch at once, "
+                "disk alone. A line ends where there is no such loop.",
                 alternative="Gain, phase, delay and disk margins of the torque and the pitch loop "
                 "over wind",
-            )
-        ]
+            ),
+        )
     return Section(
         "running",
         "Margins of the loop that runs",
         {
             "figures": figures,
             "table": _table(found),
+            "least": [*_least(design, rows), *_weak(rows)],
             "unstable": _unstable(rows),
             "modes": modes_met(rows),
             "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
@@ -57,6 +79,80 @@ def running_section(design: TurbineDesign) -> Section:
             "torsion_filter": significant(filters.stop) if filters and filters.stop else "",
         },
     )
+
+
+def margins_drawing(found: SearchedMargins) -> Figure:
+    """Return the margins over wind; only where there are some."""
+    winds = np.array(sorted({row.wind for row in found.rows}))
+    lines = [_line(loop, winds, found) for loop in (*LOOPS, "both")]
+    return running_margins_figure(winds, lines)
+
+
+def _least(design: TurbineDesign, rows: Sequence[RunningMargins]) -> list[str]:
+    """Return sentences on the least margins, which the summary has too, and the slowest mode."""
+    slowest = min(rows, key=lambda row: row.decay_rate, default=None)
+    found = [
+        f"The least margins of all plants and winds are {' and '.join(row.parts[:2])}."
+        for row in summary_rows(design)
+        if row.name == "margins" and row.numbers
+    ]
+    if slowest is not None and slowest.decay_rate > 0:
+        rate = significant(slowest.decay_rate)
+        found.append(f"The slowest mode decays at {rate} 1/s, at {slowest.wind:g} m/s.")
+    return found
+
+
+def _weak(rows: Sequence[RunningMargins]) -> list[str]:
+    """Return where a loop has less than the margins that are usual."""
+    every, found = [row.wind for row in rows], []
+    for loop in LOOPS:
+        acting = [(row.wind, dict(row.loops)[loop]) for row in rows if _acts(row, loop)]
+        weak = [
+            wind
+            for wind, m in acting
+            if gain_margin(m) < USUAL_GAIN or phase_margin(m) < USUAL_PHASE
+        ]
+        if weak:
+            found.append(f"the {loop} loop at {wind_ranges(weak, every)}")
+    if not found:
+        return []
+    return [
+        f"Less than the usual {USUAL_GAIN:g} dB or {USUAL_PHASE:g}° have {' and '.join(found)}."
+    ]
+
+
+def _bode(design: TurbineDesign, loop: str, found: SearchedMargins) -> CaptionedFigure | None:
+    """Return the Bode plot of one loop, at winds where it acts; None where it never does."""
+    acting = [row.wind for row in found.rows if row.nominal and _acts(row, loop)]
+    if not acting:
+        return None
+    count = min(BODE_LINES, len(acting))
+    winds = [acting[k] for k in np.unique(np.linspace(0, len(acting) - 1, count).astype(int))]
+    lines = []
+    for wind in winds:
+        response = getattr(running_response(design, wind), loop)
+        lines.append(bode_line(f"{wind:g} m/s", response, loop_margins(response), FREQUENCY))
+    turbine = design.turbine
+    tower = float(np.sqrt(turbine.tower_stiffness / turbine.tower_mass))
+    speed = design.settings.speed_setpoint or turbine.rated_rotor_speed
+    marks = {f"tower {tower / 2 / np.pi:.2f} Hz": tower, "3P": 3 * speed}
+    command = "torque command" if loop == "torque" else "pitch reference"
+    return captioned_figure(
+        bode_figure(FREQUENCY, lines, marks=marks),
+        f"bode-{loop}",
+        caption=f"The loop that runs, broken at the {command}, the machine as its file says. "
+        "Filled dot: crossover with phase margin (PM); open dot: phase crossover with gain margin "
+        "(GM). 3P at full-load speed.",
+        alternative=f"Bode plot of the loop at the {command} for several winds",
+    )
+
+
+def running_response(design: TurbineDesign, wind: float) -> BrokenLoops:
+    """Return the responses of the loop that runs at a wind [m/s], of the machine in its file."""
+    plant = replace(validation_plant(design.turbine), speed_filter=design.speed_filter)
+    observer, side = design.observer.observer, -1 if wind >= design.turbine.cut_out else 1
+    program = SampledLaw(design.law, SAMPLE_TIME)
+    return broken_loops(linearised_loop(plant, program, observer, wind, side=side))
 
 
 def _unstable(rows: Sequence[RunningMargins]) -> list[str]:
@@ -101,7 +197,7 @@ def _table(found: SearchedMargins) -> Table:
     cells = []
     for wind in sorted((*found.whole, *found.least)):
         plants = [row for row in found.rows if row.wind == wind]
-        cells += [_cells(plants[0], loop, plants) for loop in LOOPS]
+        cells += [_cells(plants[0], loop, plants) for loop in LOOPS if _acts(plants[0], loop)]
     return Table(
         "Margins of the loop that runs; in brackets the least of all plants",
         (
@@ -116,17 +212,18 @@ def _table(found: SearchedMargins) -> Table:
             ("both: α", "-"),
         ),
         tuple(cells),
-        note="At whole winds, and where a margin is the least around. Loops broken where the "
-        "command leaves the program, the other closed. Crossover: the highest frequency with "
-        "|L| = 1. Delay beyond what is in the loop, exact in whole samples. Floating point: "
-        "measured, not proved.",
+        folded=f"All {len(cells)} loops as a table",
+        note="At integer winds, and where a margin is locally least. Crossover: the highest "
+        "frequency with |L| = 1. Delay beyond what is in the loop, exact in whole samples.",
     )
+
+
+def _acts(row: RunningMargins, loop: str) -> bool:
+    return loop in dict(row.loops)
 
 
 def _cells(row: RunningMargins, loop: str, plants: Sequence[RunningMargins]) -> tuple[str, ...]:
     found = dict(row.loops)
-    if loop not in found:
-        return (f"{row.wind:g}", loop, RESTS[loop], *["–"] * 6)
     if not found[loop].stable:
         return (f"{row.wind:g}", loop, "unstable", *["–"] * 6)
     every = [found[loop], *(one for p in plants if (one := dict(p.loops).get(loop)) is not None)]

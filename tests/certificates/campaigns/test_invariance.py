@@ -34,7 +34,6 @@ def claims(P: Rows) -> list[dict[str, Any]]:
     return [
         {**named, "kind": "decay", "decay_rate": 0.25},
         {**named, "kind": "region", "parts": [{"L": [[0.25]], "M": [[1]]}]},
-        {**named, "kind": "box-enlargement", "decay_rate": 0.0, "enlargement": 1.25},
         {**named, "kind": "observer", "L": [[[1], [0.5]]], "decay_rate": 0.0},
     ]
 
@@ -55,7 +54,7 @@ def test_claims_keep_their_verdicts(
         model = model_data(X.tolist(), B=[Y.tolist()], C=[Z.tolist()])
         law = law_data([L.tolist()])
         listed = claims(F.tolist())
-        listed[3]["L"] = [(np.array([[1.0], [0.5]]) * size[:, None]).tolist()]
+        listed[2]["L"] = [(np.array([[1.0], [0.5]]) * size[:, None]).tolist()]
         return [said_of(model, law, claim).verdict for claim in listed]
 
     one = np.ones(2)

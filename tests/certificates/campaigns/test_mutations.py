@@ -52,7 +52,6 @@ def test_what_is_true_is_not_judged_false(documents: dict[str, Data]) -> None:
         ("decay", "decay_rate", "0.7"),
         ("region", "parts", [{"L": [["40"]], "M": [["1"]]}]),
         ("gain-rounding", "relative", "0.9"),
-        ("box-enlargement", "enlargement", "90"),
         ("fuzzy-decay", "decay_rate", "2"),
         ("observer", "L", [[["-1"], ["0"]]]),
     ],

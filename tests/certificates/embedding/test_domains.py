@@ -100,7 +100,7 @@ def test_a_removable_quotient_means_its_limit(equation: str) -> None:
     found = check_document(document(equation)).claims[0]
 
     assert found.verdict.name == "PROVED"
-    assert "where x = 0 a quotient means its limit" in found.text
+    assert "at x = 0 a quotient is taken as its limit" in found.text
     assert judge_document(document(equation))[0].verdict in ("PROVED", "NOT REPLAYED")
 
 

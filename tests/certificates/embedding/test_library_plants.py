@@ -62,7 +62,7 @@ def test_certify_puts_the_plant_in_front_of_its_claims() -> None:
     assert certificate.document["model"]["kind"] == "plant"
     assert [c["kind"] for c in certificate.document["claims"]] == ["sector-embedding", "decay"]
     assert certificate.verdict is Verdict.PROVED
-    assert "2 exact vertices" in certificate.checked.claims[0].text
+    assert "model of 2 rules exactly" in certificate.checked.claims[0].text
     assert "rules with their gains" in certificate.checked.claims[1].text
 
 

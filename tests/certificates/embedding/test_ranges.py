@@ -86,7 +86,7 @@ def test_removable_singularities_count_with_their_limit(
     side, slack = ["-0.0001", "0.0001"], Fraction(1, 1000)
     near = one_state(equation, premise, str(limit - slack), str(limit + slack), range=side)
     assert said_of(near).verdict is Verdict.PROVED
-    assert "x = 0 a quotient means its limit" in said_of(near).text or "/x" not in premise
+    assert "x = 0 a quotient is taken as its limit" in said_of(near).text or "/x" not in premise
 
     without = one_state(equation, premise, str(limit + slack / 10), str(limit + slack), range=side)
     assert said_of(without).verdict is Verdict.UNDECIDED

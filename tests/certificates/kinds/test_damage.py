@@ -14,7 +14,7 @@ import pytest
 from takagi.certificates import CertificateError, Verdict, certify
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.requests import BoxEnlargement, Decay, FuzzyDecay, GainRounding, Poles
+from takagi.certificates.requests import Decay, FuzzyDecay, GainRounding, Poles
 from takagi.certificates.requests.request import Request
 from takagi.lmi import EigenvalueRegion
 from takagi.models import Premise, TSModel
@@ -37,7 +37,6 @@ def documents(sample_time: float | None) -> list[Data]:
         Decay(0.2),
         Poles(region),
         GainRounding(),
-        BoxEnlargement(),
         FuzzyDecay(rate_bounds=0.1, decay_rate=0.1),
     ]
     return [dict(certify(model, K, claims=[request]).document) for request in requests]
@@ -91,13 +90,10 @@ def holds(document: Data) -> bool:
     shared = same and gains in (1, rules)
     for _ in range(60):
         h = rng.dirichlet(np.full(rules, 0.4))
-        own = kind == "box-enlargement" or not shared
-        g = rng.dirichlet(np.full(gains, 0.4)) if own else (h if gains == rules else np.ones(1))
-        stretched = h
-        if kind == "box-enlargement":
-            theta = float(claim["enlargement"])
-            stretched = 1 / rules + theta * (h - 1 / rules)
-        blend = [np.tensordot(stretched, np.broadcast_to(X, (rules, *X.shape[1:])), axes=1)
+        g = h if gains == rules else np.ones(1)
+        if not shared:
+            g = rng.dirichlet(np.full(gains, 0.4))
+        blend = [np.tensordot(h, np.broadcast_to(X, (rules, *X.shape[1:])), axes=1)
                  for X in (A, B)]  # fmt: skip
         gain = np.tensordot(g, K, axes=1)
         if kind == "gain-rounding":

@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.checker.replay.containment import of_the_plant
 from tests.certificates.both_checkers import second, verdicts
 from tests.certificates.kinds.test_damage import resealed
 from tests.certificates.kinds.tracking_documents import Data, at, changed
@@ -147,3 +149,11 @@ def test_claims_about_other_loops_are_refused(change: Callable[[Data], None]) ->
 
     assert verdicts(resealed(document)) == ["REFUSED"]
     assert "PROVED" not in second(resealed(document))[-1:]
+
+
+def test_references_behind_a_blend_need_its_proof() -> None:
+    kinds = ["secant-embedding", "effort-blend", "tracking"]
+    for blend in (Verdict.PROVED, Verdict.UNDECIDED):
+        found = [Claim(kind, Verdict.PROVED, "") for kind in kinds]
+        found[1] = Claim(kinds[1], blend, "")
+        assert of_the_plant(found, kinds, "here")[2].verdict is blend  # type: ignore[union-attr]

@@ -318,15 +318,11 @@ def test_weights_that_are_not_the_laws_are_not_cut() -> None:
 
 
 def test_pieces_of_what_a_claim_makes_of_the_loop() -> None:
-    """An observer's error has no gains K, two of one rule, and a widened loop keeps its rules."""
+    """An observer's error has no gains K, and two of one rule."""
     cut = {"halvings": [[0, 0, 1], [], []], "P": [[1]], "decay_rate": 1}
     model = model_data([[[-2]]], B=[[[1]], [[2]]], C=[[[1]]])
-    wider = cut | {"name": "w", "kind": "box-enlargement", "enlargement": 2}
     error = cut | {"name": "o", "kind": "observer", "L": [[[0]]]}
 
     for gains in (None, law_data([[[0]]]), law_data([[[0]], [[0.1]], [[0.2]]])):
         document = certificate_document(model=model, gains=gains, claims=[error], provenance={})
         assert verdicts(document) == second(document) == ["PROVED"]
-    same = model_data([[[-2]]], C=[[[1]], [[1]]])
-    document = certificate_document(model=same, gains=None, claims=[wider], provenance={})
-    assert verdicts(document) == second(document) == ["PROVED"]

@@ -219,7 +219,7 @@ def test_energy_bound_keeps_the_state_in_the_box() -> None:
     assert proved.verdict is Verdict.PROVED
     assert "for w of energy at most 2^2 no state leaves the model's box" in proved.text
     assert said_of(boxed, None, claim | {"energy_bound": 2.000001}).verdict is Verdict.UNDECIDED
-    assert "as long as" in said_of(boxed, None, claim).text
+    assert "while it stays" in said_of(boxed, None, claim).text
 
 
 def test_disturbance_added_to_the_input() -> None:

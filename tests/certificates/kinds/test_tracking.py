@@ -250,14 +250,14 @@ def test_the_sentence_rounds_to_the_safe_side() -> None:
     # Jumps: (0.2 - 0)/2.0616 = 0.09701.  At last: 2.2361 (0 + 2.0616 0.09) = 0.4149.
     text = check_document(at()).claims[-1].text
     assert "jumps of up to 0.09701 - in r" in text
-    assert "while |r'| <= 0.09 it is at last at most 0.4149 - from r" in text
+    assert "while |r'| <= 0.09 the error settles to at most 0.4149 - for r" in text
     # e = sqrt(5) 0.1, d = 0.9 sqrt(17/4): 2.2361 (0.22361 + 1.8555 0.03) + 0.1 = 0.7245, and
     # (0.3 - 0.22361)/1.8555 = 0.04116.
     off: Data = {"slope": [[0.9], [-1.35]], "residuals": [0, 0.1], "residual_norm": 0.22361}
     document = at(**off, slope_norms=[1.8555], rates=[0.03], radius=0.3)
     assert verdicts(document) == second(document) == ["PROVED", "PROVED"]
     text = check_document(document).claims[-1].text
-    assert "at last at most 0.7245 - from r" in text and "up to 0.04116 - in r" in text
+    assert "settles to at most 0.7245 - for r" in text and "up to 0.04116 - in r" in text
 
 
 def read(model: Any) -> Any:

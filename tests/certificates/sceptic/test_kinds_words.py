@@ -32,7 +32,6 @@ def of_each_kind() -> list[Data]:
         shared | {"kind": "decay"},
         shared | {"kind": "transient", **settled},
         shared | {"kind": "gain-rounding", "absolute": [[0.1]], "relative": 0, "tau": [1]},
-        shared | {"kind": "box-enlargement", "enlargement": 1},
         shared
         | {"kind": "fuzzy-decay", "degrees": [0], "P": [{"powers": [[0]], "matrix": [[1]]}]}
         | {"polya": 0, "rates": [None]},
@@ -50,7 +49,7 @@ def test_decay_is_of_a_plant_in_its_box_and_without_disturbance(claim: Data) -> 
 
     assert {found.verdict for found in (plain, boxed, pushed)} == {Verdict.PROVED}
     assert "box" not in plain.text and "disturbance" not in plain.text
-    assert boxed.text.endswith("as long as that stays in the model's box")
+    assert boxed.text.endswith("while it stays in the model's box")
     assert "without disturbance" in pushed.text
 
 
@@ -61,20 +60,9 @@ def test_matrices_alone_are_not_said_to_be_their_plant() -> None:
     family = read_model_loop(model, None)
     claim = read_text('{"name": "a", "decay_rate": 0.5, "P": [[1]]}', "claim")
 
-    assert "of a plant that the model contains" in in_words(check_decay(claim, family, "a")).text
+    assert "for a plant that the model contains" in in_words(check_decay(claim, family, "a")).text
     known = replace(family, scheduled_by=("x1 [-]",))
-    assert "; of its plant," in in_words(check_decay(claim, known, "a")).text
-
-
-def test_smaller_ranges_of_premises_say_nothing_of_the_plant() -> None:
-    """With half the ranges the loop is stable, with all of them it is not."""
-    model = model_data([[[-3]], [[1]]], box=BOX)
-    claim = {"name": "a", "kind": "box-enlargement", "decay_rate": 0, "P": [[1]]}
-
-    half = said_of(model, None, claim | {"enlargement": 0.4})
-    assert half.verdict is Verdict.PROVED
-    assert "plant" not in half.text
-    assert said_of(model, None, claim | {"enlargement": 1}).verdict is Verdict.UNDECIDED
+    assert "for its plant while" in in_words(check_decay(claim, known, "a")).text
 
 
 def test_level_is_shown_as_it_is() -> None:

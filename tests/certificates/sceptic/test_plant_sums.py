@@ -63,7 +63,7 @@ PROVED["at a corner of the box alone"] = changed(
 def test_a_quotient_by_a_sum_has_its_limit(what: str) -> None:
     found = said_of(PROVED[what])
     assert found.verdict is Verdict.PROVED, found.text
-    assert "= 0 a quotient means its limit" in found.text
+    assert "= 0 a quotient is taken as its limit" in found.text
 
 
 NOT_PROVED = {
@@ -147,6 +147,6 @@ def test_the_truck_and_trailer_in_states_of_its_own() -> None:
     data = plant_data(model)
     found = said_of(data)
     assert found.verdict is Verdict.PROVED, found.text
-    assert "2 exact vertices" in found.text
+    assert "model of 2 rules exactly" in found.text
     wrong = changed(data, lambda d: d["embedding"]["premises"][0].update(upper="0.9999999"))
     assert said_of(wrong).verdict is Verdict.UNDECIDED

@@ -12,7 +12,6 @@ from takagi.certificates import CertificateError, Verdict, certify, check
 from takagi.certificates.audit.two_checkers import cross_checked_document
 from takagi.certificates.document.certificate_file import certificate_document, dumps
 from takagi.certificates.requests import (
-    BoxEnlargement,
     Decay,
     FuzzyDecay,
     GainRounding,
@@ -57,7 +56,6 @@ REQUESTS: list[Request] = [
     Decay(0.5),
     Transient(),
     GainRounding(),
-    BoxEnlargement(),
     InvariantEllipsoid(),
     InputLimits(),
     L2Gain(),

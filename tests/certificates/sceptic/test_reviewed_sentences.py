@@ -207,7 +207,6 @@ LAW |= {"state_names": ["dx [-]"], "input_names": ["u [-]"]}
     [
         ({"kind": "decay"}, None),
         (TRANSIENT, None),
-        ({"kind": "box-enlargement", "enlargement": 2}, None),
         ({"kind": "gain-rounding", "relative": 0.1, "absolute": [[0]], "tau": [0.5]}, LAW),
     ],
     ids=lambda one: one["kind"] if one and "kind" in one else "",

@@ -50,9 +50,10 @@ from takagi.certificates.cross_check.turbine.numbers import Rotor
 from takagi.certificates.cross_check.turbine.running_cell import Machine as SecondMachine
 from takagi.certificates.cross_check.turbine.running_cell import RunningCell, box
 from takagi.certificates.design.given.turbine_law import read_observer
-from takagi.certificates.design.turbine.result import running_loop_summary
+from takagi.reports.sections.turbine.summary import summary_rows
 from tests.certificates.recorded.answers import recorded
 from tests.certificates.turbine.running_documents import Change, entry, sealed, verdicts
+from tests.undrawn import unmeasured
 
 motion: Any = import_module("turbine_running")
 F = Fraction
@@ -228,14 +229,19 @@ def test_a_gain_file_of_another_loop_is_refused(
         check(certificate, gains=gains, allow_old_gain_files=True)
 
 
-def test_the_summary_names_rate_and_gaps(stored: dict[str, Any]) -> None:
-    checked = check_document(sealed(stored))
-    design: Any = SimpleNamespace(document=stored, checked=checked)
-    found = running_loop_summary(design)
-    assert found is not None and found[0] == 0.004
-    assert found[1].startswith("3 to 25 m/s, but NOT 3 to 8.238 m/s, 8.7006 to 11.4759 m/s")
+def test_the_summary_names_rate_and_gaps(
+    stored: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    unmeasured(monkeypatch)
+    checked, turbine = check_document(sealed(stored)), SimpleNamespace(cut_in=3.0, cut_out=25.0)
+    design: Any = SimpleNamespace(
+        document=stored, checked=checked, turbine=turbine, effort_sharing_law=None
+    )
+    (row,) = (row for row in summary_rows(design) if row.name == "observer")
+    assert row.numbers[0].value == 0.004 and row.claim == checked.claims[0].name
+    assert row.partial and row.shortfall.startswith("not 3 to 8.238, 8.7 to 11.476")
     design.checked = replace(checked, claims=[replace(checked.claims[0], verdict=UNDECIDED)])
-    assert running_loop_summary(design) is None
+    assert all(row.name != "observer" for row in summary_rows(design))
 
 
 # The nonlinear loop.

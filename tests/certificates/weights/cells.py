@@ -46,7 +46,6 @@ EVIDENCE: dict[str, Data] = {
     "region": {"P": [[1]], "parts": [{"L": [[2]], "M": [[1]]}]},
     "gain-rounding": {"P": [[1]], "decay_rate": 1, "absolute": [[0.01]], "relative": 0}
     | {"tau": [0.01]},
-    "box-enlargement": {"P": [[1]], "decay_rate": 1, "enlargement": 1.1},
     "no-common-decay": {"P": [[-1]], "decay_rate": 100, "blend": 0},
     "invariant-ellipsoid": SET,
     "input-limits": SET | {"input_limits": [1.5]},

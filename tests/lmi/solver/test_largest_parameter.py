@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from takagi.lmi import (
     Condition,
-    box_enlargement_condition,
     common_lyapunov_condition,
     decide,
-    enlarged_loops,
     expressed,
     extreme_parameter,
     pdc_condition,
@@ -113,17 +111,6 @@ def test_unknowns_without_a_margin_are_not_handed_back() -> None:
     assert centred.outcome.margin > 1e-6
     assert plain.outcome.margin == 0
     assert centred.condition.parameters["alpha"] < centred.value
-
-
-def test_nothing_ends_it() -> None:
-    """Vertices that only gain as the box grows: mu falls to its limit, and nothing is beyond."""
-    loops = enlarged_loops(np.array([[[-1.0]], [[-3.0]]]), nominal=[1.0, 0.0])
-    condition = box_enlargement_condition(loops)
-    start = {"P": np.ones((1, 1, 1))}
-    found = extreme_parameter(condition, "reciprocal", largest=False, start=start, limit=0.0)
-
-    assert found.value <= 0
-    assert found.bound == -np.inf
 
 
 def test_infeasible_from_the_start() -> None:

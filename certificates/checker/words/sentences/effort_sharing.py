@@ -61,8 +61,8 @@ def _wake(law: Law, uncertainty: Uncertainty) -> str:
     held = f"of at least {_reach(law)} (by wind)"
     if _pushed(law, uncertainty):
         return (
-            f"from the equilibrium wake's to the claim's bound {held}, the turbine's frozen wake "
-            "only if its model file says so"
+            f"from the equilibrium wake's to the claim's bound {held}, which is the turbine's "
+            "frozen wake if its model file states that wake"
         )
     return f"equilibrium wake, for the stated limit {held} is no frozen wake's"
 

@@ -11,31 +11,35 @@ from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 
 def said(
-    name: str, plant: PlantNodes, boxes: int, removable: Collection[str], off: Fraction
+    name: str, plant: PlantNodes, removable: Collection[str], off: Fraction
 ) -> tuple[str, str]:
     """Return name and sentence.
 
     Parameters
     ----------
-    boxes : on which premises were bounded.
     removable : where a quotient means its limit.
     off : how far the law's trim is from the plant's rest.
     """
-    left = "x'" if plant.sample_time is None else "x(t + T)"
-    what = f"{left} of the plant is the blend"
-    if plant.form == "secant":
-        what = "differences of the plant from rest are blends"
     count = len(corners_of(plant.premises))
-    found = f"{what} of {count} exact vertices{_where(plant)}"
-    premises = len(plant.premises)
-    found += f"; {premises} premise{'s' * (premises != 1)} bounded on "
-    found += f"{boxes} box{'es' * (boxes != 1)} by outward rounding"
+    sentence = "the plant is linear and equals the model exactly"
+    if count > 1 and plant.form == "secant":
+        sentence = f"differences of the plant from rest are blends of the {count} vertices"
+    elif count > 1:
+        sentence = f"the plant equals the model of {count} rules exactly"
+    sentence += _where(plant)
+    if premises := len(plant.premises):
+        what = (
+            "bounds of its premise are"
+            if premises == 1
+            else f"bounds of its {premises} premises are"
+        )
+        sentence += f"; the {what} proved"
     if plant.mass is not None:
-        found += "; the mass matrix has no zero determinant there"
+        sentence += "; the mass matrix has no zero determinant there"
     if removable:
         names = ", ".join(sorted(removable))
-        found += f"; where {names} = 0 a quotient means its limit"
-    return name, found + _uncertain(plant) + _balls(plant) + "; standard library alone" + _trim(off)
+        sentence += f"; at {names} = 0 a quotient is taken as its limit"
+    return name, sentence + _uncertain(plant) + _balls(plant) + _trim(off)
 
 
 def _uncertain(plant: PlantNodes) -> str:

@@ -35,12 +35,12 @@ def said(name: str, plant: PlantNodes, follow: list[Following], found: Evidence)
             if rho
         )
         errors = ", ".join(
-            f"{at_most(error, 4)} {one.signal.unit} from {one.signal.name}"
+            f"{at_most(error, 4)} {one.signal.unit} for {one.signal.name}"
             for error, one in zip(bounds["errors"], follow, strict=True)
         )
         others = [v.name for v, rho in zip(ranged(plant), found.rates, strict=True) if not rho]
         held = f" and {', '.join(others)} constant" if others else ""
-        words += f"; while {moving}{held} it is at last at most {errors}"
+        words += f"; while {moving}{held} the error settles to at most {errors}"
     return name, words + _still(plant, follow)
 
 

@@ -1,0 +1,91 @@
+"""The claims of a certificate as theorems: numbers of each claim, and its matrices once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from takagi.certificates.checker.kernel.result import Checked
+from takagi.reports.appendix.tex import Tex, decimal, escape, matrix
+
+# Kind of claim -> heading of its theorem, with the source of the inequality.
+TITLES = {
+    "sector-embedding": r"Exact embedding \cite{takagi-tanaka}",
+    "secant-embedding": r"Embedding in secants \cite{takagi-boyd}",
+    "slope-embedding": r"Embedding of differences \cite{takagi-boyd}",
+    "effort-blend": "Two actuators, one effort",
+    "decay": r"Common quadratic decay \cite{takagi-tanaka,takagi-boyd}",
+    "transient": r"Overshoot and settling \cite{takagi-boyd}",
+    "gain-rounding": "Errors of the gains",
+    "invariant-ellipsoid": r"Invariant set \cite{takagi-boyd}",
+    "input-limits": r"Inputs within limits \cite{takagi-boyd}",
+    "tracking": "Following a reference",
+    "observed-loop": r"Plant and observer together \cite{takagi-tanaka}",
+    "sampled-loop": "Sampled law",
+    "region": r"Region of eigenvalues \cite{takagi-chilali}",
+    "exit-probability": r"White noise \cite{takagi-kushner}",
+    "no-common-decay": "No common quadratic function",
+    "l2-gain": r"Energy gain \cite{takagi-boyd}",
+    "h2-norm": r"Response to white noise \cite{takagi-boyd}",
+    "peak": r"Peak gain \cite{takagi-boyd}",
+    "coherent-loop": "Invariance, bounds and decay",
+    "wind-rate": "Admissible winds",
+    "actuator-rates": "Rates of the actuators",
+    "running-loop": "The loop with its observer",
+    "paper-loop": "The loop of the published law",
+}
+
+
+def theorems_context(document: Mapping[str, Any], checked: Checked) -> dict[str, Any]:
+    """Return the claims in their order, and the different matrices P among them.
+
+    ``theorems`` has (claim, macro, title, proved, verdict, text): macro is the name of the kind
+    in the templates, and the claim has the member ``number`` of its P.  ``matrices`` has (number,
+    P exactly as emitted, its levels).
+    """
+    rows: list[dict[str, Any]] = []
+    numbers: dict[str, tuple[Tex, list[Tex]]] = {}
+    for claim, found in zip(document.get("claims", ()), checked.claims, strict=False):
+        kind, P = str(claim.get("kind")), claim.get("P")
+        members = dict(claim)
+        if is_matrix(P):
+            key = json.dumps(P)
+            shown, levels = numbers.setdefault(key, (matrix(P, exactly=True), []))
+            members["number"] = list(numbers).index(key) + 1
+            if "level" in claim and (level := decimal(claim["level"])) not in levels:
+                levels.append(level)
+        members["same"] = _same_set(claim, rows)
+        rows.append(
+            {
+                "claim": members,
+                "macro": kind.replace("-", "_"),
+                "title": Tex(TITLES[kind]) if kind in TITLES else escape(found.name),
+                "proved": kind in TITLES and found.verdict.name == "PROVED",
+                "verdict": found.verdict.name,
+                "text": f"{found.name}: {found.text}",
+            }
+        )
+    return {
+        "theorems": rows,
+        "matrices": [(k, *parts) for k, parts in enumerate(numbers.values(), start=1)],
+    }
+
+
+def _same_set(claim: Mapping[str, Any], rows: list[dict[str, Any]]) -> int | None:
+    """Return the number of the theorem before that proves this claim's set to be invariant."""
+    parts = ("P", "level", "multiplier", "disturbance", "disturbance_bounds", "disturbance_norm")
+    for number, row in enumerate(rows, start=1):
+        other = row["claim"]
+        if row["macro"] == "invariant_ellipsoid" and row["proved"]:
+            if all(claim.get(part) == other.get(part) for part in parts):
+                return number
+    return None
+
+
+def is_matrix(value: Any) -> bool:
+    """Return whether this is a matrix of numbers; some claims have P in another form."""
+    return bool(value) and isinstance(value, list | tuple) and all(
+        isinstance(row, list | tuple) and row and all(isinstance(x, int | float) for x in row)
+        for row in value
+    )  # fmt: skip

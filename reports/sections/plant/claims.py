@@ -1,0 +1,184 @@
+"""Each claim about a plant in plain words: its number, its own assumptions, and why it matters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.models.plant.file_units import file_unit, rate_in_file_units, time_in_file_units
+from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.page.text import DASH, ClaimRow, behind, per_unit
+from takagi.reports.sections.plant.assumptions import EMBEDDINGS, SETS, assumptions
+from takagi.reports.sections.plant.summary import set_starts, start_words
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.plant.result import PlantDesign
+    from takagi.reports.loops.plant_loop import PlantLoop
+
+_PLANT_ITSELF = "The other claims are then about the plant, not about an approximation."
+_MOTION = "It says how fast the slowest motion is."
+_ENERGY = ("Effect of disturbances, as energy", "It bounds what disturbances do on the whole.")
+# Kind -> the claim in plain words, and why it matters.
+WORDS = {
+    "sector-embedding": ("The model equals the plant", _PLANT_ITSELF),
+    "secant-embedding": ("The model contains the plant", _PLANT_ITSELF),
+    "slope-embedding": (
+        "The model contains all differences of motions",
+        "The error of the estimate then obeys the model too.",
+    ),
+    "effort-blend": (
+        "The two actuators share one effort",
+        "The law may command the effort alone: its share between them is covered.",
+    ),
+    "decay": ("Motions come to rest", _MOTION),
+    "fuzzy-decay": ("Motions come to rest", _MOTION),
+    "transient": (
+        "Overshoot and settling time",
+        "It bounds a motion at every instant, not only at its end.",
+    ),
+    "gain-rounding": (
+        "Gains may be rounded",
+        "Gains may be stored with fewer digits, or differ a little in the controller.",
+    ),
+    "invariant-ellipsoid": (
+        "Safe set",
+        "A motion that starts in the set never leaves it, nor the ranges.",
+    ),
+    "input-limits": (
+        "Inputs keep their limits",
+        "The actuators do not saturate, so that the other claims hold for them.",
+    ),
+    "tracking": (
+        "Outputs follow their references",
+        "A constant reference is reached without error, within all ranges.",
+    ),
+    "sampled-loop": (
+        "The law runs in samples",
+        "A computer holds each command until its next sample; the loop still comes to rest.",
+    ),
+    "observed-loop": (
+        "The loop with its observer",
+        "The law has the measured outputs alone, and estimates the other states.",
+    ),
+    "l2-gain": _ENERGY,
+    "fuzzy-l2-gain": _ENERGY,
+    "h2-norm": ("Effect of white noise", "It bounds the mean square of the output under noise."),
+    "peak": ("Largest output", "It bounds the output at every instant under a disturbance."),
+    "exit-probability": (
+        "Probability of leaving the safe set",
+        "It says how safe the set is under noise.",
+    ),
+}
+
+
+def claim_rows(design: PlantDesign, loop: PlantLoop) -> list[ClaimRow]:
+    """Return the claims in the order of the certificate."""
+    stated: list[Mapping[str, Any]] = list(design.document.get("claims", []))
+    stated += [{}] * (len(design.checked.claims) - len(stated))
+    return [
+        _row(design, loop, claim, found)
+        for claim, found in zip(stated, design.checked.claims, strict=False)
+    ]
+
+
+def _row(design: PlantDesign, loop: PlantLoop, claim: Mapping[str, Any], found: Claim) -> ClaimRow:
+    kind = str(claim.get("kind", ""))
+    name, why = WORDS.get(kind, (found.name, ""))
+    bounds = claim.get("disturbance_bounds")
+    number = found.text
+    if found.verdict is Verdict.PROVED:
+        number = "; ".join(_numbers(design, loop, kind, claim)) or DASH
+    if bounds and kind in SETS:
+        name = f"{name} under disturbance"
+    assumes = "; ".join(assumptions(loop, claim))
+    return ClaimRow(name, found.verdict.name, number, assumes, why, f"{found.name}: {found.text}")
+
+
+def _numbers(
+    design: PlantDesign, loop: PlantLoop, kind: str, claim: Mapping[str, Any]
+) -> list[str]:
+    """Return the bounds that a proved claim has, in the units of the file."""
+    if kind in EMBEDDINGS:
+        rules = len(loop.model.rules)
+        return ["one linear system" if rules == 1 else f"{rules} rules"]
+    if kind in ("invariant-ellipsoid", "input-limits", "sampled-loop"):
+        return [*_limits(loop, claim), *_sampling(claim), *_starts(loop, claim)]
+    plain: dict[str, Callable[[Fraction], str]] = {
+        "decay_rate": lambda x: f"rate {_rate(loop, x)}",
+        "overshoot": lambda x: f"at most {at_most(x)} times the start",
+        "settling_time": lambda x: f"to {100 * claim['settled_share']:g} % within {_time(loop, x)}",
+        "relative": lambda x: f"all gains off by up to {at_least(100 * x)} %",
+        "gain": lambda x: f"gain at most {at_most(x)}",
+        "norm": lambda x: f"norm at most {at_most(x)}",
+        "probability": lambda x: f"at most {at_most(x)}",
+        "horizon": lambda x: f"in {_time(loop, x)}",
+    }
+    found = _limits(loop, claim)
+    if kind == "tracking":
+        found += _jumps(design, claim)
+    for key, words in plain.items():
+        value = claim.get(key)
+        if value is not None and _exact(value) > 0:
+            found.append(words(_exact(value)))
+    return found
+
+
+def _starts(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
+    """Return how far each state alone may start, and the disturbances that are withstood."""
+    found = [start_words(number) for number in set_starts(loop, claim["P"], claim["level"])]
+    bounds = claim.get("disturbance_bounds") or ()
+    moving = [
+        f"|{variable.name}| \u2264 {at_least(float(_exact(bound)) / size)}{behind(unit)}"
+        for variable, bound in zip(loop.plant.disturbances, bounds, strict=False)
+        for size, unit in (file_unit(variable),)
+    ]
+    return [", ".join(moving)] * bool(moving) + [f"one state displaced: {', '.join(found)}"]
+
+
+def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
+    return [
+        f"|{variable.name}| \u2264 {at_most(float(_exact(limit)) / size)}{behind(unit)}"
+        for variable, limit in zip(loop.plant.inputs, claim.get("input_limits") or (), strict=False)
+        for size, unit in (file_unit(variable),)
+    ]
+
+
+def _sampling(claim: Mapping[str, Any]) -> list[str]:
+    step = claim.get("sample_time")
+    return [] if step is None else [f"every {float(_exact(step)):g} s"]
+
+
+def _jumps(design: PlantDesign, claim: Mapping[str, Any]) -> list[str]:
+    from takagi.certificates.requests.tracking import jump_shares
+    from takagi.models.tracking import signals_of
+
+    signals = {variable.name: variable for variable in design.plant.disturbances}
+    found = []
+    for one, share in zip(design.plant.references, jump_shares(design.plant, claim), strict=True):
+        side = signals[one.name].range
+        assert side is not None  # a reference has one
+        size, unit = file_unit(signals[one.name])
+        jump = min(share, 1.0) * float(side.width)
+        found.append(f"{one.name} steps up to {at_least(jump / size)}{behind(unit)}")
+    for variable, rate in zip(signals_of(design.plant), claim["rates"], strict=True):
+        if rate:
+            size, unit = file_unit(variable)
+            fastest = at_least(float(_exact(rate)) / size)
+            found.append(f"{variable.name} may move at {fastest} {per_unit(unit, 's')}")
+    return found
+
+
+def _rate(loop: PlantLoop, value: Fraction) -> str:
+    rate, unit = rate_in_file_units(loop.plant, float(value))
+    return f"at least {at_least(rate)} {unit}"
+
+
+def _time(loop: PlantLoop, value: Fraction) -> str:
+    time, unit = time_in_file_units(loop.plant, float(value))
+    return f"{at_most(time)} {unit}"
+
+
+def _exact(value: object) -> Fraction:
+    return Fraction(str(value))

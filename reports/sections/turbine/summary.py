@@ -1,0 +1,442 @@
+"""What a turbine's design is worth, as figures: made once from claims, margins and simulations.
+
+Terminal, report and JSON show the same rows.  A row follows from one proved claim, whose name and
+assumptions it has, or it says that its figures are linear or simulated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import degrees, inf, log10, pi
+from typing import TYPE_CHECKING, Any
+
+from takagi.certificates.checker.kernel.result import Claim, Verdict
+from takagi.certificates.claims.turbine.published_search import gaps
+from takagi.certificates.design.turbine.result import ClaimSummary, claim_summary
+from takagi.models.laws.effort_sharing.law import EffortSharingLaw
+from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, span_words, wind_words
+from takagi.reports.margins.running_search import design_margins
+from takagi.reports.page.rounded_bounds import at_least, at_most
+from takagi.reports.sections.plant.summary import Number, SummaryRow
+from takagi.reports.simulation.design_runs import every_run, step_and_gust_runs, turbulent_runs
+
+if TYPE_CHECKING:
+    from takagi.certificates.design.turbine.result import TurbineDesign
+    from takagi.reports.loops.overlap_claims import OverlapClaim
+    from takagi.reports.margins.margins import Margins
+    from takagi.reports.simulation.design_runs import DesignRun
+
+RPM = 30 / pi
+# From this difference on an overspeed is called worse [% of rated].
+WORSE_BY = 1.0
+# Margins that are usually asked for [dB], [deg]: Astrom & Murray (2021), Feedback Systems, ch. 10.
+USUAL_GAIN, USUAL_PHASE = 6.0, 30.0
+REFERENCE = "reference controller"
+LINEAR, SIMULATED = "linear loop that runs, not proved", "simulated"
+
+
+def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
+    """Return the rows on a design; claims that are not proved have none but ``not proved``."""
+    law, of_set = design.effort_sharing_law, _set_rows(design)
+    return [
+        *_overlaps(design),
+        *of_set[:2],
+        *_turbulence(turbulent_runs(design)),
+        *_overspeed(every_run(design), step_and_gust_runs(design).get("gust")),
+        *of_set[2:3],
+        *_observer(design),
+        *_margins(design),
+        *of_set[3:],
+        *_wind_rate(design),
+        *_actuators(design),
+        *([] if law is None else [_gains(law)]),
+        *_not_proved(design),
+        _not_covered(design),
+    ]
+
+
+def summary_sentence(design: TurbineDesign) -> str:
+    """Return what is proved, and what is not, in a sentence or two of plain English."""
+    rows = {row.name: row for row in summary_rows(design)}
+    if "rotor speed" in rows:
+        low, high = (number.value for number in rows["rotor speed"].numbers[2:])
+        sentences = [
+            f"At winds of {low:g} to {high:g} m/s the rotor speed is proved to stay "
+            f"{rows['rotor speed'].parts[0]} while the wind stays in the proved wind class."
+        ]
+        if "overspeed" in rows:
+            largest = max(n.value for n in rows["overspeed"].numbers if REFERENCE not in n.quantity)
+            sentences.append(
+                "Gusts leave this class: there nothing is proved, and up to "
+                f"{largest:.1f} % overspeed is simulated."
+            )
+        return " ".join(sentences)
+    if "proved winds" in rows:
+        return (
+            f"At constant winds of {rows['proved winds'].parts[0]} that the law knows, the loop is "
+            "proved to settle at one equilibrium, from a set around it. Nothing is proved about a "
+            "changing wind."
+        )
+    proved = [one.name for one in design.checked.claims if one.verdict is Verdict.PROVED]
+    named = f": {', '.join(proved)}" if proved else ""
+    return f"{len(proved)} of {len(design.checked.claims)} claims are proved{named}."
+
+
+def proved_claim(design: TurbineDesign, kind: str) -> tuple[Mapping[str, Any], Claim] | None:
+    """Return the first proved claim of a kind, as the file states it and as the checker names it.
+
+    None where none is proved.
+    """
+    pairs = zip(design.document["claims"], design.checked.claims, strict=False)
+    proved = ((a, b) for a, b in pairs if a["kind"] == kind and b.verdict is Verdict.PROVED)
+    return next(proved, None)
+
+
+def _row(
+    name: str,
+    parts: Sequence[str],
+    numbers: Sequence[Number] = (),
+    claim: Claim | None = None,
+    *,
+    basis: str = "",
+    shortfall: str = "",
+) -> SummaryRow:
+    return SummaryRow(
+        name,
+        tuple(part for part in parts if part),
+        tuple(numbers),
+        basis=basis,
+        partial=bool(shortfall),
+        shortfall=shortfall,
+        claim=claim.name if claim else "",
+        assumes=claim.assumes if claim else (),
+    )
+
+
+def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
+    """Return the rows of the claim about the invariant set and the wind class."""
+    found, summary = proved_claim(design, "coherent-loop"), claim_summary(design)
+    if found is None or summary is None:
+        return []
+    claim, low, high = found[1], summary.edges[0], summary.edges[-1]
+    over, speed = 100 * summary.overspeed, design.turbine.rated_rotor_speed * RPM
+    speed *= 1 + summary.overspeed
+    side, share = "above" if over >= 0 else "below", at_most(over).removeprefix("-")
+    return [
+        _row(
+            "rotor speed",
+            (
+                f"at most {share} % {side} rated ({at_most(speed, 4)} rpm)",
+                f"{low:g} to {high:g} m/s",
+                "inside the wind class",
+            ),
+            (
+                Number("overspeed", over, "% of rated"),
+                Number("rotor speed", speed, "rpm"),
+                Number("lowest wind", low, "m/s"),
+                Number("highest wind", high, "m/s"),
+            ),
+            claim,
+        ),
+        _row(
+            "wind class",
+            (
+                f"|v - v_s| up to {_span(summary.wind_error)} m/s",
+                f"|v_s'| up to {_span(summary.wind_rate)} m/s^2",
+                "by wind",
+            ),
+            (
+                *_ends("wind error", summary.wind_error, "m/s"),
+                *_ends("rate of the schedule wind", summary.wind_rate, "m/s^2"),
+            ),
+            claim,
+        ),
+        _row(
+            "settling",
+            (_rate_words(summary.common_rate), "constant known wind"),
+            (Number("decay rate", summary.common_rate, "1/s"),),
+            claim,
+        ),
+        _plants(summary, claim),
+    ]
+
+
+def _plants(summary: ClaimSummary, claim: Claim) -> SummaryRow:
+    low, high = summary.inertia
+    least, most = summary.power_coefficient
+    wake = "up to the frozen wake's" if summary.frozen_wake else "of the equilibrium wake"
+    return _row(
+        "plants",
+        (
+            f"inertia {low:g} to {high:g} of nominal",
+            f"c_P {least:g} to {most:g} of the table's" if least < most else "",
+            f"pitch effectiveness {wake}",
+        ),
+        (
+            *_ends("inertia", summary.inertia, "of nominal"),
+            *_ends("power coefficient", summary.power_coefficient, "of the table's"),
+            Number("frozen wake covered", float(summary.frozen_wake), ""),
+        ),
+        claim,
+    )
+
+
+def _observer(design: TurbineDesign) -> list[SummaryRow]:
+    """Return what is proved with the wind observer in the loop, and the winds that are left out."""
+    found = proved_claim(design, "running-loop")
+    if found is None:
+        return []
+    stated, claim = found
+    winds = [(float(low), float(high)) for low, high in stated["winds"]]
+    ends = design.turbine.cut_in, design.turbine.cut_out
+    left = gaps(ends, winds)
+    rate = float(stated["decay_rate"])
+    covered = sum(high - low for low, high in winds)
+    return [
+        _row(
+            "observer",
+            (
+                _rate_words(rate),
+                f"constant wind of {', '.join(span_words(s, inward=True) for s in winds)} m/s",
+            ),
+            (
+                Number("decay rate", rate, "1/s"),
+                Number("winds covered", covered, "m/s", min(covered / (ends[1] - ends[0]), 1.0)),
+            ),
+            claim,
+            shortfall=f"not {_spans(left)} m/s" if left else "",
+        )
+    ]
+
+
+def _wind_rate(design: TurbineDesign) -> list[SummaryRow]:
+    """Return the allowed rate of a wind that is known, through the law's own filter."""
+    found = proved_claim(design, "wind-rate")
+    if found is None:
+        return []
+    rates = [float(rate) for rate in found[0]["ranges"][0]["estimate_rate"]]
+    filter_ = float(design.document["gains"].get("wind_filter", 0))
+    return [
+        _row(
+            "known wind",
+            (
+                f"|v'| up to {_span(rates)} m/s^2",
+                f"of a wind that is measured, through the law's filter of {filter_:g} s",
+            ),
+            _ends("rate of the wind", rates, "m/s^2"),
+            found[1],
+        )
+    ]
+
+
+def _actuators(design: TurbineDesign) -> list[SummaryRow]:
+    """Return the rates of pitch and torque that are proved, beside the limits of the drives."""
+    found = proved_claim(design, "actuator-rates")
+    if found is None:
+        return []
+    cells, turbine = found[0]["cells"], design.turbine
+    pitch, torque = (
+        max(float(cell[name]) for cell in cells) for name in ("pitch_rate", "torque_rate")
+    )
+    within = sum(float(cell["torque_rate"]) <= turbine.torque_rate_limit for cell in cells)
+    limits = degrees(turbine.pitch_rate_limit), turbine.torque_rate_limit / 1e3
+    return [
+        _row(
+            "actuators",
+            (
+                f"pitch moves at most at {at_most(degrees(pitch))} deg/s (limit {limits[0]:.3g})",
+                f"torque at most at {at_most(torque / 1e3)} kN m/s (limit {limits[1]:.3g})",
+            ),
+            (
+                Number("pitch rate", degrees(pitch), "deg/s"),
+                Number("torque rate", torque / 1e3, "kN m/s", within / len(cells)),
+            ),
+            found[1],
+            shortfall=f"torque within its limit in {within} of {len(cells)} wind cells"
+            if within < len(cells)
+            else "",
+        )
+    ]
+
+
+def _overlaps(design: TurbineDesign) -> list[SummaryRow]:
+    """Return the claim for the law's own overlaps, or the first if there is none for them."""
+    claims = overlap_claims(design)
+    chosen = next((one for one in claims if one.chosen), claims[0] if claims else None)
+    if chosen is None or not chosen.proved:
+        return []
+    claim = next(one for one in design.checked.claims if one.name == chosen.name)
+    left = f"not {gap_words(chosen)}" if chosen.left else ""
+    covered = sum(high - low for low, high in chosen.proved)
+    every = covered + sum(high - low for low, high in chosen.left)
+    winds = Number("winds covered", covered, "m/s", covered / every)
+    shown = (wind_words(chosen), f"overlaps of {chosen.label}")
+    rows = [_row("proved winds", shown, (winds,), claim, shortfall=left)]
+    if chosen.decay:
+        ends = _ends("decay rate", [float(rate) for rate in chosen.decay], "1/s")
+        rate = f"decay rate at least {' to '.join(chosen.decay)} 1/s, by wind"
+        rows.append(_row("settling", (rate, *_constant(chosen)), ends, claim))
+    others = [f"{one.label}: {wind_words(one)}" for one in claims if one is not chosen]
+    return [*rows, *([_row("other pairs", others, basis="of overlaps")] if others else [])]
+
+
+def _constant(claim: OverlapClaim) -> list[str]:
+    width = f"from {claim.half_width} rad/s around it or less" if claim.half_width else ""
+    share = f"speed settles within {claim.speed_share} % of rated from its reference"
+    pitch = f"{claim.pitch} at rest" if claim.pitch else ""
+    return ["constant wind that the law knows", width, share if claim.speed_share else "", pitch]
+
+
+def _not_proved(design: TurbineDesign) -> list[SummaryRow]:
+    names = [one.name for one in design.checked.claims if one.verdict is not Verdict.PROVED]
+    return [_row("not proved", names, basis="claimed", shortfall="open")] if names else []
+
+
+def _overspeed(runs: Sequence[DesignRun], rated: DesignRun | None) -> list[SummaryRow]:
+    """Return the overspeed that is largest, in the gust at rated wind, and worst of all beside.
+
+    Beside the reference controller's; worse counts from 1 % of rated speed on.
+    """
+    if rated is None:
+        return []
+    by_size = sorted(runs, key=lambda run: -run.law.metrics.overspeed)
+    worse = sorted((run for run in runs if _excess(run) > WORSE_BY), key=_excess)
+    shown = dict.fromkeys([by_size[0], rated, *worse[-1:]])
+    return [
+        _row(
+            "overspeed",
+            [_run_words(run) for run in shown],
+            [number for run in runs for number in _run_numbers(run)],
+            basis=SIMULATED,
+            shortfall=f"worse than the {REFERENCE} in {len(worse)} of {len(runs)} runs"
+            if worse
+            else "",
+        )
+    ]
+
+
+def _run_words(run: DesignRun) -> str:
+    law, reference = run.law.metrics.overspeed, run.reference
+    beside = f" (reference {reference.metrics.overspeed:.1f} %)" if reference else ""
+    return f"{law:.1f} % in the {run.words}{beside}"
+
+
+def _run_numbers(run: DesignRun) -> list[Number]:
+    results = {"": run.law, f", {REFERENCE}": run.reference}
+    return [
+        Number(f"overspeed, {run.words}{who}", result.metrics.overspeed, "% of rated")
+        for who, result in results.items()
+        if result is not None
+    ]
+
+
+def _excess(run: DesignRun) -> float:
+    """Return by how much the overspeed is above the reference controller's [% of rated]."""
+    if run.reference is None:
+        return -inf
+    return run.law.metrics.overspeed - max(run.reference.metrics.overspeed, 0.0)
+
+
+def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
+    """Return the share of time that class-B turbulence is inside the proved wind class."""
+    shares = {wind: run.share_inside for wind, run in runs.items() if run.inside is not None}
+    if not shares:
+        return []
+    numbers = [
+        Number(f"time inside the wind class, mean wind {wind:g} m/s", 100 * share, "%", share)
+        for wind, share in shares.items()
+    ]
+    least, most = (100 * of(shares.values()) for of in (min, max))
+    first, *others = (f"{100 * share:.0f} % at {wind:g}" for wind, share in shares.items())
+    return [
+        _row(
+            "turbulence",
+            (
+                f"class B is inside the wind class {least:.0f} to {most:.0f} % of the time",
+                ", ".join([f"{first} m/s", *others]),
+            ),
+            numbers,
+            basis=SIMULATED,
+            shortfall="less than class B" if least < 100 else "",
+        )
+    ]
+
+
+def _margins(design: TurbineDesign) -> list[SummaryRow]:
+    """Return the least gain and phase margin of the loop that runs, of all plants and winds."""
+    rows = [row for row in design_margins(design).rows if row.loops]
+    if not rows:
+        return []
+    if any(row.decay_rate <= 0 for row in rows):
+        unstable = "the loop that runs is not stable at every wind, see the report"
+        return [_row("margins", (unstable,), basis=LINEAR, shortfall="unstable")]
+    parts: list[str] = []
+    numbers: list[Number] = []
+    low: list[str] = []
+    for name, unit, size, usual in (
+        ("gain", "dB", gain_margin, USUAL_GAIN),
+        ("phase", "deg", phase_margin, USUAL_PHASE),
+    ):
+        value, row, loop = min(
+            ((size(margins), row, loop) for row in rows for loop, margins in row.loops),
+            key=lambda each: each[0],
+        )
+        parts.append(f"{name} {value:.3g} {unit} ({loop} at {row.wind:g} m/s)")
+        low += [f"{usual:g} {unit}"] if value < usual else []
+        numbers += [
+            Number(f"least {name} margin", value, unit),
+            Number(f"wind of the least {name} margin", row.wind, "m/s"),
+        ]
+    shortfall = f"less than the usual {' and '.join(low)}" if low else ""
+    return [_row("margins", parts, numbers, basis=LINEAR, shortfall=shortfall)]
+
+
+def gain_margin(margins: Margins) -> float:
+    """Return the factor, up or down, to which a gain may change [dB]."""
+    lower = inf if margins.gain_decrease == 0 else 1 / margins.gain_decrease
+    return 20 * log10(min(margins.gain_increase, lower))
+
+
+def phase_margin(margins: Margins) -> float:
+    """Return the phase margin [deg]."""
+    return degrees(margins.phase)
+
+
+def _gains(law: EffortSharingLaw) -> SummaryRow:
+    """Return the ranges of the law's gains over the schedule wind."""
+    parts: list[str] = []
+    numbers: list[Number] = []
+    for name, unit, values in (
+        ("proportional", "1/s", law.gains.proportional),
+        ("integral rate", "1/s", law.gains.integral_rate),
+    ):
+        ends = float(min(values)), float(max(values))
+        parts.append(f"{name} {ends[0]:.3g} to {ends[1]:.3g} {unit}")
+        numbers += _ends(name, ends, unit)
+    return _row("gains", parts, numbers, basis="in gains.json")
+
+
+def _not_covered(design: TurbineDesign) -> SummaryRow:
+    """Return what no claim speaks of."""
+    changing = "wind outside the wind class" if design.effort_sharing_law else "a changing wind"
+    parts = (changing, "sampling", "tower, shaft and blades", "c_P errors", "faults")
+    return _row("not covered", parts, basis="no claim")
+
+
+def _rate_words(rate: float) -> str:
+    return f"decay rate at least {at_least(rate)} 1/s (a factor e in {at_most(1 / rate)} s)"
+
+
+def _span(values: Sequence[float]) -> str:
+    return f"{at_least(min(values))} to {at_least(max(values))}"
+
+
+def _spans(spans: Sequence[tuple[float, float]]) -> str:
+    return ", ".join(span_words(span, inward=False) for span in spans)
+
+
+def _ends(quantity: str, values: Sequence[float], unit: str) -> tuple[Number, Number]:
+    return (
+        Number(f"{quantity}, least", float(min(values)), unit),
+        Number(f"{quantity}, largest", float(max(values)), unit),
+    )
