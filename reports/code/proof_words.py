@@ -17,17 +17,17 @@ def proof_lines(program: ControllerProgram) -> tuple[str, ...]:
         return (f"Proved: nothing; {program.verdict}.",)
     sampled = program.sample_time
     time = (
-        "in continuous time; the samples of this code are covered only by a claim that names a "
-        "sample time"
+        "in exact arithmetic and continuous time; the samples of this code are covered only by a "
+        "claim that names a sample time"
         if sampled is None
-        else f"in discrete time, with a sample every {sampled} s and no other"
+        else f"in exact arithmetic and discrete time, with a sample every {sampled} s and no other"
     )
     claims = program.document["certificate"].get("claims", ())
     return (
         f"The gain file says {program.verdict}. Confirm it with: takagi check CERTIFICATE --gains "
         "GAINS",
-        f"The claims hold {time}.",
-        f"The claims hold in these ranges: {', '.join(_ranges(program)) or 'all values'}.",
+        f"What is proved holds {time}.",
+        f"What is proved holds in these ranges: {', '.join(_ranges(program)) or 'all values'}.",
         *(f"Claim {k}, {one['verdict']}: {one['name']}" for k, one in enumerate(claims, 1)),
     )
 
