@@ -88,6 +88,7 @@ def _plant(plant: Plant) -> dict[str, Any]:
         "disturbances": _listed(v.symbol for v in plant.disturbances if not v.schedules),
         "unknown": _listed(v.symbol for v in plant.disturbances if v.unknown),
         "ranged": _listed(v.symbol for v in plant.disturbances if v.range is not None),
+        "unranged": _listed(v.symbol for v in plant.disturbances if v.range is None),
         "follows": Tex(
             " and ".join(f"${_latex(r.follows)} = {_latex(r.name)}$" for r in plant.references)
         ),
