@@ -50,11 +50,10 @@ def design_files(
     source : the model's file;  tell : called with a word before each step.
     """
     from takagi.certificates.document.certificate_file import dumps
-    from takagi.reports.gains_file.envelope import dump_gains
 
     files: Files = {}
     if "controller" in design.document:
-        files[GAINS] = dump_gains(_made("gains", design))
+        files[GAINS] = gain_file_of(design)
     files[CERTIFICATE] = dumps(design.document)
     if source is not None:
         from takagi.reports.design_record import design_record
@@ -64,6 +63,13 @@ def design_files(
         files[RECORD] = design_record(design, source, f"{MODEL}/{top.name}")
         files |= {name: copied.read_bytes() for name, copied in copies.items()}
     return files | report_files(design, tell=tell)
+
+
+def gain_file_of(design: Design) -> str:
+    """Return the text of ``gains.json``."""
+    from takagi.reports.gains_file.envelope import dump_gains
+
+    return dump_gains(_made("gains", design))
 
 
 def report_files(design: Design, *, tell: Tell | None = None) -> Files:
@@ -112,7 +118,13 @@ def read_design(folder: Path, *, tell: Tell | None = None) -> Design:
     parts = design_folder(folder)
     from takagi.reports.design_record import design_of_record
 
-    return design_of_record(*parts, tell=tell)
+    design = design_of_record(*parts, tell=tell)
+    if parts.gains is not None and parts.gains.read_text(encoding="utf-8") != gain_file_of(design):
+        raise CertificateError(
+            f"{folder}: the gains or texts of {RECORD} are not those of {GAINS}, so that one of "
+            f"both was changed; {_again(folder)}"
+        )
+    return design
 
 
 def _content(path: Path) -> Mapping[str, Any]:

@@ -130,7 +130,7 @@ def _lsoda(most: int) -> Any:
     """Return scipy's LSODA, which fails after this number of steps."""
     from scipy.integrate import LSODA
 
-    class LimitedLsoda(LSODA):  # type: ignore[misc]
+    class LimitedLsoda(LSODA):
         taken = 0
 
         def step(self) -> str | None:
@@ -138,7 +138,7 @@ def _lsoda(most: int) -> Any:
             if self.taken > most:
                 self.status = "failed"
                 return f"{most} steps were not enough"
-            return super().step()  # type: ignore[no-any-return]
+            return super().step()
 
     return LimitedLsoda
 

@@ -156,4 +156,4 @@ def test_references_behind_a_blend_need_its_proof() -> None:
     for blend in (Verdict.PROVED, Verdict.UNDECIDED):
         found = [Claim(kind, Verdict.PROVED, "") for kind in kinds]
         found[1] = Claim(kinds[1], blend, "")
-        assert of_the_plant(found, kinds, "here")[2].verdict is blend  # type: ignore[union-attr]
+        assert of_the_plant(found, kinds, "here")[2].verdict is blend
