@@ -102,7 +102,12 @@ def design_folder(folder: Path) -> DesignFolder:
     CertificateError : as ``design_file``, or a file is damaged.
     """
     record, certificate = _content(design_file(folder, RECORD)), design_file(folder, CERTIFICATE)
-    model = design_file(folder, str(record.get(MODEL)))
+    name = str(record.get(MODEL))
+    if not (folder / name).resolve().is_relative_to((folder / MODEL).resolve()):
+        raise CertificateError(
+            f"{folder}: {RECORD} names a model outside of {MODEL}/; {_again(folder)}"
+        )
+    model = design_file(folder, name)
     gains = design_file(folder, GAINS) if "controller" in _content(certificate) else None
     return DesignFolder(record, model, certificate, gains)
 

@@ -23,6 +23,7 @@ import numpy as np
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.replay.certificate import WITHOUT, check
 from takagi.certificates.design.design import StepClock, Tell
+from takagi.certificates.design.plant.result import PlantDesign
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.loading import read_model
@@ -80,13 +81,24 @@ def design_of_record(
         source = read_model(model)
         try:
             settings = _Reader({})(record["settings"])
-            derived = _derived_again(source, settings)
+            derived = _derived_again(source, settings, gains)
             derived |= {"settings": settings, "document": document, "checked": checked}
             design: Design = _Reader(derived)(record["design"])
+            _require_derived(design, derived)
+            if isinstance(design, PlantDesign):
+                _require_proved_law(design, document)
         except (ModelError, CertificateError):
             raise
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            before, place = document["provenance"]["versions"]["takagi"], certificate.parent
+        except (
+            ArithmeticError,
+            AttributeError,
+            ImportError,
+            LookupError,
+            RecursionError,
+            TypeError,
+            ValueError,
+        ) as error:
+            before, place = _version(document), certificate.parent
             raise ModelError(
                 f"{place}/design.json: cannot be read ({type(error).__name__}: {error}), for it is "
                 f"damaged, or of another version ({before}); design again with 'takagi design "
@@ -105,12 +117,16 @@ def _derived_of(design: Any) -> dict[str, Any]:
     return found | observed | {name: getattr(design, name) for name in names}
 
 
-def _derived_again(source: ModelFile, settings: Any) -> dict[str, Any]:
+def _derived_again(source: ModelFile, settings: Any, gains: Path | None) -> dict[str, Any]:
     """Return the same parts, without document and verdicts, from the model's file."""
     if source.kind == "plant":
-        from takagi.certificates.design.plant.design import plant_model
+        from takagi.certificates.design.given.plant_gains import in_ranges_of
+        from takagi.certificates.design.plant.design import claims_alone, plant_model
 
-        return {"plant": source.model, "model": plant_model(source.model, settings)}
+        plant = source.model
+        if gains is not None and claims_alone(plant):
+            plant = in_ranges_of(gains, plant)
+        return {"plant": plant, "model": plant_model(plant, settings)}
     from takagi.models.turbine.full_load import full_load_model
     from takagi.models.turbine.partial_load import partial_load_model
     from takagi.models.turbine.trim import derated
@@ -124,6 +140,48 @@ def _derived_again(source: ModelFile, settings: Any) -> dict[str, Any]:
         "full_load": full_load_model(turbine, speed_setpoint=speed),
         "observer": wind_observer_model(turbine, speed_setpoint=speed),
     }
+
+
+def _require_derived(design: Any, derived: Mapping[str, Any]) -> None:
+    """Refuse a record that states verdicts, a certificate or a model of its own."""
+    for name, part in _derived_of(design).items():
+        if part is not derived[name]:
+            raise ValueError(f"it states {name!r} of its own")
+
+
+def _require_proved_law(design: PlantDesign, document: Mapping[str, Any]) -> None:
+    """Refuse a plant's model or law other than those of the certificate."""
+    from takagi.certificates.document.plant_embedding import plant_and_claim
+    from takagi.models.laws.reference_feedback import ReferenceFeedback
+
+    model, stated = plant_and_claim(design.model)[0], document["model"]
+    if model is not None and model != {key: stated.get(key) for key in model}:
+        raise ValueError("its model is not the certificate's")
+    law = document.get("gains")
+    if law is None or design.gains is None:
+        if law is not design.gains:
+            raise ValueError("its gains are not the certificate's")
+        return
+    output = design.output_law
+    run = design.law if output is None else output.feedback
+    pairs: list[tuple[Floats, Any]] = [(design.gains, law["K"])]
+    if run is not None:
+        pairs += [(run.gains, law["K"]), (run.state_rest, law["trim"]["state"])]
+        pairs += [(run.input_rest, law["trim"]["input"])]
+    if isinstance(output, ReferenceFeedback):
+        pairs += [(getattr(output.observer, key), law["observer"][key]) for key in "ABCL"]
+    elif output is not None:
+        pairs += [(output.L, law["observer"]["L"])]
+    for given, proved in pairs:
+        if not np.array_equal(given, np.broadcast_to(np.asarray(proved, float), np.shape(given))):
+            raise ValueError("its gains are not the certificate's")
+
+
+def _version(document: Any) -> str:
+    """Return the version that wrote a certificate, as far as it says so."""
+    for key in ("provenance", "versions", "takagi"):
+        document = document.get(key) if isinstance(document, Mapping) else None
+    return str(document)
 
 
 class _Writer:
@@ -189,7 +247,8 @@ class _Reader:
             case "float":
                 return float(content)
             case "fraction":
-                return Fraction(content)
+                over, _, under = content.partition("/")
+                return Fraction(int(over), int(under or 1))
             case "tuple":
                 return tuple(self(entry) for entry in content)
             case "mapping":
@@ -200,7 +259,7 @@ class _Reader:
         module, _, name = data["class"].partition(":")
         # Nothing but data: no other module is imported, and nothing but a record is called.
         kind = getattr(import_module(module), name) if module.startswith("takagi.") else None
-        if kind is None or _members(kind) is None:
+        if kind is None or _members(kind) is None or kind.__module__ != module:
             raise ValueError(f"{data['class']} is no record of takagi")
         value = kind(**{key: self(entry) for key, entry in data["members"].items()})
         self._before.append(value)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from takagi.cli.main import main
+from takagi.models import ModelError
 from takagi.reports.design_folder import appendix_files, design_files, read_design
 from takagi.reports.output import write_folder
 from tests.cli.conftest import contents
@@ -108,6 +109,18 @@ def _changed(name: str, old: str, new: str) -> Callable[[Path], None]:
     return spoil
 
 
+def test_gains_of_the_record_are_the_proved_ones(folder: Path, tmp_path: Path) -> None:
+    """Else the page would show gains and margins that nobody proved."""
+    place = tmp_path / "out"
+    shutil.copytree(folder, place)
+    record = json.loads((place / "design.json").read_text(encoding="utf-8"))
+    record["design"]["members"]["gains"]["array"][0] = 99.0
+    (place / "design.json").write_text(json.dumps(record), encoding="utf-8")
+
+    with pytest.raises(ModelError, match="gains are not the certificate's"):
+        read_design(place)
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
@@ -118,6 +131,10 @@ def _changed(name: str, old: str, new: str) -> Callable[[Path], None]:
         (_changed("model/lorenz.toml", "28", "29"), "lorenz.toml"),
         (_changed("design.json", '"relaxation"', '"of_old"'), "--force"),
         (_changed("design.json", "takagi.lmi.answer:Answer", "subprocess:Popen"), "no record"),
+        (_changed("design.json", '{"derived":"checked"}', '{"tuple":[]}'), "'checked' of its own"),
+        (_changed("design.json", '"gains":{"array":[', '"gains":{"array":[9e9,'), "design.json"),
+        (_changed("design.json", '"model":"model/', '"model":"../'), "outside of model/"),
+        (_changed("design.json", "{", "[{"), "is damaged"),
     ],
 )
 def test_a_folder_that_is_no_whole_design_is_one_sentence(

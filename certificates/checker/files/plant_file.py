@@ -108,12 +108,15 @@ class Comparison:
         count = {name: len(_list(t, "arguments")) for name, t in tables.items()}
         self.expressions(count, references)
         words = []
-        if solved:
+        if solved and self.may_be_narrower:
+            names = ", ".join(solved)
+            words.append(f"{names} rests elsewhere in the file; no rest is claimed there")
+        elif solved:
             words.append(f"{', '.join(solved)} rests where it holds the states, not as in the file")
         if self.narrower:
             places = ", ".join(self.narrower)
             words.append(f"states are proved to stay in narrower ranges than the file's: {places}")
-        if self.unsolved:
+        if self.unsolved and not self.may_be_narrower:
             names = ", ".join(self.unsolved)
             words.append(
                 f"the file leaves the rest of {names} to be solved; any proved rest passes"

@@ -328,6 +328,14 @@ class FileReferences:
                 f"{path}: not the certificate's plant: references are {_listed(given)} there, "
                 f"{_listed(named)} in the certificate"
             )
+        # A reference or integral with the name of another quantity would stand in its place.
+        sections = ("states", "inputs", "disturbances", "scheduling", "parameters", "equations")
+        names = {name for section in sections for name in _object(file.get(section, {}))}
+        if taken := names & {*given, *named.values()}:
+            raise OtherModel(
+                f"{path}: not the certificate's plant: {_listed(taken)} is a quantity of the file, "
+                "and a reference or an integral in the certificate"
+            )
         return cls(given, named, path)
 
     @property

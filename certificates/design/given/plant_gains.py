@@ -107,8 +107,12 @@ def in_ranges_of(path: Path, plant: Plant) -> Plant:
     states = {v.name: v for v in plant.states}
     narrower = {}
     for entry in listed if isinstance(listed, list) else []:
-        name, ends = (entry.get(key) for key in ("name", "range"))
-        own = states[name].range if name in states else None
+        if not isinstance(entry, Mapping):
+            continue
+        name, ends = entry.get("name"), entry.get("range")
+        if not isinstance(name, str) or name not in states:
+            continue
+        own = states[name].range
         if own is None or not isinstance(ends, list) or len(ends) != 2:
             continue
         if not all(isinstance(end, Number) for end in ends):

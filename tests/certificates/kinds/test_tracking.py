@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -338,6 +339,35 @@ def test_a_rate_too_fast_is_not_claimed_as_proved(tmp_path: Path) -> None:
     assert not design.proved
     assert [verdict for _, verdict in found] == ["PROVED", "UNDECIDED", "PROVED"]
     assert 0 < found[2][0] < found[1][0] == pytest.approx(float(Fraction(500)) * np.pi / 180, 1e-3)
+
+
+UNSTABLE = """
+format = 1
+kind = "plant"
+name = "integrator"
+units = "unchecked"
+[states]
+x = { range = [-2, 2] }
+z = { range = [-0.01, 0.01] }
+[inputs]
+u = { range = [-10, 10] }
+[equations]
+x = "u"
+z = "5*z + x"
+[reference]
+r = { follow = "x", range = [-1, 1] }
+"""
+
+
+def test_an_integral_takes_no_name_of_the_file(tmp_path: Path) -> None:
+    """An integral called z would hide that the file's z leaves its range."""
+    named = json.loads(json.dumps(at()).replace('"xi"', '"z"').replace("xi [-]", "z [-]"))
+    assert "PROVED" in verdicts(resealed(named))
+    path = tmp_path / "plant.toml"
+    path.write_text(UNSTABLE, encoding="utf-8")
+
+    with pytest.raises(OtherModel, match="z is a quantity of the file"):
+        compare_plant(read_text(json.dumps(named), "c")["model"], path, narrower=True)
 
 
 SPRING = """
