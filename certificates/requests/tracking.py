@@ -17,7 +17,7 @@ from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.requests.loop.decimals import rounded_down, rounded_up, short
 from takagi.certificates.requests.loop.loop import ClaimedLoop
 from takagi.certificates.requests.request import Attempt
-from takagi.lmi.analysis.tracking import tracking_function, tracking_numbers
+from takagi.lmi.analysis.tracking import tracking_function
 from takagi.models.arrays import Floats
 from takagi.models.errors import ModelError
 from takagi.models.plant.plant import Plant
@@ -266,7 +266,7 @@ class _Search:
         if self.asked.kind == "jumps":
             rows = np.array(pushes).reshape(-1, len(D))
             jumps = np.vstack([self.line.slopes(j) * widths[j] for j in self.references])
-            return tracking_numbers(self.A, alpha, self.rows, rows, jumps=jumps, **weighed)
+            return tracking_function(self.A, alpha, self.rows, rows, jumps=jumps, **weighed)
         moving = np.count_nonzero(self.rates) * share * self.rates / (alpha * (1 - left))
         pushes += [
             slope * speed
@@ -276,7 +276,7 @@ class _Search:
         ]
         rows = np.array(pushes).reshape(-1, len(D))
         errors = np.vstack(self.C)
-        return tracking_numbers(self.A, alpha, self.rows, rows, errors=errors, **weighed)
+        return tracking_function(self.A, alpha, self.rows, rows, errors=errors, **weighed)
 
     def _counted(self) -> Floats:
         """Return the residuals, none of them 0, so that each has a finite weight."""
@@ -355,9 +355,8 @@ class _Search:
         alpha = max(rounded_down(QUICK[0] * self.top, 4), 1e-6)
         none = np.zeros((0, len(self.A[0])))
         jumps = np.vstack([self.line.slopes(j) for j in self.references])
-        P = tracking_function(self.A, alpha, self.rows, none, jumps=jumps)
-        if P is None:
-            P = _of_the_middle(self.A.mean(axis=0))
+        found = tracking_function(self.A, alpha, self.rows, none, jumps=jumps)
+        P = _of_the_middle(self.A.mean(axis=0)) if found is None else found[0]
         return self._filled(short(P, DIGITS[0]), alpha, self.rates)
 
     def replay(self, claim: dict[str, Any]) -> Claim:

@@ -191,23 +191,6 @@ def tracking_function(
     *,
     jumps: Floats | None = None,
     errors: Floats | None = None,
-) -> Floats | None:
-    """Return P (n, n) of the module's condition; None where none is found.
-
-    Parameters are those of ``tracking_condition``.
-    """
-    found = tracking_numbers(A, alpha, rows, pushes, jumps=jumps, errors=errors)
-    return None if found is None else found[0]
-
-
-def tracking_numbers(
-    A: Floats,
-    alpha: float,
-    rows: Floats,
-    pushes: Floats,
-    *,
-    jumps: Floats | None = None,
-    errors: Floats | None = None,
     residuals: Floats | None = None,
     left: float = 0.0,
 ) -> tuple[Floats, Floats | None] | None:
