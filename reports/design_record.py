@@ -33,6 +33,11 @@ if TYPE_CHECKING:
     from takagi.models.loading import ModelFile
 
 
+UNREADABLE = (
+    ArithmeticError, AttributeError, ImportError, LookupError, RecursionError, TypeError, ValueError
+)  # fmt: skip
+
+
 def design_record(design: Design, source: ModelFile, model: str) -> str:
     """Return the text of ``design.json``.
 
@@ -89,15 +94,7 @@ def design_of_record(
                 _require_proved_law(design, document)
         except (ModelError, CertificateError):
             raise
-        except (
-            ArithmeticError,
-            AttributeError,
-            ImportError,
-            LookupError,
-            RecursionError,
-            TypeError,
-            ValueError,
-        ) as error:
+        except UNREADABLE as error:
             before, place = _version(document), certificate.parent
             raise ModelError(
                 f"{place}/design.json: cannot be read ({type(error).__name__}: {error}), for it is "

@@ -245,13 +245,6 @@ class EffortSharingLaw:
         q = float(np.interp(wind, self.schedule.wind, self.schedule.trim_effort))
         return float(effort_ramp_slope(q, self.schedule.overlap))
 
-    def gain_pair(self, wind: float) -> tuple[float, float]:
-        """Return (gamma_e, gamma_I) = (gamma, gamma nu) in 1/s and 1/s^2."""
-        table = _columns(self)
-        k, share = _place(table.wind, self._inside(wind))
-        gamma = _between(table.proportional, k, share)
-        return gamma, gamma * table.integral_rate[k]
-
     def _unpacked(self, state: ArrayLike, measurement: Measurement) -> tuple[float, float]:
         """Return x and the schedule wind."""
         x, wind = np.asarray(state, dtype=np.float64).tolist()
