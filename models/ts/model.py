@@ -224,11 +224,6 @@ class TSModel(ShortRepr):
         """Where the model equals its plant, if that is less than its box; None for the box."""
         return next((p.domain for p in self.premises if p.domain is not None), None)
 
-    @property
-    def derivation_latex(self) -> str:
-        """The derivation as LaTeX; empty for a model given as matrices."""
-        return "" if self.derivation is None else self.derivation.latex
-
     def memberships(
         self, values: ArrayLike | None = None, /, *, clip: bool = False, **premise_values: ArrayLike
     ) -> Floats:

@@ -197,8 +197,11 @@ def sampled_radius(law: EffortSharingLaw, turbine: Turbine, wind: float, time: f
     a, slope, _ = (
         float(part) / turbine.inertia for part in rotor_torque_gradient(turbine, speed, pitch, wind)
     )
-    tau, gamma = turbine.pitch_time_constant, float(np.interp(wind, table.wind, table.proportional))
-    gamma_i = gamma * table.integral_rate[np.searchsorted(table.wind, wind, side="right") - 1]
+    tau, gamma = (
+        turbine.pitch_time_constant,
+        float(np.interp(wind, table.wind, law.gains.proportional)),
+    )
+    gamma_i = gamma * law.gains.integral_rate[np.searchsorted(table.wind, wind, side="right") - 1]
     b = float(np.interp(wind, table.wind, table.effectiveness))
     held = expm(time * np.array([[a, slope, 0], [0, -1 / tau, 1 / tau], [0, 0, 0]]))
     A, B = held[:2, :2], held[:2, 2]
