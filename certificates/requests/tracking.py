@@ -311,8 +311,7 @@ class _Search:
         if u is not None:
             weights = [rounded_up(w * WIDER, 6) for w in u / self._counted() ** 2]
             spare = 2 * alpha * SPARE * radius**2 / len(residuals)
-            cheap = [rounded_up(np.sqrt(spare / w), 4) for w in weights]
-            residuals = np.maximum(residuals, cheap)
+            residuals = np.maximum(residuals, [rounded_up(np.sqrt(spare / w), 4) for w in weights])
             norm = float(np.sqrt(alpha * (weights @ residuals**2) / 2))
             weighed = {"residual_weights": weights}
         slopes = [self.line.slopes(j) for j in range(len(self.line.sides))]

@@ -289,7 +289,7 @@ def optimise(
         # condition is feasible. Whether it is feasible is therefore decided without the objective,
         # once.
         if plain is None and (best is None or best.status != "candidate"):
-            count = 99 if most is None else most
+            count = most or 99
             plain = decide(data.condition, cap=cap, session=session, assembled=data, most=count)
             tries.extend(plain.tries)
             if plain.status == "infeasible":

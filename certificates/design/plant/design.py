@@ -163,8 +163,7 @@ def _design_tracking(work: _Work) -> PlantDesign | NoDesign:
         require_measured(plant, model)
     with clock("gains"), in_plant_words(plant):
         found = tracking_gains(plant, model, asked, observed=observed)
-        if claims_alone(plant):
-            # All claims say that states stay in their ranges.
+        if claims_alone(plant):  # all claims say that states stay in their ranges
             work, found = _within_narrower_ranges(work, found, observed=observed)
     if found.jump > 0:
         return _rounded(work, found.found, found.observer)

@@ -56,8 +56,7 @@ def narrowed(plant: Plant, group: Sequence[Variable], share: Fraction) -> dict[s
         assert v.range is not None  # such variables are narrowed
         low, high = rests.get(v.name, (v.rest, v.rest))
         ends = (low + share * (v.range.lower - low), high + share * (v.range.upper - high))
-        rounded = (Fraction(f"{float(end):.6g}") for end in ends)
-        found[v.name] = replace(v, range=Interval(*rounded))
+        found[v.name] = replace(v, range=Interval(*(Fraction(f"{float(e):.6g}") for e in ends)))
     return found
 
 
