@@ -111,8 +111,8 @@ def turbine_law(
         float | None,
         typer.Option(
             metavar="SHARE",
-            help="Turbines: pitch effectiveness that the law divides by, over the frozen wake's "
-            "[-]; 1 unless given. Less moves pitch more. Effort-sharing law.",
+            help="Turbines: pitch effectiveness that the law assumes, as a share of the frozen "
+            "wake's [-]; 1 unless given. A smaller one moves pitch more. Effort-sharing law.",
         ),
     ] = None,
 ) -> None:

@@ -37,7 +37,7 @@ def appendix(
     """Write the LaTeX appendix of the design in DIR; nothing is designed again.
 
     Leaves appendix.tex, which compiles alone, appendix-body.tex for a paper of your own, their
-    references in appendix.bib, and the figures as PDF: all of them, or none.
+    references in appendix.bib, and the figures as PDF.
 
     Exit status: 0 PROVED; 1 not proved; 2 misuse, or a folder that is no finished design.
     """

@@ -39,9 +39,9 @@ def design(
 ) -> int:
     """Design a controller for MODEL, prove what is claimed of it, and report.
 
-    Leaves gains.json, certificate.json, report.html, figures/, and what other verbs need to read
-    DIR as this design, in DIR: all of them, or none. A design that is there already is replaced
-    with --force only. A plant without inputs is analysed, and has no gains.
+    Writes gains.json, certificate.json, report.html, figures/, and what other verbs need to read
+    DIR as this design. If the command is interrupted, none of them is written. A design that is
+    there already is replaced with --force only. A plant without inputs is analysed: no gains.
 
     Exit status: 0 PROVED; 1 not proved, or no such design exists; 2 misuse.
     """

@@ -82,7 +82,7 @@ def export(
 
     {targets}
 
-    With --coq a certificate's claims become theorems for the proof assistant Coq (Rocq): so many
+    With --coq each claim of a certificate becomes a theorem for the proof assistant Coq (Rocq): its
     matrices are positive definite, or semidefinite. Check the file with `coqc FILE`; its kernel
     decides them by computation, and the proof that this decides them is in the file. What is no
     matrix, such as the ranges of premises, is left to the checkers.
