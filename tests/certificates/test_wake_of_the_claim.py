@@ -106,7 +106,7 @@ def test_a_small_wake_is_not_called_the_frozen_one(short: dict[str, Any]) -> Non
     told = [float(one.name.split("pitch effectiveness up to ")[1].split(" to ")[0])
             for one in (forged, own)]  # fmt: skip
     assert least - 1e-3 < told[0] <= least and told[1] > 9 * told[0]
-    assert "the turbine's frozen wake only if its model file says so" in forged.text
+    assert "the turbine's frozen wake if its model file states that wake" in forged.text
 
 
 def test_the_files_name_of_a_claim_is_the_verdicts(built: Any) -> None:
