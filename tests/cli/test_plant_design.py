@@ -264,12 +264,12 @@ def test_the_answer_for_machines(pendulum: Path, tmp_path: Path, capsys: Capture
 def test_next_commands_can_be_typed_as_printed(
     pendulum: Path, tmp_path: Path, capsys: Capture
 ) -> None:
-    """The check and the simulation that are suggested exist and succeed."""
+    """The check, the simulation and the export that are suggested exist and succeed."""
     main(["design", str(pendulum), "--out", str(tmp_path / "out")])
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
     commands = [line.split()[1:] for line in lines if line.startswith("takagi ")]
 
-    assert [command[0] for command in commands] == ["check", "simulate"]
+    assert [command[0] for command in commands] == ["check", "simulate", "export"]
     for command in commands:
         assert main(command) == 0
 

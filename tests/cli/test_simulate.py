@@ -109,7 +109,7 @@ def test_projects_and_papers_laws_run_with_the_observer(
 
     assert status == 0
     assert asked["settings"].synthesis == "two-step"
-    assert "coherent" in capsys.readouterr().out
+    assert "effort-sharing" in capsys.readouterr().out
     assert list(answer["laws"]) == list(names)
     assert [row["law"] for row in answer["rows"]] == list(names) * 3
     for row in answer["rows"]:

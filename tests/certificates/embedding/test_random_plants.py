@@ -200,4 +200,3 @@ def test_derived_plants_are_proved(number: int, sample_time: float | None) -> No
     found = said_of(plant_data(model))
 
     assert found.verdict is Verdict.PROVED, found.text
-    assert ("x(t + T)" in found.text) == (sample_time is not None)
