@@ -113,9 +113,7 @@ def in_ranges_of(path: Path, plant: Plant) -> Plant:
         if not isinstance(name, str) or name not in states:
             continue
         own = states[name].range
-        if own is None or not isinstance(ends, list) or len(ends) != 2:
-            continue
-        if not all(isinstance(end, Number) for end in ends):
+        if own is None or not isinstance(ends, list) or [*map(type, ends)] != [Number, Number]:
             continue
         low, high = map(Fraction, ends)
         if own.lower <= low < high <= own.upper:

@@ -314,7 +314,8 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
             parts.append(f"{name}: nothing proved of the stated {stated}")
         elif row.share < 1:
             reach = f"{at_least(row.proved / size)}{behind(unit)}"
-            parts.append(f"{name} up to {reach}: {100 * row.share:.2g} % of the stated {stated}")
+            label = f"{name} that varies," if followed else name
+            parts.append(f"{label} up to {reach}: {100 * row.share:.2g} % of the stated {stated}")
         else:
             parts.append(f"{name} up to {stated}, all of its range")
         if followed and row.share < 1:

@@ -20,6 +20,7 @@ TILES = {
     "margins": "there is no loop",
     "not covered": "",
 }
+PART = {"follows": "the steps of ", "disturbance": "a varying "}  # before what is proved in part
 
 
 def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Section:
@@ -32,15 +33,14 @@ def verdict_section(design: PlantDesign, picture: CaptionedFigure | None) -> Sec
             ranged = any(state in design.model.box for state in design.model.states)
             tiles.append(Tile(name, (absent,), partial=ranged and name == "safe start"))
         else:
-            basis = row.basis or "proved"
-            tiles.append(Tile(name, row.parts, basis, row.regulator, row.partial))
+            tiles.append(Tile(name, row.parts, row.basis or "proved", row.regulator, row.partial))
     content = {
         "verdict": design.checked.verdict.name,
         "sentence": answer_sentence(design),
         "tiles": tiles,
         "picture": picture,
         "parts": [
-            f"{at_least(100 * number.share, 2)} % of {number.quantity}"
+            f"{at_least(100 * number.share, 2)} % of {PART.get(row.name, '')}{number.quantity}"
             for row in rows.values()
             for number in row.numbers
             if row.partial and number.share is not None and number.share < ALL_OF_RANGE

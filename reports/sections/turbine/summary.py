@@ -119,14 +119,14 @@ def _set_rows(design: TurbineDesign) -> list[SummaryRow]:
     if found is None or summary is None:
         return []
     claim, low, high = found[1], summary.edges[0], summary.edges[-1]
-    over, speed = 100 * summary.overspeed, design.turbine.rated_rotor_speed * RPM
-    speed *= 1 + summary.overspeed
+    over, rated = 100 * summary.overspeed, design.turbine.rated_rotor_speed * RPM
+    speed = rated * (1 + summary.overspeed)
     side, share = "above" if over >= 0 else "below", at_most(over).removeprefix("-")
     return [
         _row(
             "rotor speed",
             (
-                f"at most {share} % {side} rated ({at_most(speed, 4)} rpm)",
+                f"at most {at_most(speed, 4)} rpm, {share} % {side} the rated {rated:.4g} rpm",
                 f"{low:g} to {high:g} m/s",
                 "inside the wind class",
             ),
