@@ -124,13 +124,13 @@ class Algebra:
             terms = self.polynomial(root)
         except Refused:
             return root
-        found = g.constant(0)
+        total = g.constant(0)
         for monomial, factor in terms.items():
             term = g.constant(factor)
             for name, power in monomial:
                 term = g.multiply(term, g.power(g.variable(name), Fraction(power)))
-            found = g.add(found, term)
-        return found
+            total = g.add(total, term)
+        return total
 
     def quotient(self, root: int) -> Quotient:
         """Return the node as a quotient of polynomials in this algebra's atoms."""
