@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from takagi.certificates.checker.kernel.reader import read_text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.fuzzy_decay import inequalities
+from takagi.certificates.checker.kinds.fuzzy_decay import FuzzyDecay as CheckedFuzzyDecay
 from takagi.certificates.checker.kinds.simplex_polynomial import Polynomial
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.requests.loop.decimals import DIGITS, rounded_down, rounded_up, short
@@ -195,14 +195,15 @@ def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
     """Return the pieces that prove a claim ``fuzzy-decay``; the longest edges are cut first."""
     found = Cut()
     try:
-        asked, _ = inequalities(read_text(json.dumps(claim), "claim"), exact, "claim")
+        read = CheckedFuzzyDecay.read(read_text(json.dumps(claim), "claim"), exact, "claim")
+        conditions = [X for X, _ in read.conditions()]
     except CertificateError:
         return found
     tree: list[list[int]] = []
-    left = [([X for X, _ in asked], corners_of(exact))]
+    left = [(conditions, corners_of(exact))]
     while left and len(tree) < MOST_PIECES:
         conditions, places = left.pop()
-        open_ = [X for X in conditions if X.failing()]
+        open_ = [X for X in conditions if not _is_positive(X)]
         if not open_:
             tree.append([])
             continue
@@ -218,6 +219,11 @@ def cut(claim: dict[str, Any], exact: PolytopicLoop) -> Cut:
     if not left:
         found.halvings = tree
     return found
+
+
+def _is_positive(X: Polynomial) -> bool:
+    """Return whether every coefficient is positive definite."""
+    return all(coefficient.is_positive_definite for _, coefficient in X.coefficients())
 
 
 def _failing_rules(conditions: list[Polynomial], exact: PolytopicLoop) -> Iterator[int]:

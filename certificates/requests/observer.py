@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from takagi.certificates.checker.kinds.observed_loop import ranges_kept, whole_loops
+from takagi.certificates.checker.kinds.observed_loop import ranges_kept, starts, whole_loops
 from takagi.certificates.checker.kinds.observer import error_loops, joint_loops, secant_loops
-from takagi.certificates.checker.words.sentences.observed_loop import starts
 from takagi.certificates.requests.decay import (
     BACK_OFF,
     decay_claims,

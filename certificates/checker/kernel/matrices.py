@@ -35,6 +35,16 @@ class Matrix:
         return cls([[int(i == j) for j in range(size)] for i in range(size)])
 
     @classmethod
+    def zeros(cls, rows: int, columns: int) -> Matrix:
+        return cls([[0] * columns for _ in range(rows)])
+
+    @classmethod
+    def diagonal(cls, values: Sequence[Fraction]) -> Matrix:
+        """Return the square matrix with these numbers on its diagonal."""
+        none, size = Fraction(0), range(len(values))
+        return cls.of([[values[i] if i == j else none for j in size] for i in size])
+
+    @classmethod
     def blocks(cls, parts: Sequence[Sequence[Matrix]]) -> Matrix:
         """Return [[M11, M12, ...], [M21, ...], ...] as one matrix."""
         below = lcm(*(part.below for row in parts for part in row))
@@ -91,6 +101,15 @@ class Matrix:
         common = gcd(self.below, *(entry for row in self.rows for entry in row))
         rows = [[entry // common for entry in row] for row in self.rows]
         return Matrix(rows, self.below // common)
+
+    @property
+    def trace(self) -> Fraction:
+        """The sum of the diagonal."""
+        return Fraction(sum(self.rows[k][k] for k in range(len(self.rows))), self.below)
+
+    def row(self, k: int) -> Matrix:
+        """Return row k as a matrix of one row."""
+        return Matrix([list(self.rows[k])], self.below)
 
     @property
     def is_symmetric(self) -> bool:

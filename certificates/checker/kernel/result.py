@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from takagi.certificates.checker.kernel.claim_kind import ClaimKind
 
 
 class Verdict(Enum):
@@ -17,19 +19,14 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class Found:
-    """The result of replaying one claim, before its sentence is written.
+class Decided:
+    """A claim whose obligations all hold, before its sentence is written."""
 
-    Attributes
-    ----------
-    verdict : final; the code that writes the sentence runs afterwards and cannot change it.
-    words : the module of ``takagi.certificates.checker.words.sentences`` that writes the sentence.
-    given : the arguments of that module's ``said``, which returns (name, text).
-    """
+    claim: ClaimKind
 
-    verdict: Verdict
-    words: str
-    given: Mapping[str, Any]
+    @property
+    def verdict(self) -> Verdict:
+        return self.claim.shows
 
 
 @dataclass(frozen=True)
@@ -45,7 +42,7 @@ class Claim:
     assumes: tuple[str, ...] = ()
 
 
-Outcome = Claim | Found
+Outcome = Claim | Decided
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,6 @@ r"""``decay``: V = x'Px decays along every blend of the loop, with one P > 0 for
 for the closed loop G of every blend, with a rational rho^2 <= e^(-2 alpha T) in discrete time.
 alpha = 0 [1/s] claims stability without a rate: V decreases strictly.
 
-Evidence: ``P``, ``decay_rate``.
-
 It is enough to test the blends, because the conditions are affine in G.  The second is equivalent,
 by a Schur complement, to [[rho^2 P, G'P], [PG, P]] > 0.
 
@@ -17,46 +15,63 @@ recalled.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, text
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_least
 
 
-def check_decay(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
-    name = text(claim, "name", where)
-    alpha = number(claim, "decay_rate", where)
-    P = read_matrix(claim, "P", where, (loop.order, loop.order))
-    if alpha < 0:
-        return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(loop, alpha)
-    blends = blends_of(loop, claim, where)
-    for blend in blends:
-        if not decrease(loop, P, blend.A, factor).is_positive_definite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    said = {"name": name, "loop": loop, "alpha": alpha, "blends": len(blends)}
-    return Found(Verdict.PROVED, "decay", said)
+@dataclass(frozen=True)
+class Decay(LoopClaim):
+    """V = x'Px decays at the rate ``decay_rate``; see the module."""
+
+    decay_rate: Fraction = number("1/s")
+    P: Matrix = matrix("n", "n")
+
+    def obligations(self) -> Obligations:
+        yield nonnegative(self.decay_rate, "the decay rate is negative")
+        yield positive(self.P, NOT_DEFINITE)
+        factor = decrease_factor(self.loop, self.decay_rate)
+        for blend in blends_of(self.loop, self.claim, self.where):
+            falling = decrease(self.loop, self.P, blend.A, factor)
+            yield positive(falling, f"the inequality fails at {blend.label}")
+
+    def sentence(self) -> str:
+        loop, count = self.loop, len(blends_of(self.loop, self.claim, self.where))
+        return (
+            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)} "
+            f"(inequalities: {count}){while_valid(loop)}{deviations(loop, 'x')}"
+        )
 
 
-def decrease_factor(loop: PolytopicLoop, alpha: Fraction) -> Fraction:
+def falls_as(decay_rate: Fraction) -> str:
+    """Return how V falls."""
+    return f"decays as exp(-{at_least(2 * decay_rate, 6)} t)" if decay_rate else "falls"
+
+
+def decrease_factor(loop: PolytopicLoop, decay_rate: Fraction) -> Fraction:
     """Return 2 alpha in continuous time, rho^2 <= e^(-2 alpha T) in discrete time."""
     if loop.sample_time is None:
-        return 2 * alpha
-    if not alpha:
+        return 2 * decay_rate
+    if not decay_rate:
         # e^0 = 1 is exact; a rounded value below 1 would claim more than stability.
         return Fraction(1)
     # Imported here: continuous time needs no exponential.
     from takagi.certificates.checker.arithmetic.exponential import exp_below
 
     # Rounded down: a smaller rho^2 makes the inequality stronger.
-    return exp_below(2 * alpha * loop.sample_time)
+    return exp_below(2 * decay_rate * loop.sample_time)
 
 
 def decrease(loop: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction) -> Matrix:

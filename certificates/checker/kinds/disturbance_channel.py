@@ -46,12 +46,7 @@ class DisturbanceChannel:
     @property
     def through(self) -> Matrix:
         """D, as a matrix of zeros where there is no feedthrough."""
-        return zero(self.C.shape[0], self.B.shape[1]) if self.D is None else self.D
-
-
-def zero(rows: int, columns: int) -> Matrix:
-    """Return a matrix of zeros."""
-    return Matrix([[0] * columns for _ in range(rows)])
+        return Matrix.zeros(self.C.shape[0], self.B.shape[1]) if self.D is None else self.D
 
 
 def disturbance_channels(
@@ -138,7 +133,7 @@ def quadratic_change(
     """Return (F, G, H): V' or V(x+) - V(x) = -x'Fx + 2 x'Gw + w'Hw for V = x'Px."""
     PA, PB = P @ A, P @ B
     if not discrete:
-        return -(PA + PA.T), PB, zero(B.shape[1], B.shape[1])
+        return -(PA + PA.T), PB, Matrix.zeros(B.shape[1], B.shape[1])
     return P - A.T @ PA, A.T @ PB, B.T @ PB
 
 

@@ -36,91 +36,159 @@ supermartingale; Ville (1939) for the inequality.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, numbers, text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import (
+    Obligations,
+    never,
+    nonnegative,
+    positive,
+)
+from takagi.certificates.checker.kernel.reader import numbers as read_numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.disturbance_channel import entrance
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.box_of_validity import beyond_range, outside_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
+from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
+from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
+from takagi.certificates.checker.words.ellipsoid_size import rounded_size
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    granted,
+    in_which_sense,
+    unforeseeing,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_least, at_most
+
+ONE = Fraction(1)
 
 
 @dataclass(frozen=True)
-class NoisyMotion:
-    """The disturbances of the claim, and its function V.
+class Noise:
+    """The disturbance of the claim.
 
     ``way`` : "disturbances" or "inputs"; ``E`` : the matrices through which w enters.
-    ``noise``, ``bounds`` : for each w_k the root of its intensity and its bound, 0 for none.
+    ``sizes``, ``bounds`` : for each w_k the root of its intensity and its bound, 0 for none.
+    ``multipliers`` : b_k of the bounds that are not 0.
     """
 
-    P: Matrix
-    rate: Fraction
-    exponent: Fraction
-    multipliers: list[Fraction]
     way: str
     E: Stack
-    noise: list[Fraction]
+    sizes: list[Fraction]
     bounds: list[Fraction]
+    multipliers: list[Fraction]
 
-    def inequalities(
-        self, loop: PolytopicLoop, claim: Any, where: str
-    ) -> Iterator[tuple[str, Matrix, Fraction]]:
-        """Yield label, minus the module's matrix, and tr(S'PS) of every blend."""
-        noisy, pushed = _columns(self.noise), _columns(self.bounds)
-        both = Matrix.blocks([[pushed, noisy]]) if self.multipliers else noisy
-        q = noisy.shape[1]
-        corner = _diagonal([*self.multipliers, *[1 / (2 * self.exponent)] * q])
-        blends = blends_of(replace(loop, more=(self.E,)), claim, where)
+
+@dataclass(frozen=True)
+class ExitProbability(LoopClaim):
+    """Under white noise V reaches 1 with probability ``probability`` at most; see the module."""
+
+    P: Matrix = matrix("n", "n")
+    rate: Fraction = number("1/s", positive=True)
+    exponent: Fraction = number(positive=True)
+    start: Fraction = number()
+    horizon: Fraction = number("s", positive=True)
+    probability: Fraction = number(positive=True)
+
+    def obligations(self) -> Obligations:
+        loop, P = self.loop, self.P
+        if loop.is_discrete:
+            raise CertificateError(f"{self.where}: the claim is about loops in continuous time")
+        if not (0 <= self.start < 1 and self.probability < 1):
+            raise CertificateError(f"{self.where}: 0 <= start < 1, probability < 1 are needed")
+        noise = self.noise()
+        yield positive(P, NOT_DEFINITE)
+        yield from self._inside_model(noise)
+        noisy, pushed = _columns(noise.sizes), _columns(noise.bounds)
+        both = Matrix.blocks([[pushed, noisy]]) if noise.multipliers else noisy
+        weights = [1 / (2 * self.exponent)] * noisy.shape[1]
+        corner = Matrix.diagonal([*noise.multipliers, *weights])
+        blends = blends_of(replace(loop, more=(noise.E,)), self.claim, self.where)
         bounded(len(blends), loop.order + len(corner.rows))
+        largest_trace = Fraction(0)
         for blend in blends:
             E = blend.of(blend.loop.more[0])
-            PA, side, S = self.P @ blend.A, self.P @ (E @ both), E @ noisy
-            energy = S.T @ (self.P @ S)
-            trace = sum((energy[k, k] for k in range(q)), Fraction(0))
-            falling = -(PA + PA.T) - self.rate * self.P
-            yield blend.label, Matrix.blocks([[falling, -side], [-side.T, corner]]), trace
+            PA, side, S = P @ blend.A, P @ (E @ both), E @ noisy
+            falling = -(PA + PA.T) - self.rate * P
+            yield nonnegative(
+                Matrix.blocks([[falling, -side], [-side.T, corner]]),
+                f"the inequality fails at {blend.label}",
+            )
+            largest_trace = max(largest_trace, (S.T @ (P @ S)).trace)
+        bound = exit_bound(
+            rate=self.rate,
+            exponent=self.exponent,
+            level=sum(noise.multipliers, Fraction(0)) + largest_trace,
+            start=self.start,
+            horizon=self.horizon,
+        )
+        failure = "the bound of the probability is above the claim's"
+        yield never(failure) if bound is None else nonnegative(self.probability - bound, failure)
 
+    def noise(self) -> Noise:
+        """Return the disturbance of the claim.
 
-def check_exit_probability(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with the module's evidence."""
-    name = text(claim, "name", where)
-    moved = _read(claim, loop, where)
-    start, horizon, probability = (
-        number(claim, key, where) for key in ("start", "horizon", "probability")
-    )
-    if not (0 <= start < 1 and horizon > 0 and 0 < probability < 1):
-        raise CertificateError(f"{where}: 0 <= start < 1, horizon > 0, 0 < probability < 1")
-    if not moved.P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    if why := _beyond_model(moved, loop):
-        return Claim(name, Verdict.UNDECIDED, why)
-    largest = Fraction(0)
-    for label, left, trace in moved.inequalities(loop, claim, where):
-        if not left.is_positive_semidefinite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
-        largest = max(largest, trace)
-    bound = exit_bound(
-        rate=moved.rate,
-        exponent=moved.exponent,
-        level=sum(moved.multipliers, Fraction(0)) + largest,
-        start=start,
-        horizon=horizon,
-    )
-    if bound is None or bound > probability:
-        return Claim(name, Verdict.UNDECIDED, "the bound of the probability is above the claim's")
-    said = {"name": name, "loop": loop, "moved": moved, "start": start}
-    return Found(
-        Verdict.PROVED,
-        "exit_probability",
-        said | {"horizon": horizon, "probability": probability},
-    )
+        Raises
+        ------
+        CertificateError : sizes that do not fit, that are negative, or all 0.
+        """
+        claim, where = self.claim, self.where
+        way, E = entrance(claim, self.loop, where)
+        q = E[0].shape[1]
+        sizes, bounds = read_numbers(claim, "noise", where, q), [Fraction(0)] * q
+        if "disturbance_bounds" in claim:
+            bounds = read_numbers(claim, "disturbance_bounds", where, q)
+        count = sum(bound > 0 for bound in bounds)
+        multipliers = read_numbers(claim, "multipliers", where, count) if count else []
+        if any(size < 0 for size in (*sizes, *bounds, *multipliers)) or not any(sizes):
+            raise CertificateError(
+                f"{where}: noise, bounds and multipliers >= 0, some noise above 0"
+            )
+        return Noise(way, E, sizes, bounds, multipliers)
+
+    def _inside_model(self, noise: Noise) -> Obligations:
+        """Yield what makes the model the plant on {V <= 1} under this noise."""
+        loop, added = self.loop, noise.way == "inputs"
+        names = loop.inputs if added else loop.disturbances
+        limited = {*(loop.other_box or {}), *(loop.scheduled_by or ())}
+        for name, size in zip(names, noise.sizes, strict=bool(names)):
+            if size and name in limited:
+                yield never(f"{name} is white noise, which has no range and may be in no premise")
+        idle = (Fraction(0),) * len(loop.disturbances)
+        yield from disturbances_in_range(loop, idle if added else noise.bounds)
+        yield from inside_box(loop, self.P, ONE, noise.bounds if added else ())
+
+    def sentence(self) -> str:
+        loop, noise = self.loop, self.noise()
+        begins = f"x'Px <= {at_least(self.start, 6)}" if self.start else "x = 0"
+        model = "the model's disturbance" if noise.way == "disturbances" else "w added to u"
+        alone = ", without the model's disturbance" if noise.way == "inputs" and loop.E else ""
+        inside = ", inside the model's box" if while_valid(loop) else ""
+        return (
+            f"the probability that x'Px reaches 1 within {at_least(self.horizon, 6)} s is at most "
+            f"{at_most(self.probability, 6)}, from {begins} at the start, along {about(loop)}"
+            f"{unforeseeing(loop)}; {model} is {self._disturbance(noise)}"
+            f"{in_which_sense(loop, noise.E)}{alone}{granted(loop, disturbances_too=False)}"
+            f"; the set is x'Px <= 1{inside}{rounded_size(self.P, ONE, loop.states)}"
+            f"{deviations(loop, 'x' + ('w' if noise.way == 'disturbances' else ''))}"
+        )
+
+    def _disturbance(self, noise: Noise) -> str:
+        """Return which w_k are white noise, with their intensities, and which are bounded."""
+        names = self.loop.disturbances if noise.way == "disturbances" else self.loop.inputs
+        names = names or tuple(f"w_{k + 1}" for k in range(len(noise.sizes)))
+        sizes = list(zip(names, noise.sizes, noise.bounds, strict=True))
+        white = [f"{at_least(size, 6)}^2 for {name}" for name, size, _ in sizes if size]
+        beside = [f"{name} moves by at most {at_least(b, 6)} besides" for name, _, b in sizes if b]
+        still = [f"{name} is at rest" for name, size, b in sizes if not size and not b]
+        return ", ".join(
+            [f"white noise, independent, of intensity {', '.join(white)}", *beside, *still]
+        )
 
 
 def exit_bound(
@@ -140,49 +208,9 @@ def exit_bound(
     return None if less < 0 else first + rate * horizon * exp_above(less)
 
 
-def _read(claim: Any, loop: PolytopicLoop, where: str) -> NoisyMotion:
-    if loop.is_discrete:
-        raise CertificateError(f"{where}: the claim is about loops in continuous time")
-    way, E = entrance(claim, loop, where)
-    q = E[0].shape[1]
-    noise = numbers(claim, "noise", where, q)
-    bounds = [Fraction(0)] * q
-    if "disturbance_bounds" in claim:
-        bounds = numbers(claim, "disturbance_bounds", where, q)
-    count = sum(bound > 0 for bound in bounds)
-    multipliers = numbers(claim, "multipliers", where, count) if count else []
-    rate, exponent = number(claim, "rate", where), number(claim, "exponent", where)
-    if any(size < 0 for size in (*noise, *bounds, *multipliers)) or not any(noise):
-        raise CertificateError(f"{where}: noise, bounds and multipliers >= 0, some noise above 0")
-    if rate <= 0 or exponent <= 0:
-        raise CertificateError(f"{where}: a positive rate and a positive exponent are needed")
-    P = read_matrix(claim, "P", where, (loop.order, loop.order))
-    return NoisyMotion(P, rate, exponent, multipliers, way, E, noise, bounds)
-
-
-def _beyond_model(moved: NoisyMotion, loop: PolytopicLoop) -> str:
-    """Return why the model may not be the plant on {V <= 1} under this noise; empty if it is."""
-    names = loop.disturbances if moved.way == "disturbances" else loop.inputs
-    noisy = [name for name, size in zip(names, moved.noise, strict=bool(names)) if size]
-    limited = {*(loop.other_box or {}), *(loop.scheduled_by or ())}
-    if found := [name for name in noisy if name in limited]:
-        return f"{found[0]} is white noise, which has no range and may be in no premise"
-    added = moved.way == "inputs"
-    idle = (Fraction(0),) * len(loop.disturbances)
-    if why := beyond_range(loop, idle if added else moved.bounds):
-        return why
-    return outside_of(loop, moved.P, Fraction(1), moved.bounds if added else ())
-
-
 def _columns(sizes: list[Fraction]) -> Matrix:
     """Return the columns of diag(sizes) that are not zero; one row for each size."""
     kept = [k for k, size in enumerate(sizes) if size]
     return Matrix.of(
         [[size if i == k else Fraction(0) for k in kept] for i, size in enumerate(sizes)]
-    )
-
-
-def _diagonal(values: list[Fraction]) -> Matrix:
-    return Matrix.of(
-        [[v if i == j else Fraction(0) for j in range(len(values))] for i, v in enumerate(values)]
     )

@@ -28,94 +28,134 @@ Control Letters 43; recalled.
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 from math import factorial
 from typing import Any, NamedTuple
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import integer, member, number, numbers, text
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
+from takagi.certificates.checker.kernel.reader import integer, member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.decay import decrease_factor
+from takagi.certificates.checker.kinds.decay import decrease_factor, falls_as
+from takagi.certificates.checker.kinds.loop_claim import LoopClaim, number
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.halvings import leaves
 from takagi.certificates.checker.loop.polytopic_loop import MOST_WORK, PolytopicLoop
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_least
 
 Speeds = tuple[tuple[Fraction, ...], ...]
 Rates = list[list[Fraction] | None]
+# Polynomials that must be positive definite, each with the words for its failure.
+Conditions = list[tuple[Polynomial, str]]
 HIGHEST, MOST_CORNERS = 8, 4096
 
 
-def check_fuzzy_decay(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED if every coefficient is definite, else UNDECIDED with the first that fails."""
-    name = text(claim, "name", where)
-    alpha = number(claim, "decay_rate", where)
-    if alpha < 0:
-        return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    asked, rates = inequalities(claim, loop, where)
-    for condition, words in asked:
-        for piece in leaves(claim, loop, where, condition, Polynomial.halved):
-            fault = piece.failing()
-            if fault:
-                return Claim(name, Verdict.UNDECIDED, f"{words} {fault}")
-    said = {"name": name, "loop": loop, "alpha": alpha, "rates": rates}
-    return Found(Verdict.PROVED, "fuzzy_decay", said)
+@dataclass(frozen=True)
+class WeightedFunctionClaim(LoopClaim):
+    """A claim by V = x'P(w)x; a subclass has the polynomials that must be positive definite."""
+
+    @property
+    @abstractmethod
+    def function(self) -> ScheduledFunction:
+        """P(w) of the claim."""
+
+    @abstractmethod
+    def conditions(self) -> Conditions:
+        """Return the polynomials that must be positive definite, each with a message."""
+
+    def obligations(self) -> Obligations:
+        for condition, words in self.conditions():
+            for piece in leaves(self.claim, self.loop, self.where, condition, Polynomial.halved):
+                for powers, coefficient in piece.coefficients():
+                    yield positive(coefficient, f"{words} weights to the powers {powers}")
+
+    @property
+    def motion_of_weights(self) -> str:
+        """How the weights may move."""
+        if self.loop.is_discrete:
+            return "however the weights move"
+        rates = self.function.rates
+        rows = ("any" if row is None else ", ".join(at_least(v, 6) for v in row) for row in rates)
+        return f"while the weights keep to their rates: {'; '.join(rows)} 1/s"
 
 
-def inequalities(
-    claim: Any, loop: PolytopicLoop, where: str
-) -> tuple[list[tuple[Polynomial, str]], Rates | None]:
-    """Return the polynomials to be positive definite, each with a message, and the weights' rates.
+@dataclass(frozen=True)
+class FuzzyDecay(WeightedFunctionClaim):
+    """V = x'P(w)x decays at the rate ``decay_rate``; see the module."""
 
-    The rates are None in discrete time, where weights may change by any amount.
-    """
-    polya = _small(claim, "polya", where)
-    P, coefficients = _scheduled(claim, loop, where)
-    if any(P.degrees):
-        refuse_averages(loop, "function", where)
-    # An empty list of pieces is refused later; until then the work is bounded as for one piece.
-    cut = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
-    raise_by = [polya] * len(P.sizes)
-    _bounded(cut * len(exponents(P.sizes, [d + polya for d in P.degrees])), loop.order, where)
-    G = _loop(loop, where)
-    factor = decrease_factor(loop, number(claim, "decay_rate", where))
-    degrees = [d + e + polya for d, e in zip(P.degrees, G.degrees, strict=True)]
-    terms = cut * len(exponents(P.sizes, degrees))
-    asked, rates = [(P, "P is not shown to be positive:")], None
-    if loop.is_discrete:
-        _bounded(terms * len(coefficients), 2 * loop.order, where)
-        words = "the inequality at the next sample fails at"
-        asked += [(_next(P, G, b, factor), words) for b in coefficients]
-    else:
-        rates = _rates(claim, P, where)
-        still = P @ G
-        fixed = still + still.T + P.scaled(factor)
-        corners = _corners(rates, where)
-        _bounded(terms * len(corners), loop.order, where)
-        words = "the inequality at a corner of the rates fails at"
-        asked += [(-(fixed + P.derivative(v)), words) for v in corners]
-    return [(X.raised(raise_by), words) for X, words in asked], rates
+    decay_rate: Fraction = number("1/s")
+
+    @cached_property
+    def loop_polynomial(self) -> Polynomial:
+        """G(w)."""
+        return closed_polynomial(self.loop, self.loop.A, self.loop.B, self.where)
+
+    @cached_property
+    def function(self) -> ScheduledFunction:
+        order = (2 if self.loop.is_discrete else 1) * self.loop.order
+        degrees = self.loop_polynomial.degrees
+        return scheduled_function(self.claim, self.loop, self.where, order, degrees)
+
+    def obligations(self) -> Obligations:
+        yield nonnegative(self.decay_rate, "the decay rate is negative")
+        yield from super().obligations()
+
+    def conditions(self) -> Conditions:
+        P, G = self.function.P, self.loop_polynomial
+        factor = decrease_factor(self.loop, self.decay_rate)
+        required: Conditions = [(P, "P is not shown to be positive:")]
+        if self.loop.is_discrete:
+            words = "the inequality at the next sample fails at"
+            required += [(_next(P, G, b, factor), words) for b in self.function.coefficients]
+        else:
+            PG = P @ G
+            fixed = PG + PG.T + P.scaled(factor)
+            words = "the inequality at a corner of the rates fails at"
+            required += [(-(fixed + P.derivative(v)), words) for v in self.function.speeds]
+        return [(X.raised(self.function.polya), words) for X, words in required]
+
+    def sentence(self) -> str:
+        loop = self.loop
+        return (
+            f"V = x'P(h)x {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}, "
+            f"{self.motion_of_weights}{while_valid(loop)}{deviations(loop, 'x')}"
+        )
 
 
 class ScheduledFunction(NamedTuple):
     """P(w) of a claim, its Bernstein coefficients, and how fast the weights may move.
 
     ``speeds`` are the corners of all speeds; in discrete time there are none, and no ``rates``.
+    ``polya`` : by how much each condition is raised, by simplex.
     """
 
     P: Polynomial
     coefficients: list[Matrix]
-    rates: Rates | None
+    rates: Rates
     speeds: list[Speeds]
-    polya: int
+    polya: list[int]
 
 
 def scheduled_function(
-    claim: Any, loop: PolytopicLoop, where: str, order: int
+    claim: Any, loop: PolytopicLoop, where: str, order: int, degrees: Sequence[int]
 ) -> ScheduledFunction:
-    """Return P(w) and the speeds of its weights, for inequalities of the given order.
+    """Return P(w) and the speeds of its weights.
+
+    Parameters
+    ----------
+    order, degrees : order of the inequalities, and their degrees beyond those of P, by simplex.
 
     Raises
     ------
@@ -124,14 +164,17 @@ def scheduled_function(
     """
     polya = _small(claim, "polya", where)
     P, coefficients = _scheduled(claim, loop, where)
-    refuse_averages(loop, "function", where)
-    rates = None if loop.is_discrete else _rates(claim, P, where)
-    speeds = [] if rates is None else _corners(rates, where)
-    cut = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
-    terms = exponents(P.sizes, [d + 2 + polya for d in P.degrees])
+    if any(P.degrees):
+        refuse_averages(loop, "function", where)
+    # An empty list of pieces is refused later; until then the work is bounded as for one piece.
+    pieces = max(1, len(claim["halvings"])) if isinstance(claim.get("halvings"), list) else 1
+    _bounded(pieces * len(exponents(P.sizes, [d + polya for d in P.degrees])), order, where)
+    rates = [] if loop.is_discrete else _rates(claim, P, where)
+    speeds = [] if loop.is_discrete else _corners(rates, where)
+    terms = exponents(P.sizes, [d + e + polya for d, e in zip(P.degrees, degrees, strict=True)])
     several = len(coefficients) if loop.is_discrete else len(speeds)
-    _bounded(cut * len(terms) * several, order, where)
-    return ScheduledFunction(P, coefficients, rates, speeds, polya)
+    _bounded(pieces * len(terms) * several, order, where)
+    return ScheduledFunction(P, coefficients, rates, speeds, [polya] * len(P.sizes))
 
 
 def closed_polynomial(
@@ -178,16 +221,6 @@ def _sizes(loop: PolytopicLoop) -> tuple[int, ...]:
     if len(exponents(sizes, (1,) * len(sizes))) != loop.rules:
         raise CertificateError("the rules leave out a combination of corners")
     return sizes
-
-
-def _loop(loop: PolytopicLoop, where: str) -> Polynomial:
-    """Return G(w) = A(w) - B(w) K(w)."""
-    A = _stack(loop, loop.A)
-    if not loop.K:
-        return A
-    if len(loop.K) > 1 and not loop.shared_weights:
-        raise CertificateError(f"{where}: a law with weights of its own has no P(h) for both")
-    return A + -(_stack(loop, loop.B) @ _stack(loop, loop.K))
 
 
 def _stack(loop: PolytopicLoop, stack: tuple[Matrix, ...]) -> Polynomial:

@@ -38,74 +38,79 @@ and Apkarian (1994), Int. J. Robust and Nonlinear Control 4, for the bounded rea
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from functools import cached_property
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.reader import number, text
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.disturbance_channel import (
-    channel_stacks,
-    scaled_identity,
-    zero,
-)
+from takagi.certificates.checker.kinds.disturbance_channel import channel_stacks, scaled_identity
 from takagi.certificates.checker.kinds.fuzzy_decay import (
+    Conditions,
     ScheduledFunction,
+    WeightedFunctionClaim,
     closed_polynomial,
     constant_polynomial,
     scheduled_function,
 )
+from takagi.certificates.checker.kinds.loop_claim import number
 from takagi.certificates.checker.kinds.simplex_polynomial import Exponent, Polynomial, exponents
-from takagi.certificates.checker.loop.halvings import leaves
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-
-Asked = list[tuple[Polynomial, str]]
-
-
-def check_fuzzy_l2_gain(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED if every coefficient is definite, else UNDECIDED with the first that fails."""
-    name, gain = text(claim, "name", where), number(claim, "gain", where)
-    if gain <= 0:
-        raise CertificateError(f"{where}.gain: a positive number is needed")
-    asked, function = gain_inequalities(claim, loop, where)
-    for condition, words in asked:
-        for piece in leaves(claim, loop, where, condition, Polynomial.halved):
-            fault = piece.failing()
-            if fault:
-                return Claim(name, Verdict.UNDECIDED, f"{words} {fault}")
-    said = {"name": name, "claim": claim, "loop": loop, "gain": gain}
-    return Found(Verdict.PROVED, "fuzzy_l2_gain", said | {"rates": function.rates})
+from takagi.certificates.checker.loop.averages import refuse_averages
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    channel_deviations,
+    rounded_channel,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_most
 
 
-def gain_inequalities(
-    claim: Any, loop: PolytopicLoop, where: str
-) -> tuple[Asked, ScheduledFunction]:
-    """Return the polynomials to be positive definite, each with a message, and P(w)."""
-    gain = number(claim, "gain", where)
-    whole, entering, direct = channel_stacks(claim, loop, where)
-    n, q, p = loop.order, entering[0].shape[1], whole.C[0].shape[0]
-    order = 2 * n + q + p if loop.is_discrete else n + q + p
-    found = scheduled_function(claim, loop, where, order)
-    G = closed_polynomial(loop, loop.A, loop.B, where)
-    E = closed_polynomial(whole, entering, (), where)
-    C = closed_polynomial(whole, whole.C, whole.D, where)
-    D = constant_polynomial(loop, zero(p, q))
-    for stack in direct:
-        D = D + closed_polynomial(whole, stack, (), where)
-    asked: Asked = [(found.P, "P is not shown to be positive:")]
-    if loop.is_discrete:
-        words = "the inequality at the next sample fails at"
-        asked += [(_jump(found.P, b, G, E, C, D, gain), words) for b in found.coefficients]
-    else:
-        words = "the inequality at a corner of the rates fails at"
-        PG, PE = found.P @ G, found.P @ E
-        asked += [
-            (_flow(-(PG + PG.T + found.P.derivative(v)), PE, C, D, gain), words)
-            for v in found.speeds
-        ]
-    more = [found.polya] * len(found.P.sizes)
-    return [(X.raised(more), words) for X, words in asked], found
+@dataclass(frozen=True)
+class FuzzyEnergyGain(WeightedFunctionClaim):
+    """|y|_2 <= gain |d|_2 along the loop, by V = x'P(w)x; see the module."""
+
+    gain: Fraction = number("y/w", positive=True)
+
+    @cached_property
+    def function(self) -> ScheduledFunction:
+        loop = self.loop
+        refuse_averages(loop, "function", self.where)
+        whole, entering, _ = channel_stacks(self.claim, loop, self.where)
+        width = entering[0].shape[1] + whole.C[0].shape[0]
+        order = (2 if loop.is_discrete else 1) * loop.order + width
+        count = len(loop.corners[0]) if loop.corners else 1
+        return scheduled_function(self.claim, loop, self.where, order, [2] * count)
+
+    def conditions(self) -> Conditions:
+        loop, where, gain, function = self.loop, self.where, self.gain, self.function
+        with_output, entering, direct = channel_stacks(self.claim, loop, where)
+        P, G = function.P, closed_polynomial(loop, loop.A, loop.B, where)
+        E = closed_polynomial(with_output, entering, (), where)
+        C = closed_polynomial(with_output, with_output.C, with_output.D, where)
+        height, width = with_output.C[0].shape[0], entering[0].shape[1]
+        D = constant_polynomial(loop, Matrix.zeros(height, width))
+        for stack in direct:
+            D = D + closed_polynomial(with_output, stack, (), where)
+        required: Conditions = [(P, "P is not shown to be positive:")]
+        if loop.is_discrete:
+            words = "the inequality at the next sample fails at"
+            required += [(_jump(P, b, G, E, C, D, gain), words) for b in function.coefficients]
+        else:
+            words = "the inequality at a corner of the rates fails at"
+            PG, PE = P @ G, P @ E
+            required += [
+                (_flow(-(PG + PG.T + P.derivative(v)), PE, C, D, gain), words)
+                for v in function.speeds
+            ]
+        return [(X.raised(function.polya), words) for X, words in required]
+
+    def sentence(self) -> str:
+        loop = self.loop
+        return (
+            f"the energy of y is at most {at_most(self.gain, 6)}^2 times that of w, from rest, "
+            f"along {about(loop)}, {self.motion_of_weights}, shown by V = x'P(h)x "
+            f"({rounded_channel(self.claim, loop)}){while_valid(loop)}"
+            f"{channel_deviations(self.claim, loop)}"
+        )
 
 
 def _flow(
@@ -139,10 +144,10 @@ def _jump(
     n = b.shape[0]
     return blocks(
         [
-            [P, zero(n, q), C.T, moved.T],
-            [zero(q, n), scaled_identity(q, gain), D.T, driven.T],
-            [C, D, scaled_identity(p, gain), zero(p, n)],
-            [moved, driven, zero(n, p), b],
+            [P, Matrix.zeros(n, q), C.T, moved.T],
+            [Matrix.zeros(q, n), scaled_identity(q, gain), D.T, driven.T],
+            [C, D, scaled_identity(p, gain), Matrix.zeros(p, n)],
+            [moved, driven, Matrix.zeros(n, p), b],
         ],
         (n, q, p, n),
     )
@@ -173,7 +178,10 @@ def blocks(grid: list[list[Polynomial | Matrix]], sides: tuple[int, ...]) -> Pol
     terms = {
         a: Matrix.blocks(
             [
-                [cell[a] if a in cell else zero(sides[i], sides[j]) for j, cell in enumerate(row)]
+                [
+                    cell[a] if a in cell else Matrix.zeros(sides[i], sides[j])
+                    for j, cell in enumerate(row)
+                ]
                 for i, row in enumerate(raised)
             ]
         )

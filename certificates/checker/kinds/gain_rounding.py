@@ -24,82 +24,83 @@ Source: derived here; the first bound is Young's inequality.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, numbers, text
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.decay import decrease_factor
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
+from takagi.certificates.checker.kinds.decay import decrease_factor, falls_as
+from takagi.certificates.checker.kinds.loop_claim import (
+    NOT_DEFINITE,
+    LoopClaim,
+    matrix,
+    number,
+    numbers,
+)
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_least
 
 
-def check_gain_rounding(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
-    name = text(claim, "name", where)
-    if not loop.K:
-        raise CertificateError(f"{where}: there are no gains that could be rounded")
-    m, n = loop.K[0].shape
-    alpha, relative = (number(claim, key, where) for key in ("decay_rate", "relative"))
-    P, absolute = (
-        read_matrix(claim, key, where, shape)
-        for key, shape in (("P", (n, n)), ("absolute", (m, n)))
-    )
-    tau = numbers(claim, "tau", where, m)
-    if alpha < 0 or relative < 0 or min(tau) <= 0 or _least(absolute) < 0:
-        return Claim(name, Verdict.UNDECIDED, "rate and steps must be >= 0, and every tau > 0")
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(loop, alpha)
-    effects = [_effect(P @ B, tau) for B in loop.B]
-    steps = [_step(absolute, relative, K, tau) for K in loop.K]
-    # Effect and step are convex in B and K: on a piece of the weights the means of their values at
-    # the rules are upper bounds.
-    blends = blends_of(replace(loop, more=(tuple(effects), tuple(steps))), claim, where)
-    bounded(len(blends), 2 * n if loop.is_discrete else n)
-    for blend in blends:
-        effect, step = (blend.of(blend.loop.more[side], side) for side in (0, 1))
-        if not _left_side(loop, P, blend.A, factor, effect, step).is_positive_definite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    said = {"name": name, "loop": loop, "alpha": alpha}
-    said |= {"absolute": absolute, "relative": relative}
-    return Found(Verdict.PROVED, "gain_rounding", said)
+@dataclass(frozen=True)
+class GainRounding(LoopClaim):
+    """The claim ``decay`` for all gains near those of the file; see the module."""
 
+    tau: list[Fraction] = numbers("m")
+    decay_rate: Fraction = number("1/s")
+    relative: Fraction = number()
+    P: Matrix = matrix("n", "n")
+    absolute: Matrix = matrix("m", "n")
 
-def _left_side(
-    loop: PolytopicLoop, P: Matrix, G: Matrix, factor: Fraction, effect: Matrix, step: Matrix
-) -> Matrix:
-    PG = P @ G
-    if loop.is_discrete:
-        return Matrix.blocks([[factor * P - step, PG.T], [PG, P - effect]])
-    return -(PG + PG.T + factor * P + effect + step)
+    def obligations(self) -> Obligations:
+        loop, P, tau = self.loop, self.P, self.tau
+        smallest_step = min(min(row) for row in self.absolute.rows)
+        if self.decay_rate < 0 or self.relative < 0 or min(tau) <= 0 or smallest_step < 0:
+            yield never("rate and steps must be >= 0, and every tau > 0")
+        yield positive(P, NOT_DEFINITE)
+        factor = decrease_factor(loop, self.decay_rate)
+        effects = tuple(_effect(P @ B, tau) for B in loop.B)
+        steps = tuple(_step(self.absolute, self.relative, K, tau) for K in loop.K)
+        # Effect and step are convex in B and K: on a piece of the weights the means of their values
+        # at the rules are upper bounds.
+        blends = blends_of(replace(loop, more=(effects, steps)), self.claim, self.where)
+        bounded(len(blends), (2 if loop.is_discrete else 1) * loop.order)
+        for blend in blends:
+            effect, step = (blend.of(blend.loop.more[side], side) for side in (0, 1))
+            PG = P @ blend.A
+            if loop.is_discrete:
+                falling = Matrix.blocks([[factor * P - step, PG.T], [PG, P - effect]])
+            else:
+                falling = -(PG + PG.T + factor * P + effect + step)
+            yield positive(falling, f"the inequality fails at {blend.label}")
+
+    def sentence(self) -> str:
+        loop = self.loop
+        room = [f"{at_least(100 * self.relative, 6)} % of themselves"] if self.relative else []
+        room += ["the stated absolute steps"] if any(map(any, self.absolute.rows)) else []
+        return (
+            f"V = x'Px {falls_as(self.decay_rate)}{undisturbed(loop)} along {about(loop)}, with "
+            f"all gains off by up to {' and '.join(room) or 'nothing'}{while_valid(loop)}"
+            f"{deviations(loop, 'x')}"
+        )
 
 
 def _effect(PB: Matrix, tau: Sequence[Fraction]) -> Matrix:
     """Return sum_k tau_k b_k b_k', where b_k are the columns of P B."""
-    weights = Matrix.of([[t if i == k else Fraction(0) for k in range(len(tau))]
-                         for i, t in enumerate(tau)])  # fmt: skip
-    return PB @ weights @ PB.T
+    return PB @ Matrix.diagonal(tau) @ PB.T
 
 
 def _step(absolute: Matrix, relative: Fraction, K: Matrix, tau: Sequence[Fraction]) -> Matrix:
     """Return sum_k S_k / tau_k."""
     m, n = K.shape
-    delta = [
-        [absolute[k, l] + relative * abs(K[k, l]) for l in range(n)]  # noqa: E741
-        for k in range(m)
-    ]
-    diagonal = [
-        sum((sum(row, Fraction(0)) * row[i] / t for row, t in zip(delta, tau, strict=True)),
-            Fraction(0))
+    delta = [[absolute[k, i] + relative * abs(K[k, i]) for i in range(n)] for k in range(m)]
+    return Matrix.diagonal([
+        sum((sum(row) * row[i] / t for row, t in zip(delta, tau, strict=True)), Fraction(0))
         for i in range(n)
-    ]  # fmt: skip
-    return Matrix.of([[d if i == j else Fraction(0) for j in range(n)]
-                      for i, d in enumerate(diagonal)])  # fmt: skip
-
-
-def _least(matrix: Matrix) -> int:
-    return min(min(row) for row in matrix.rows)
+    ])  # fmt: skip

@@ -24,53 +24,67 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.2.1 (output energ
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, text
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import (
+    Obligations,
+    never,
+    nonnegative,
+    positive,
+)
 from takagi.certificates.checker.kinds.disturbance_channel import (
     disturbance_channels,
     entrance,
     quadratic_change,
 )
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    channel_deviations,
+    in_which_sense,
+    rounded_channel,
+    unforeseeing,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_most
 
 
-def check_h2_norm(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with ``P``, ``norm`` and a ``disturbance_channel``."""
-    name = text(claim, "name", where)
-    norm, n = number(claim, "norm", where), loop.order
-    P = read_matrix(claim, "P", where, (n, n))
-    if norm <= 0:
-        raise CertificateError(f"{where}.norm: a positive number is needed")
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    for path in disturbance_channels(claim, loop, where):
-        F, _, _ = quadratic_change(path.A, path.B, P, discrete=loop.is_discrete)
-        if not (F - path.C.T @ path.C).is_positive_definite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {path.label}")
-        through = _trace(path.through.T @ path.through)
-        if through and not loop.is_discrete:
-            return Claim(
-                name, Verdict.UNDECIDED, f"white noise reaches the output directly at {path.label}"
+@dataclass(frozen=True)
+class H2Norm(LoopClaim):
+    """The mean of E|y|^2 over time is at most ``norm``^2; see the module."""
+
+    P: Matrix = matrix("n", "n")
+    norm: Fraction = number("y", positive=True)
+
+    def obligations(self) -> Obligations:
+        loop = self.loop
+        yield positive(self.P, NOT_DEFINITE)
+        for path in disturbance_channels(self.claim, loop, self.where):
+            F, _, _ = quadratic_change(path.A, path.B, self.P, discrete=loop.is_discrete)
+            yield positive(F - path.C.T @ path.C, f"the inequality fails at {path.label}")
+            through = (path.through.T @ path.through).trace
+            if not loop.is_discrete:
+                yield nonnegative(
+                    -through, f"white noise reaches the output directly at {path.label}"
+                )
+            variance = (path.B.T @ self.P @ path.B).trace + through
+            yield nonnegative(
+                self.norm**2 - variance, f"the variance exceeds norm^2 at {path.label}"
             )
-        if _trace(path.B.T @ P @ path.B) + through > norm**2:
-            return Claim(name, Verdict.UNDECIDED, f"the variance exceeds norm^2 at {path.label}")
-    if known := _of_the_noise(claim, loop):
-        return Claim(name, Verdict.UNDECIDED, f"premises depend on {known}, which is the noise")
-    said = {"name": name, "claim": claim, "loop": loop, "norm": norm}
-    entering = entrance(claim, loop, where)[1]
-    return Found(Verdict.PROVED, "h2_norm", said | {"entering": entering})
+        noisy = loop.disturbances if self.claim["disturbance"] == "disturbances" else loop.inputs
+        # A premise with the noise of the same instant would be a weight that foresees it.
+        if noisy_premises := ", ".join(name for name in loop.scheduled_by or () if name in noisy):
+            yield never(f"premises depend on {noisy_premises}, which is the noise")
 
-
-def _of_the_noise(claim: Any, loop: PolytopicLoop) -> str:
-    """Return the premise variables that contain noise of the same instant; empty if none."""
-    noisy = loop.disturbances if claim["disturbance"] == "disturbances" else loop.inputs
-    return ", ".join(name for name in loop.scheduled_by or () if name in noisy)
-
-
-def _trace(matrix: Matrix) -> Fraction:
-    return sum((matrix[k, k] for k in range(len(matrix.rows))), Fraction(0))
+    def sentence(self) -> str:
+        loop = self.loop
+        noise = "unit covariance in each sample" if loop.is_discrete else "unit intensity"
+        noise += in_which_sense(loop, entrance(self.claim, loop, self.where)[1])
+        return (
+            f"the mean over time of E|y|^2 is at most {at_most(self.norm, 6)}^2 for white noise of "
+            f"{noise}, along {about(loop)}{unforeseeing(loop)} "
+            f"({rounded_channel(self.claim, loop)}){while_valid(loop)}"
+            f"{channel_deviations(self.claim, loop)}"
+        )

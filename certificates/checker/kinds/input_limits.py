@@ -15,47 +15,54 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 7.2.3.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
-from takagi.certificates.checker.kernel.reader import numbers, text
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.input_rate import why_rate_fails
-from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
-from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, row_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
-
-
-def check_input_limits(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with the module's evidence."""
-    name = text(claim, "name", where)
-    if not loop.K:
-        raise CertificateError(f"{where}: limits are about u = -Kx, but there are no gains")
-    limits = numbers(claim, "input_limits", where, loop.K[0].shape[0])
-    held = read_invariant_set(claim, loop, where)
-    why = held.why_not(loop)
-    if why:
-        return Claim(name, Verdict.UNDECIDED, why)
-    bounded(len(loop.K) * len(limits), loop.order + 1)
-    for j, gain in enumerate(loop.K):
-        for k, limit in enumerate(limits):
-            if not reaches_at_most(held.P, held.level, row_of(gain, k), limit):
-                return Claim(
-                    name, Verdict.UNDECIDED, f"gain {j + 1} may exceed the limit of input {k + 1}"
-                )
-    rates, moving, why = _rates(claim, loop, held, where)
-    if why:
-        return Claim(name, Verdict.UNDECIDED, why)
-    said = {"name": name, "loop": loop, "held": held, "limits": limits}
-    return Found(Verdict.PROVED, "input_limits", said | {"rates": rates, "moving": moving})
+from takagi.certificates.checker.kernel.obligation import Obligations
+from takagi.certificates.checker.kinds.input_rate import assumed_rates, rate_obligations
+from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.kinds.loop_claim import numbers
+from takagi.certificates.checker.loop.box_of_validity import reaches_at_most
+from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.words.loop_words import about, deviations
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
-def _rates(
-    claim: Any, loop: PolytopicLoop, held: InvariantSet, where: str
-) -> tuple[list[Fraction] | None, list[Fraction], str]:
-    """Return (rate limits, their assumptions, why they fail); None for no limits."""
-    if "rate_limits" not in claim:
-        return None, [], ""
-    limits = numbers(claim, "rate_limits", where, loop.K[0].shape[0])
-    return limits, *why_rate_fails(claim, loop, held, limits, where)
+@dataclass(frozen=True)
+class InputLimits(InvariantSet):
+    """|u_k| <= ``input_limits``_k on an invariant set; see the module."""
+
+    input_limits: list[Fraction] = numbers("m", "u")
+    rate_limits: list[Fraction] | None = numbers("m", "u/s", optional=True)
+
+    def obligations(self) -> Obligations:
+        loop, limits = self.loop, self.input_limits
+        yield from super().obligations()
+        bounded(len(loop.K) * len(limits), loop.order + 1)
+        for j, gain in enumerate(loop.K):
+            for k, limit in enumerate(limits):
+                failure = f"gain {j + 1} may exceed the limit of input {k + 1}"
+                yield reaches_at_most(self.P, self.level, gain.row(k), limit, failure)
+        if self.rate_limits is not None:
+            yield from rate_obligations(self, self.rate_limits)
+
+    def sentence(self) -> str:
+        return (
+            f"|u_k| <= {_most(self.input_limits)} for u = -Kx, from anywhere in "
+            f"{self.set_in_words}{self._rate()}, along {about(self.loop)}; the set is "
+            f"invariant{self.where_valid}; {self.motion}"
+            f"{deviations(self.loop, 'xu' + self.own_letter)}"
+        )
+
+    def _rate(self) -> str:
+        if self.rate_limits is None:
+            return ""
+        move = "|u_k(x+) - u_k(x)|" if self.loop.is_discrete else "|u_k'|"
+        shown = ", ".join(at_least(value, 6) for value in assumed_rates(self))
+        assumed = f" for memberships with |h_j'| <= {shown}" if shown else ""
+        return f" and {move} <= {_most(self.rate_limits)}{assumed}"
+
+
+def _most(limits: Sequence[Fraction]) -> str:
+    return ", ".join(at_most(limit, 6) for limit in limits)

@@ -28,52 +28,56 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import combinations_with_replacement, permutations, product
 from math import comb
-from typing import Any
 
 from takagi.certificates.checker.kernel.matrices import Matrix, mean
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative
 from takagi.certificates.checker.kernel.reader import member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kinds.invariant_set import InvariantSet
-from takagi.certificates.checker.loop.box_of_validity import reaches_at_most, row_of
+from takagi.certificates.checker.kinds.invariant_set import Disturbance, InvariantSet
+from takagi.certificates.checker.loop.box_of_validity import reaches_at_most
 from takagi.certificates.checker.loop.halvings import pieces
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
 
 MOST_RULES, MOST_MOVING = 24, 10
 
 
-def why_rate_fails(
-    claim: Any, loop: PolytopicLoop, held: InvariantSet, limits: Sequence[Fraction], where: str
-) -> tuple[list[Fraction], str]:
-    """Return (assumed rates of memberships, reason); the reason is empty if the limits are proved.
+def rate_obligations(claim: InvariantSet, limits: Sequence[Fraction]) -> Obligations:
+    """Yield what bounds the rate of every input, or its step, by ``limits``, (m,).
 
     Raises
     ------
     CertificateError : evidence that is missing or does not fit, too many rules.
     """
-    m = len(limits)
-    shares = member(claim, "rate_shares", where)
+    loop, where, m = claim.loop, claim.where, len(limits)
+    P, level = claim.P, claim.level
+    shares = member(claim.claim, "rate_shares", where)
     motion = numbers(shares, "motion", f"{where}.rate_shares", m)
-    for piece in pieces(claim, loop, where):
-        for row in motion_rows(piece, where, later=loop.K):
+    for piece in pieces(claim.claim, loop, where):
+        for matrix in motion_rows(piece, where, later=loop.K):
             for k in range(m):
-                if not reaches_at_most(held.P, held.level, row_of(row, k), motion[k]):
-                    return [], f"input {k + 1} may move faster than its share with the state"
-    total = [a + b for a, b in zip(motion, _pushed(loop, held, m), strict=True)]
-    phi: list[Fraction] = []
-    if len(loop.K) > 1 and not loop.is_discrete:
+                failure = f"input {k + 1} may move faster than its share with the state"
+                yield reaches_at_most(P, level, matrix.row(k), motion[k], failure)
+    total = [a + b for a, b in zip(motion, _pushed(loop, claim.disturbance, m), strict=True)]
+    phi = assumed_rates(claim)
+    if phi:
         moving = numbers(shares, "memberships", f"{where}.rate_shares", m)
-        phi = numbers(claim, "membership_rates", where, len(loop.K))
         bounded(m * len(phi) << min(len(phi), MOST_MOVING), loop.order + 1)
         total = [a + b for a, b in zip(total, moving, strict=True)]
         for corner in membership_corners(phi, where):
-            row = _combined(corner, loop.K)
+            matrix = _combined(corner, loop.K)
             for k in range(m):
-                if not reaches_at_most(held.P, held.level, row_of(row, k), moving[k]):
-                    return [], f"input {k + 1} may move faster than its share with memberships"
+                failure = f"input {k + 1} may move faster than its share with memberships"
+                yield reaches_at_most(P, level, matrix.row(k), moving[k], failure)
     for k in range(m):
-        if total[k] > limits[k]:
-            return [], f"the shares of input {k + 1} exceed its limit of rate"
-    return phi, ""
+        failure = f"the shares of input {k + 1} exceed its limit of rate"
+        yield nonnegative(limits[k] - total[k], failure)
+
+
+def assumed_rates(claim: InvariantSet) -> list[Fraction]:
+    """Return the rates of memberships that the claim assumes; [] where it needs none."""
+    if len(claim.loop.K) == 1 or claim.loop.is_discrete:
+        return []
+    return numbers(claim.claim, "membership_rates", claim.where, len(claim.loop.K))
 
 
 def motion_rows(loop: PolytopicLoop, where: str, later: Stack | None = None) -> Iterator[Matrix]:
@@ -115,11 +119,11 @@ def _at(stack: tuple[Matrix, ...], i: int) -> Matrix:
     return stack[i if len(stack) > 1 else 0]
 
 
-def _pushed(loop: PolytopicLoop, held: InvariantSet, m: int) -> list[Fraction]:
+def _pushed(loop: PolytopicLoop, disturbance: Disturbance, m: int) -> list[Fraction]:
     """Return (m,): max_ji sum_l |K_j E_i|_kl b_l."""
-    bounds = held.each_bound
+    bounds = disturbance.each_bound
     most = [Fraction(0)] * m
-    for gain, entering in product(loop.K, held.E):
+    for gain, entering in product(loop.K, disturbance.E):
         effect = gain @ entering
         for k in range(m):
             size = sum((abs(effect[k, i]) * b for i, b in enumerate(bounds)), Fraction(0))

@@ -1,4 +1,8 @@
-r"""An ellipsoid {x'Px <= c} that no solution of the loop leaves, with and without disturbance.
+r"""``invariant-ellipsoid``: {x'Px <= c} lies in the model's box, and no solution leaves it.
+
+So the model equals its plant along every solution that starts inside.  Without disturbance the set
+is a region of attraction: every such solution tends to 0.  ``box_of_validity`` has the inequalities
+about the box.  ``input-limits`` and ``peak`` are about such a set too.
 
 Let V = x'Px with P > 0, c > 0 the level, and s > 0 a multiplier (in 1/s; in discrete time a number
 per sample, at most 1).  F, G, H are the matrices of V' (or V(x+) - V) = -x'Fx + 2 x'Gw + w'Hw; at a
@@ -22,8 +26,8 @@ the solutions of the plant are unique.
 Evidence: ``P``, ``level``, ``multiplier``; with a disturbance ``disturbance`` ("disturbances": E,
 or "inputs": added to u) and ``disturbance_bounds`` (b_k) or ``disturbance_norm`` (b).
 
-Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.1.3 (S-procedure); Abedor, Nagpal,
-Poolla (1996).
+Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), sections 5.2 and 6.1.3 (S-procedure); Abedor,
+Nagpal, Poolla (1996).
 """
 
 from __future__ import annotations
@@ -31,89 +35,51 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
-from typing import Any
+from typing import NamedTuple
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, numbers, positive
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
+from takagi.certificates.checker.kernel.reader import number as read_number
+from takagi.certificates.checker.kernel.reader import numbers as read_numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kinds.disturbance_channel import (
     entrance,
     quadratic_change,
     scaled_identity,
 )
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.box_of_validity import beyond_range, outside_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.loop.box_of_validity import disturbances_in_range, inside_box
+from takagi.certificates.checker.loop.polytopic_loop import Stack, bounded
+from takagi.certificates.checker.words.ellipsoid_size import rounded_size
+from takagi.certificates.checker.words.loop_words import about, deviations, granted
+from takagi.certificates.checker.words.rounded import at_least, exactly
 
 MOST_DISTURBANCES = 10
 
 
-@dataclass(frozen=True)
-class InvariantSet:
-    """The set as the claim states it; ``why_not`` checks it.
+class Disturbance(NamedTuple):
+    """The bounded disturbance of a claim.
 
-    ``way`` : "disturbances", "inputs", or empty without disturbance.
-    ``bounds`` : bounds of the |w_k|, or the bound of |w|_2 where ``is_ball``; None for w = 0.
-    ``E`` : the matrices through which w enters.
-    ``claim``, ``where`` : the claim, and its place in the file for messages.
+    ``way`` : "disturbances", "inputs", or empty for w = 0; ``E`` : the matrices through which w
+    enters.  ``bounds`` : of the |w_k|, or of |w|_2 where ``is_ball``; () for w = 0.
     """
 
-    P: Matrix
-    level: Fraction
-    multiplier: Fraction
     way: str = ""
-    E: tuple[Matrix, ...] = ()
-    bounds: tuple[Fraction, ...] | None = None
+    E: Stack = ()
+    bounds: tuple[Fraction, ...] = ()
     is_ball: bool = False
-    claim: Any = None
-    where: str = ""
-
-    def why_not(self, loop: PolytopicLoop) -> str:
-        """Return why the set is not proved invariant and inside the box; empty if it is proved."""
-        if not self.P.is_positive_definite:
-            return "P is not symmetric positive definite"
-        for label, whole in self._inequalities(loop):
-            if not whole.is_positive_semidefinite:
-                return f"the inequality of invariance fails at {label}"
-        bounds = self.each_bound
-        idle = (Fraction(0),) * len(loop.disturbances)
-        beyond = beyond_range(loop, bounds if self.way == "disturbances" else idle)
-        if beyond:
-            return beyond
-        return outside_of(loop, self.P, self.level, bounds if self.way == "inputs" else ())
 
     @property
     def each_bound(self) -> tuple[Fraction, ...]:
         """Bounds on |w_k|; () without disturbance."""
-        if self.bounds is None:
-            return ()
         # |w|_2 <= b implies |w_k| <= b for every k.
         return self.bounds * self.E[0].shape[1] if self.is_ball else self.bounds
 
-    def _inequalities(self, loop: PolytopicLoop) -> Iterator[tuple[str, Matrix]]:
-        entering = replace(loop, E=self.E) if self.E else loop
-        corners = 1 if self.bounds is None or self.is_ball else 1 << (len(self.bounds) - 1)
-        wide = self.E[0].shape[1] if self.is_ball else 1
-        blends = blends_of(entering, self.claim, self.where)
-        bounded(len(blends) * corners, loop.order + wide)
-        for blend in blends:
-            if self.bounds is None:
-                idle = Matrix([[0]] * loop.order)
-                F, _, _ = quadratic_change(blend.A, idle, self.P, discrete=loop.is_discrete)
-                yield blend.label, F - self.multiplier * self.P
-                continue
-            for W in self._corners():
-                F, G, H = quadratic_change(blend.A, blend.E @ W, self.P, discrete=loop.is_discrete)
-                rest = scaled_identity(W.shape[1], self.multiplier * self.level) - H
-                yield (
-                    blend.label,
-                    Matrix.blocks([[F - self.multiplier * self.P, -G], [-G.T, rest]]),
-                )
-
-    def _corners(self) -> Iterator[Matrix]:
+    def corners(self) -> Iterator[Matrix]:
         """Yield b I for a ball, or the corners of the box as columns, one of w and -w each."""
-        assert self.bounds is not None
         if self.is_ball:
             yield scaled_identity(self.E[0].shape[1], self.bounds[0])
             return
@@ -122,42 +88,114 @@ class InvariantSet:
             yield Matrix.of([[s * b] for s, b in zip((1, *signs), self.bounds, strict=True)])
 
 
-def read_invariant_set(claim: Any, loop: PolytopicLoop, where: str) -> InvariantSet:
-    """Return the claim's set.
+@dataclass(frozen=True)
+class InvariantSet(LoopClaim):
+    """A claim about an invariant set {x'Px <= level}."""
 
-    Raises
-    ------
-    CertificateError : wrong shapes, numbers that are not positive, or a disturbance that the model
-        does not have.
-    """
-    n = loop.order
-    P = read_matrix(claim, "P", where, (n, n))
-    level, multiplier = (positive(claim, key, where) for key in ("level", "multiplier"))
-    # V(x+) <= (1 - s) V + s c keeps V <= c from V <= c only for s <= 1.
-    if loop.is_discrete and multiplier > 1:
-        raise CertificateError(f"{where}.multiplier: at most 1 in discrete time")
-    if "disturbance" not in claim:
-        return InvariantSet(P, level, multiplier, claim=claim, where=where)
-    way, E = entrance(claim, loop, where)
-    ball = "disturbance_norm" in claim
-    if ball:
-        bounds = [number(claim, "disturbance_norm", where)]
-    else:
-        bounds = numbers(claim, "disturbance_bounds", where, E[0].shape[1])
-    if any(bound < 0 for bound in bounds):
-        raise CertificateError(f"{where}: bounds on the disturbance are not negative")
-    if len(bounds) > MOST_DISTURBANCES:
-        raise CertificateError(
-            f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are checked"
+    P: Matrix = matrix("n", "n")
+    level: Fraction = number(positive=True)
+    multiplier: Fraction = number("1/s", positive=True)
+
+    def __post_init__(self) -> None:
+        # V(x+) <= (1 - s) V + s c keeps V <= c from V <= c only for s <= 1.
+        if self.loop.is_discrete and self.multiplier > 1:
+            raise CertificateError(f"{self.where}.multiplier: at most 1 in discrete time")
+
+    @cached_property
+    def disturbance(self) -> Disturbance:
+        """The disturbance of the claim.
+
+        Raises
+        ------
+        CertificateError : bounds that do not fit, or a disturbance that the model does not have.
+        """
+        claim, where = self.claim, self.where
+        if "disturbance" not in claim:
+            return Disturbance()
+        way, E = entrance(claim, self.loop, where)
+        is_ball = "disturbance_norm" in claim
+        if is_ball:
+            bounds = [read_number(claim, "disturbance_norm", where)]
+        else:
+            bounds = read_numbers(claim, "disturbance_bounds", where, E[0].shape[1])
+        if any(bound < 0 for bound in bounds):
+            raise CertificateError(f"{where}: bounds on the disturbance are not negative")
+        if len(bounds) > MOST_DISTURBANCES:
+            raise CertificateError(
+                f"{where}.disturbance_bounds: at most {MOST_DISTURBANCES}, whose corners are "
+                "checked"
+            )
+        return Disturbance(way, E, tuple(bounds), is_ball)
+
+    def obligations(self) -> Obligations:
+        """Yield what makes the set invariant, and keeps it inside the box."""
+        loop, P, w = self.loop, self.P, self.disturbance
+        yield positive(P, NOT_DEFINITE)
+        corners = 1 if not w.bounds or w.is_ball else 1 << (len(w.bounds) - 1)
+        blends = blends_of(replace(loop, E=w.E) if w.E else loop, self.claim, self.where)
+        bounded(len(blends) * corners, loop.order + (w.E[0].shape[1] if w.is_ball else 1))
+        idle = Matrix.zeros(loop.order, 1)
+        for blend in blends:
+            failure = f"the inequality of invariance fails at {blend.label}"
+            if not w.bounds:
+                F, _, _ = quadratic_change(blend.A, idle, P, discrete=loop.is_discrete)
+                yield nonnegative(F - self.multiplier * P, failure)
+                continue
+            for W in w.corners():
+                F, G, H = quadratic_change(blend.A, blend.E @ W, P, discrete=loop.is_discrete)
+                corner = scaled_identity(W.shape[1], self.multiplier * self.level) - H
+                falling = F - self.multiplier * P
+                yield nonnegative(Matrix.blocks([[falling, -G], [-G.T, corner]]), failure)
+        at_rest = (Fraction(0),) * len(loop.disturbances)
+        yield from disturbances_in_range(loop, w.each_bound if w.way == "disturbances" else at_rest)
+        yield from inside_box(loop, P, self.level, w.each_bound if w.way == "inputs" else ())
+
+    @property
+    def set_in_words(self) -> str:
+        """The set; a larger or smaller level need be neither in the box nor invariant."""
+        return f"{{x'Px <= {exactly(self.level)}}}"
+
+    @property
+    def where_valid(self) -> str:
+        """Where the set lies, and the assumptions."""
+        if not self._is_boxed:
+            return ""
+        return f" and lies in the model's box{granted(self.loop, disturbances_too=False)}"
+
+    @property
+    def motion(self) -> str:
+        """How V moves outside the set, and for which disturbances."""
+        loop, w = self.loop, self.disturbance
+        unit = "(1 - {})^k" if loop.is_discrete else "exp(-{} t)"
+        speed = unit.format(at_least(self.multiplier, 6))
+        if not w.bounds:
+            undisturbed = " without disturbance" if loop.E else ""
+            return f"from inside V = x'Px falls as {speed}{undisturbed}"
+        alone = ", without the model's disturbance," if loop.E else ""
+        what = "the model's disturbance" if w.way == "disturbances" else f"w added to u{alone}"
+        shown = [at_least(b, 6) for b in w.bounds]
+        size = f"|w|_2 <= {shown[0]}" if w.is_ball else f"|w_k| <= {', '.join(shown)}"
+        outside = "from outside, but within the box," if self._is_boxed else "from outside"
+        return f"for {what} with {size}; {outside} V - level falls as {speed}"
+
+    @property
+    def own_letter(self) -> str:
+        """``w`` where that is the model's own disturbance; one added to u is no deviation."""
+        return "w" if self.disturbance.way == "disturbances" else ""
+
+    @property
+    def _is_boxed(self) -> bool:
+        return any(side is not None for side in self.loop.box) or bool(self.loop.other_box)
+
+
+@dataclass(frozen=True)
+class InvariantEllipsoid(InvariantSet):
+    """No solution leaves {x'Px <= level}; see the module."""
+
+    def sentence(self) -> str:
+        loop = self.loop
+        return (
+            f"{self.set_in_words} is invariant{self.where_valid}, along {about(loop)}; "
+            f"{self.motion}{rounded_size(self.P, self.level, loop.states)}"
+            f"{deviations(loop, 'x' + self.own_letter)}"
         )
-    return InvariantSet(
-        P=P,
-        level=level,
-        multiplier=multiplier,
-        way=way,
-        E=E,
-        bounds=tuple(bounds),
-        is_ball=ball,
-        claim=claim,
-        where=where,
-    )

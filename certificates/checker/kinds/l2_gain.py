@@ -19,47 +19,60 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 6.3.2 (bounded real
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from fractions import Fraction
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, text
-from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
 from takagi.certificates.checker.kinds.disturbance_channel import (
     disturbance_channels,
     quadratic_change,
     scaled_identity,
 )
-from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, outside_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
+from takagi.certificates.checker.loop.box_of_validity import bounded_inputs, inside_box
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    channel_deviations,
+    granted,
+    rounded_channel,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
-def check_l2_gain(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with ``P``, ``gain`` and a ``disturbance_channel``."""
-    name = text(claim, "name", where)
-    gain, n = number(claim, "gain", where), loop.order
-    P = read_matrix(claim, "P", where, (n, n))
-    if gain <= 0:
-        raise CertificateError(f"{where}.gain: a positive number is needed")
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    for path in disturbance_channels(claim, loop, where):
-        F, G, H = quadratic_change(path.A, path.B, P, discrete=loop.is_discrete)
-        C, D = path.C, path.through
-        side = -(G + 1 / gain * (C.T @ D))
-        corner = scaled_identity(D.shape[1], gain) - H - 1 / gain * (D.T @ D)
-        whole = Matrix.blocks([[F - 1 / gain * (C.T @ C), side], [side.T, corner]])
-        if not whole.is_positive_definite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {path.label}")
-    energy = None
-    if "energy_bound" in claim:
-        energy = number(claim, "energy_bound", where)
-        if energy <= 0:
-            raise CertificateError(f"{where}.energy_bound: a positive number is needed")
-        if claim["disturbance"] == "inputs" and bounded_inputs(loop):
-            return Claim(name, Verdict.UNDECIDED, "no bound of energy keeps an input in its range")
-        why = outside_of(loop, P, gain * energy**2)
-        if why:
-            return Claim(name, Verdict.UNDECIDED, why)
-    said = {"name": name, "claim": claim, "loop": loop, "gain": gain, "energy": energy}
-    return Found(Verdict.PROVED, "l2_gain", said)
+@dataclass(frozen=True)
+class EnergyGain(LoopClaim):
+    """|y|_2 <= gain |w|_2 along the loop; see the module."""
+
+    P: Matrix = matrix("n", "n")
+    gain: Fraction = number("y/w", positive=True)
+    energy_bound: Fraction | None = number("w sqrt(s)", positive=True, optional=True)
+
+    def obligations(self) -> Obligations:
+        loop, gain = self.loop, self.gain
+        yield positive(self.P, NOT_DEFINITE)
+        for path in disturbance_channels(self.claim, loop, self.where):
+            F, G, H = quadratic_change(path.A, path.B, self.P, discrete=loop.is_discrete)
+            C, D = path.C, path.through
+            side = -(G + 1 / gain * (C.T @ D))
+            corner = scaled_identity(D.shape[1], gain) - H - 1 / gain * (D.T @ D)
+            bounded_real = Matrix.blocks([[F - 1 / gain * (C.T @ C), side], [side.T, corner]])
+            yield positive(bounded_real, f"the inequality fails at {path.label}")
+        if self.energy_bound is not None:
+            if self.claim["disturbance"] == "inputs" and bounded_inputs(loop):
+                yield never("no bound of energy keeps an input in its range")
+            yield from inside_box(loop, self.P, gain * self.energy_bound**2)
+
+    def sentence(self) -> str:
+        validity = while_valid(self.loop)
+        if self.energy_bound is not None:
+            validity = (
+                f"; for w of energy at most {at_least(self.energy_bound, 6)}^2 no state leaves the "
+                f"model's box{granted(self.loop)}"
+            )
+        return (
+            f"the energy of y is at most {at_most(self.gain, 6)}^2 times that of w, from rest, "
+            f"along {about(self.loop)} ({rounded_channel(self.claim, self.loop)}){validity}"
+            f"{channel_deviations(self.claim, self.loop)}"
+        )

@@ -36,76 +36,115 @@ the inertia, recalled.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from math import prod
-from typing import Any
+from typing import Any, ClassVar
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import Number, integer, member, number, numbers, text
+from takagi.certificates.checker.kernel.obligation import (
+    Obligations,
+    never,
+    nonnegative,
+    not_positive,
+    positive,
+)
+from takagi.certificates.checker.kernel.reader import Number, integer, member, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Verdict
 from takagi.certificates.checker.kinds.decay import decrease
+from takagi.certificates.checker.kinds.loop_claim import LoopClaim, number
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
+from takagi.certificates.checker.words.loop_words import about
+from takagi.certificates.checker.words.rounded import at_most
 
 Weights = list[Fraction]
+NOT_EXCLUDED = "the evidence does not exclude a common P"
+MOST_NAMED = 4
 
 
-def check_no_common_decay(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return DISPROVED when the evidence excludes a common P, else UNDECIDED."""
-    name = text(claim, "name", where)
-    alpha = number(claim, "decay_rate", where)
-    if alpha < 0:
-        return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    if len(loop.K) > 1 and not loop.shared_weights:
-        words = "the law has weights of its own: which gain meets which rule is not known"
-        return Claim(name, Verdict.UNDECIDED, words)
-    factor = _factor(loop, alpha)
-    if "multipliers" in claim:
-        blends, shown = _multipliers_exclude(claim, loop, factor, alpha > 0, where)
-    else:
-        h, G = _blend(claim, loop, where)
-        P = read_matrix(claim, "P", where, (loop.order, loop.order))
-        falls = decrease(loop, P, G, factor).is_positive_definite
-        blends, shown = [h], P.is_symmetric and falls and not P.is_positive_definite
-    if not shown:
-        return Claim(name, Verdict.UNDECIDED, "the evidence does not exclude a common P")
-    said = {"name": name, "loop": loop, "alpha": alpha, "blends": blends}
-    return Found(Verdict.DISPROVED, "no_common_decay", said)
+@dataclass(frozen=True)
+class NoCommonDecay(LoopClaim):
+    """No P > 0 makes V = x'Px decay at ``decay_rate``; see the module."""
+
+    shows: ClassVar[Verdict] = Verdict.DISPROVED
+    decay_rate: Fraction = number("1/s")
+
+    def obligations(self) -> Obligations:
+        loop, where = self.loop, self.where
+        yield nonnegative(self.decay_rate, "the decay rate is negative")
+        if len(loop.K) > 1 and not loop.shared_weights:
+            yield never("the law has weights of its own: which gain meets which rule is not known")
+        if loop.at_other_ends:
+            yield never(
+                "not shown: a loop with numbers that are no fractions: tried at their ends alone"
+            )
+        factor = self._factor()
+        if "multipliers" in self.claim:
+            yield from self._multipliers_exclude(factor)
+            return
+        G = _closed(loop, _weights(self.claim, loop, where))
+        P = read_matrix(self.claim, "P", where, (loop.order, loop.order))
+        yield positive(decrease(loop, P, G, factor), NOT_EXCLUDED)
+        yield not_positive(P, NOT_EXCLUDED)
+
+    def _factor(self) -> Fraction:
+        """Return 2 alpha in continuous time, rho^2 >= e^(-2 alpha T) in discrete time."""
+        rate, step = self.decay_rate, self.loop.sample_time
+        if step is None:
+            return 2 * rate
+        # Rounded up: a larger rho^2 makes it harder to disprove a common P.
+        return exp_above(2 * rate * step) if rate else Fraction(1)
+
+    def _multipliers_exclude(self, factor: Fraction) -> Obligations:
+        """Yield S >= 0 with multipliers that are not all zero, and S != 0 where alpha > 0."""
+        loop = self.loop
+        total, size = Matrix.zeros(loop.order, loop.order), Fraction(0)
+        for place, entry in self._entries():
+            G = _closed(loop, _weights(entry, loop, place))
+            L = read_matrix(entry, "factor", place)
+            Z = L @ L.T
+            size += Z.trace
+            total = (total + _dual(loop, G, Z, factor)).reduced()
+        # For alpha > 0 the claimed decay allows equality, so a zero sum would not contradict it.
+        if self.decay_rate > 0 and not any(map(any, total.rows)):
+            yield never(NOT_EXCLUDED)
+        yield positive(size, NOT_EXCLUDED)
+        yield nonnegative(total, NOT_EXCLUDED)
+
+    def _entries(self) -> list[tuple[str, Any]]:
+        """Return the multipliers with their places, or the claim itself where it has none."""
+        if "multipliers" not in self.claim:
+            return [(self.where, self.claim)]
+        entries = member(self.claim, "multipliers", self.where)
+        if not entries or not isinstance(entries, list):
+            raise CertificateError(f"{self.where}.multipliers: a list of them is needed")
+        bounded(len(entries), self.loop.order)
+        return [(f"{self.where}.multipliers[{i}]", entry) for i, entry in enumerate(entries)]
+
+    def sentence(self) -> str:
+        loop, rate = self.loop, self.decay_rate
+        blends = [_weights(entry, loop, place) for place, entry in self._entries()]
+        shown = ", ".join(map(_blend_name, blends[:MOST_NAMED]))
+        more = f" and {len(blends) - MOST_NAMED} more" if len(blends) > MOST_NAMED else ""
+        at_once = "falls in each sample" if loop.is_discrete else "has V' < 0"
+        falls_so = f"decays at {at_most(rate, 6)} 1/s" if rate else f"{at_once} wherever x is not 0"
+        return (
+            f"no common quadratic function {falls_so} along {about(loop)}: "
+            f"none does along {shown}{more}"
+        )
 
 
-def _factor(loop: PolytopicLoop, alpha: Fraction) -> Fraction:
-    """Return 2 alpha in continuous time, rho^2 >= e^(-2 alpha T) in discrete time."""
-    if loop.sample_time is None:
-        return 2 * alpha
-    # Rounded up: a larger rho^2 makes it harder to disprove a common P.
-    return exp_above(2 * alpha * loop.sample_time) if alpha else Fraction(1)
-
-
-def _multipliers_exclude(
-    claim: Any, loop: PolytopicLoop, factor: Fraction, nonzero: bool, where: str
-) -> tuple[list[Weights], bool]:
-    """Return the blends' weights, and whether S >= 0 with multipliers that are not all zero.
-
-    ``nonzero`` : S must not be zero either.
-    """
-    listed = member(claim, "multipliers", where)
-    if not listed or not isinstance(listed, list):
-        raise CertificateError(f"{where}.multipliers: a list of them is needed")
-    bounded(len(listed), loop.order)
-    total, size, blends = 0 * Matrix.identity(loop.order), Fraction(0), []
-    for i, entry in enumerate(listed):
-        place = f"{where}.multipliers[{i}]"
-        h, G = _blend(entry, loop, place)
-        L = read_matrix(entry, "factor", place)
-        Z = L @ L.T
-        blends.append(h)
-        size += sum(Z[k, k] for k in range(len(Z.rows)))
-        total = (total + _dual(loop, G, Z, factor)).reduced()
-    # For alpha > 0 the claimed decay allows equality, so a zero sum would not contradict it.
-    if nonzero and not any(any(row) for row in total.rows):
-        return blends, False
-    return blends, size > 0 and total.is_positive_semidefinite
+def _blend_name(h: Sequence[Fraction]) -> str:
+    """Return a blend by its rules, with their shares where these are few."""
+    used = [i for i, share in enumerate(h) if share]
+    if len(used) == 1:
+        return f"rule {used[0] + 1} alone"
+    if len(used) > MOST_NAMED:
+        return f"a blend of {len(used)} rules"
+    return " + ".join(f"{h[i]} rule {i + 1}" for i in used)
 
 
 def _dual(loop: PolytopicLoop, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix:
@@ -115,11 +154,10 @@ def _dual(loop: PolytopicLoop, G: Matrix, Z: Matrix, factor: Fraction) -> Matrix
     return GZ + GZ.T + factor * Z
 
 
-def _blend(owner: Any, loop: PolytopicLoop, where: str) -> tuple[Weights, Matrix]:
-    """Return the weights h of a blend, and G(h)."""
-    h = _weights(owner, loop, where)
+def _closed(loop: PolytopicLoop, h: Weights) -> Matrix:
+    """Return G(h) = A(h) - B(h) K(h)."""
     A = _at(loop.A, h)
-    return h, A - _at(loop.B, h) @ _at(loop.K, h) if loop.K and loop.B else A
+    return A - _at(loop.B, h) @ _at(loop.K, h) if loop.K and loop.B else A
 
 
 def _weights(owner: Any, loop: PolytopicLoop, where: str) -> Weights:

@@ -35,57 +35,101 @@ the mean value form of the error is that of ``observer``.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, numbers, text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, never, positive
+from takagi.certificates.checker.kernel.reader import numbers as read_numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
-from takagi.certificates.checker.kinds.disturbance_channel import zero
+from takagi.certificates.checker.kinds.decay import decrease, decrease_factor, falls_as
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.kinds.observer import hidden_premises, joint_loops
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.blends import blends_of
 from takagi.certificates.checker.loop.box_of_validity import (
-    beyond_range,
     bounded_inputs,
+    disturbances_in_range,
+    half_width,
     reaches_at_most,
-    row_of,
 )
-from takagi.certificates.checker.loop.observer_law import ObserverLaw
+from takagi.certificates.checker.loop.observer_law import ObserverLaw, states_at_start
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.words.ellipsoid_size import LARGEST, square_root_below
+from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
+from takagi.certificates.checker.words.rounded import at_least, exactly
 
 # A quantity that must keep its range: a row of z, half of the range, and a description.
 Bound = tuple[Matrix, Fraction, str]
 
 
-def check_observed_loop(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED if every inequality of the module holds, else UNDECIDED with the first."""
-    name, n = text(claim, "name", where), loop.order
-    alpha, level = number(claim, "decay_rate", where), number(claim, "level", where)
-    P = read_matrix(claim, "P", where, (2 * n, 2 * n))
-    if alpha < 0 or level <= 0:
-        raise CertificateError(f"{where}: decay_rate >= 0 and level > 0 are needed")
-    law = _law(loop, where)
-    hidden = _unknown_premise(loop, law)
-    if hidden:
-        return Claim(name, Verdict.UNDECIDED, hidden)
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(loop, alpha)
-    for label, G in whole_loops(claim, loop, where):
-        if not decrease(loop, P, G, factor).is_positive_definite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
-    if beyond := beyond_range(loop, (Fraction(0),) * len(loop.disturbances)):
-        return Claim(name, Verdict.UNDECIDED, beyond)
-    for row, half, what in ranges_kept(claim, loop, where):
-        if not reaches_at_most(P, level, row, half):
-            return Claim(name, Verdict.UNDECIDED, f"{what} may leave its range in the model's box")
-    said = {"name": name, "loop": loop, "P": P, "level": level, "alpha": alpha}
-    said["limits"] = input_limits(claim, loop, where)
-    return Found(Verdict.PROVED, "observed_loop", said)
+@dataclass(frozen=True)
+class ObservedLoop(LoopClaim):
+    """Plant and observer stay in {z'Pz <= level}, and V = z'Pz falls; see the module."""
+
+    decay_rate: Fraction = number("1/s")
+    level: Fraction = number(positive=True)
+    P: Matrix = matrix("2n", "2n")
+
+    def obligations(self) -> Obligations:
+        loop, where = self.loop, self.where
+        if self.decay_rate < 0:
+            raise CertificateError(f"{where}.decay_rate: a number >= 0 is needed")
+        if hidden := _unknown_premise(loop, _law(loop, where)):
+            yield never(hidden)
+        yield positive(self.P, NOT_DEFINITE)
+        factor = decrease_factor(loop, self.decay_rate)
+        for label, G in whole_loops(self.claim, loop, where):
+            yield positive(decrease(loop, self.P, G, factor), f"the inequality fails at {label}")
+        yield from disturbances_in_range(loop, (Fraction(0),) * len(loop.disturbances))
+        for row, half, what in ranges_kept(self.claim, loop, where):
+            failure = f"{what} may leave its range in the model's box"
+            yield reaches_at_most(self.P, self.level, row, half, failure)
+
+    def sentence(self) -> str:
+        loop, law = self.loop, _law(self.loop, self.where)
+        first, weights = "x", "weights of the plant, which its measured outputs tell"
+        if loop.scheduled_by is None and loop.rules > 1:
+            weights = "weights of the plant, which it is assumed to know"
+        if law.at_estimate:
+            first, weights = "xhat", "weights at the estimate"
+        boxed = any(side is not None for side in loop.box) or bool(loop.other_box)
+        limits = ", ".join(map(exactly, input_limits(self.claim, loop, self.where)))
+        most = f", with |u_k| <= {limits}" if limits else ""
+        lies = f", in which x{' and xhat stay' if law.at_estimate else ' stays'} in the model's box"
+        lies += granted(loop, disturbances_too=False)
+        return (
+            f"V = z'Pz with z = ({first}, x - xhat), for u = -K xhat of an observer with "
+            f"{weights}, {falls_as(self.decay_rate)}{undisturbed(loop)}; "
+            f"{{V <= {exactly(self.level)}}} is never left{lies if boxed else ''}{most}; exact "
+            f"outputs, no time for computing{self._starts()}{deviations(loop, 'xu')}"
+        )
+
+    def _starts(self) -> str:
+        """Return how far each state alone may start off rest."""
+        loop = self.loop
+        if loop.order > LARGEST:
+            return ""
+        N = starts(loop)
+        S = N.T @ self.P @ N
+        reach = ", ".join(
+            f"{at_least(square_root_below(self.level / S[k, k]), 4)} in {name}"
+            for k, name in enumerate(loop.states)
+        )
+        measured = any(states_at_start(loop.C, loop.D, loop.order))
+        how = "at the measured states and else at rest" if measured else "at rest"
+        return f"; where the estimate starts {how}, a state alone may start up to {reach}"
+
+
+def starts(loop: PolytopicLoop) -> Matrix:
+    """Return N of z = N x for an estimate that starts at the measured states, elsewhere at rest."""
+    law, n = loop.observer, loop.order
+    assert law is not None  # the kind asks for it
+    seen = states_at_start(loop.C, loop.D, n)
+    first = Matrix([[int(seen[i] and i == j) for j in range(n)] for i in range(n)])
+    one = Matrix.identity(n)
+    return Matrix.blocks([[first if law.at_estimate else one], [one - first]])
 
 
 def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[str, Matrix]]:
@@ -101,38 +145,41 @@ def whole_loops(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[tuple[s
     for blend in blends:
         A = blend.A
         for k, (push, error) in enumerate(errors):
-            yield f"{blend.label}, slope {k + 1}", Matrix.blocks([[A, push], [zero(n, n), error]])
+            yield (
+                f"{blend.label}, slope {k + 1}",
+                Matrix.blocks([[A, push], [Matrix.zeros(n, n), error]]),
+            )
 
 
 def ranges_kept(claim: Any, loop: PolytopicLoop, where: str) -> Iterator[Bound]:
     """Yield the quantities with a range, and the inputs with limits in the claim."""
     law, n = _law(loop, where), loop.order
-    one, none = Matrix.identity(n), zero(n, n)
+    one, none = Matrix.identity(n), Matrix.zeros(n, n)
     if len({*loop.states, *loop.inputs}) < len(loop.states) + len(loop.inputs):
         raise CertificateError(f"{where}: a state and an input have one name, also in the box")
     plant = Matrix.blocks([[one, one if law.at_estimate else none]])
     for k, side in enumerate(loop.box):
         if side is None:
             continue
-        half = min(-side[0], side[1])
-        yield row_of(plant, k), half, loop.states[k]
+        half = half_width(side)
+        yield plant.row(k), half, loop.states[k]
         if law.at_estimate:
             estimate = Matrix.blocks([[one, none]])
-            yield row_of(estimate, k), half, f"the estimate of {loop.states[k]}"
-    halves = [(k, min(-side[0], side[1])) for k, side in bounded_inputs(loop).items()]
+            yield estimate.row(k), half, f"the estimate of {loop.states[k]}"
+    halves = [(k, half_width(side)) for k, side in bounded_inputs(loop).items()]
     halves += enumerate(input_limits(claim, loop, where))
     for j, K in enumerate(loop.K):
-        whole = Matrix.blocks([[K, zero(*K.shape) if law.at_estimate else -K]])
+        whole = Matrix.blocks([[K, Matrix.zeros(*K.shape) if law.at_estimate else -K]])
         for k, half in halves:
             name = loop.inputs[k] if loop.inputs else f"input {k + 1}"
-            yield row_of(whole, k), half, f"{name} by gain {j + 1}"
+            yield whole.row(k), half, f"{name} by gain {j + 1}"
 
 
 def input_limits(claim: Any, loop: PolytopicLoop, where: str) -> list[Fraction]:
     """Return the limits of the claim on |u_k|; none if it has none."""
     if "input_limits" not in claim:
         return []
-    return numbers(claim, "input_limits", where, loop.K[0].shape[0])
+    return read_numbers(claim, "input_limits", where, loop.K[0].shape[0])
 
 
 def _law(loop: PolytopicLoop, where: str) -> ObserverLaw:

@@ -32,61 +32,78 @@ Source: Tanaka and Wang (2001), chapter 4; secants by the mean value theorem.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
-from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.obligation import (
+    Obligations,
+    never,
+    nonnegative,
+    positive,
+)
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
-from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
-from takagi.certificates.checker.kinds.disturbance_channel import zero
+from takagi.certificates.checker.kinds.decay import decrease, decrease_factor, falls_as
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix, number
 from takagi.certificates.checker.loop.averages import refuse_averages
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, Stack, bounded
+from takagi.certificates.checker.words.loop_words import deviations, undisturbed, while_valid
 
-Stack = tuple[Matrix, ...]
-
-
-def check_observer(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim of kind ``observer``."""
-    refuse_averages(loop, "observer", where)
-    secants = "secants" in claim
-    loops = (secant_loops if secants else error_loops)(claim, loop, where)
-    about = {"feedback": False, "secants": secants}
-    return _verdict(claim, loop, loop.order, loops, about, where)
+EXACT = "exact outputs and premises that the observer measures"
 
 
-def check_observed_feedback(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim of kind ``observed-feedback``."""
-    refuse_averages(loop, "observer", where)
-    loops, about = joint_loops(claim, loop, where), {"feedback": True, "secants": False}
-    return _verdict(claim, loop, 2 * loop.order, loops, about, where)
+@dataclass(frozen=True)
+class Observer(LoopClaim):
+    """The error of the observer decays at ``decay_rate``; see the module."""
+
+    decay_rate: Fraction = number("1/s")
+    P: Matrix = matrix("n", "n")
+
+    def __post_init__(self) -> None:
+        refuse_averages(self.loop, "observer", self.where)
+
+    def matrices(self) -> Iterator[tuple[str, Matrix]]:
+        """Yield the matrices along which V decays, each with a name."""
+        loops = secant_loops if "secants" in self.claim else error_loops
+        return loops(self.claim, self.loop, self.where)
+
+    def obligations(self) -> Obligations:
+        yield nonnegative(self.decay_rate, "the decay rate is negative")
+        if hidden := hidden_premises(self.loop):
+            yield never(f"premises depend on {hidden}, which is not measured")
+        yield positive(self.P, NOT_DEFINITE)
+        factor = decrease_factor(self.loop, self.decay_rate)
+        for label, G in self.matrices():
+            falling = decrease(self.loop, self.P, G, factor)
+            yield positive(falling, f"the inequality fails at {label}")
+
+    def sentence(self) -> str:
+        several = " and premises that the observer measures" * (self.loop.rules > 1)
+        secants = f"exact outputs and secants of f in the stated hull{several}"
+        assumed = secants if "secants" in self.claim else EXACT
+        return self._decays("the error x - xhat of the observer", assumed)
+
+    def _decays(self, what: str, assumed: str, letters: str = "") -> str:
+        loop = self.loop
+        return (
+            f"V of {what}, for {assumed}, {falls_as(self.decay_rate)}{undisturbed(loop)} along "
+            f"every blend of {loop.rules} rules{while_valid(loop)}{deviations(loop, letters)}"
+        )
 
 
-def _verdict(
-    claim: Any,
-    loop: PolytopicLoop,
-    order: int,
-    loops: Iterator[tuple[str, Matrix]],
-    about: dict[str, bool],
-    where: str,
-) -> Outcome:
-    name, alpha = text(claim, "name", where), number(claim, "decay_rate", where)
-    P = read_matrix(claim, "P", where, (order, order))
-    if alpha < 0:
-        return Claim(name, Verdict.UNDECIDED, "the decay rate is negative")
-    hidden = hidden_premises(loop)
-    if hidden:
-        return Claim(name, Verdict.UNDECIDED, f"premises depend on {hidden}, which is not measured")
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    factor = decrease_factor(loop, alpha)
-    for label, G in loops:
-        if not decrease(loop, P, G, factor).is_positive_definite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {label}")
-    said = {"name": name, "loop": loop, "alpha": alpha, **about}
-    return Found(Verdict.PROVED, "observer", said)
+@dataclass(frozen=True)
+class ObservedFeedback(Observer):
+    """V of states and errors decays for u = -K xhat; see the module."""
+
+    P: Matrix = matrix("2n", "2n")
+
+    def matrices(self) -> Iterator[tuple[str, Matrix]]:
+        return joint_loops(self.claim, self.loop, self.where)
+
+    def sentence(self) -> str:
+        return self._decays("the loop with u = -K xhat", EXACT, "xu")
 
 
 def hidden_premises(loop: PolytopicLoop) -> str:
@@ -164,7 +181,7 @@ def joint_loops(
     L = _gains(claim, loop, where) if L is None else L
     if not loop.K or not loop.shared_weights:
         raise CertificateError(f"{where}: gains with the weights of the model are needed")
-    rest = zero(loop.order, loop.order)
+    rest = Matrix.zeros(loop.order, loop.order)
     error, both = _of_error(loop, L), replace(loop, C=(), D=(), E=())
     if len(both.groups()) != len(error.groups()):
         # One of the two loops is affine in h and would be tested rule by rule; both must have the

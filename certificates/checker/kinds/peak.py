@@ -17,50 +17,64 @@ Source: Abedor, Nagpal, Poolla (1996); Scherer, Gahinet, Chilali (1997).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.disturbance_channel import (
     DisturbanceChannel,
     disturbance_channels,
     scaled_identity,
-    zero,
 )
-from takagi.certificates.checker.kinds.invariant_set import InvariantSet, read_invariant_set
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.kinds.invariant_set import InvariantSet
+from takagi.certificates.checker.kinds.loop_claim import number
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    channel_deviations,
+    rounded_channel,
+)
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
-def check_peak(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with the module's evidence."""
-    name = text(claim, "name", where)
-    held = read_invariant_set(claim, loop, where)
-    if held.bounds is None or not held.is_ball or held.bounds[0] == 0:
-        raise CertificateError(f"{where}.disturbance_norm: a positive bound on |w|_2 is needed")
-    gain = number(claim, "gain", where)
-    share = number(claim, "share", where) if "share" in claim else Fraction(0)
-    if gain <= 0 or not 0 <= share <= 1:
-        raise CertificateError(f"{where}: gain > 0 and 0 <= share <= 1 are needed")
-    why = held.why_not(loop)
-    if why:
-        return Claim(name, Verdict.UNDECIDED, why)
-    for path in disturbance_channels(claim, loop, where):
-        if not _left(path, held, gain, share).is_positive_semidefinite:
-            return Claim(name, Verdict.UNDECIDED, f"the output exceeds its bound at {path.label}")
-    said = {"name": name, "claim": claim, "loop": loop, "held": held, "gain": gain}
-    return Found(Verdict.PROVED, "peak", said | {"bound": held.bounds[0]})
+@dataclass(frozen=True)
+class Peak(InvariantSet):
+    """|y| <= gain b for |w|_2 <= b; see the module."""
 
+    gain: Fraction = number("y/w", positive=True)
+    share: Fraction | None = number(optional=True)
 
-def _left(path: DisturbanceChannel, held: InvariantSet, gain: Fraction, share: Fraction) -> Matrix:
-    assert held.bounds is not None
-    bound, C = held.bounds[0], path.C
-    left = gain**2 * bound**2 * (1 - share) / held.level * held.P - C.T @ C
-    if path.D is None or not any(any(row) for row in path.D.rows):
-        return left
-    D = path.D
-    rest = scaled_identity(D.shape[1], gain**2 * share) - D.T @ D
-    side = zero(C.shape[1], D.shape[1]) - C.T @ D
-    return Matrix.blocks([[left, side], [side.T, rest]])
+    def obligations(self) -> Obligations:
+        w, share = self.disturbance, self.share or Fraction(0)
+        if not w.is_ball or w.bounds[0] == 0:
+            raise CertificateError(
+                f"{self.where}.disturbance_norm: a positive bound on |w|_2 is needed"
+            )
+        if not 0 <= share <= 1:
+            raise CertificateError(f"{self.where}.share: 0 <= share <= 1 is needed")
+        yield from super().obligations()
+        for path in disturbance_channels(self.claim, self.loop, self.where):
+            yield nonnegative(
+                self._below_bound(path, share), f"the output exceeds its bound at {path.label}"
+            )
+
+    def _below_bound(self, path: DisturbanceChannel, share: Fraction) -> Matrix:
+        """Return the module's matrix; without its second block where D = 0."""
+        bound, C, D = self.disturbance.bounds[0], path.C, path.D
+        state = self.gain**2 * bound**2 * (1 - share) / self.level * self.P - C.T @ C
+        if D is None or not any(map(any, D.rows)):
+            return state
+        pushed = scaled_identity(D.shape[1], self.gain**2 * share) - D.T @ D
+        side = -(C.T @ D)
+        return Matrix.blocks([[state, side], [side.T, pushed]])
+
+    def sentence(self) -> str:
+        loop, bound = self.loop, self.disturbance.bounds[0]
+        return (
+            f"|y| <= {at_most(self.gain * bound, 6)} at all times, from rest and from anywhere in "
+            f"{self.set_in_words}, for |w|_2 <= {at_least(bound, 6)} at all times (gain "
+            f"{at_most(self.gain, 6)}), along {about(loop)} "
+            f"({rounded_channel(self.claim, loop)}); the set is invariant{self.where_valid}"
+            f"{channel_deviations(self.claim, loop, 'x')}"
+        )

@@ -15,55 +15,86 @@ Source: Chilali and Gahinet (1996), IEEE Trans. Automatic Control 41(3), theorem
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.obligation import Obligations, positive
+from takagi.certificates.checker.kernel.reader import listed
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.kinds.loop_claim import NOT_DEFINITE, LoopClaim, matrix
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.words.loop_words import about
+from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
-Part = tuple[Matrix, Matrix]
 MOST_PARTS, LARGEST_PART = 8, 4
+DIGITS = 6
 
 
-def check_region(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
-    name = text(claim, "name", where)
-    P = read_matrix(claim, "P", where, (loop.order, loop.order))
-    parts = _parts(claim, where)
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    blends = blends_of(loop, claim, where)
-    bounded(len(blends), sum(len(L.rows) for L, _ in parts) * loop.order)
-    for blend in blends:
-        PG = P @ blend.A
-        for L, M in parts:
-            if not _left_side(L, M, P, PG).is_positive_definite:
-                said = {"name": name, "loop": loop, "parts": [(L, M)]}
-                return Found(Verdict.UNDECIDED, "region", said | {"fails_at": blend.label})
-    return Found(Verdict.PROVED, "region", {"name": name, "loop": loop, "parts": parts})
+@dataclass(frozen=True)
+class Region(LoopClaim):
+    """The eigenvalues of every blend lie in a region of the plane; see the module."""
+
+    P: Matrix = matrix("n", "n")
+
+    def obligations(self) -> Obligations:
+        P, parts = self.P, list(self.parts())
+        yield positive(P, NOT_DEFINITE)
+        blends = blends_of(self.loop, self.claim, self.where)
+        bounded(len(blends), sum(len(L.rows) for L, _ in parts) * self.loop.order)
+        for blend in blends:
+            PG = P @ blend.A
+            for L, M in parts:
+                size = range(len(L.rows))
+                left_side = Matrix.blocks([
+                    [L[a, b] * P + M[a, b] * PG + M[b, a] * PG.T for b in size] for a in size
+                ])  # fmt: skip
+                yield positive(
+                    -left_side, f"the inequality of {part_of_plane(L, M)} fails at {blend.label}"
+                )
+
+    def parts(self) -> Iterator[tuple[Matrix, Matrix]]:
+        """Yield (L, M) of every part."""
+        parts = listed(self.claim, "parts", self.where, 1, MOST_PARTS)
+        for i, part in enumerate(parts):
+            place = f"{self.where}.parts[{i}]"
+            L = read_matrix(part, "L", place)
+            M = read_matrix(part, "M", place, (len(L.rows), len(L.rows)))
+            if len(L.rows) > LARGEST_PART or not L.is_symmetric:
+                raise CertificateError(
+                    f"{place}.L: symmetric, at most {LARGEST_PART} rows, is needed"
+                )
+            yield L, M
+
+    def sentence(self) -> str:
+        region = " and ".join(part_of_plane(L, M) for L, M in self.parts())
+        return f"with weights at rest the eigenvalues z of {about(self.loop)} lie where {region}"
 
 
-def _left_side(L: Matrix, M: Matrix, P: Matrix, PG: Matrix) -> Matrix:
-    """Return the negative of the left side of the module's formula."""
+def part_of_plane(L: Matrix, M: Matrix) -> str:
+    """Return a part as a set of z, with numbers rounded so that the true set is inside."""
     size = range(len(L.rows))
-    GP = PG.T
-    return -Matrix.blocks([[L[a, b] * P + M[a, b] * PG + M[b, a] * GP for b in size] for a in size])
+    low, m = ([[X[i, j] for j in size] for i in size] for X in (L, M))
+    if m == [[1]]:
+        return f"Re z < {at_most(-low[0][0] / 2, DIGITS)}"
+    if m == [[-1]]:
+        return f"Re z > {at_least(low[0][0] / 2, DIGITS)}"
+    if m == [[0, 1], [0, 0]] and low[0][0] == low[1][1] < 0:
+        centre, radius = -low[0][1], at_most(-low[0][0], DIGITS)
+        if centre == 0:
+            return f"|z| < {radius}"
+        return f"|z {'+' if centre < 0 else '-'} {exactly(abs(centre))}| < {radius}"
+    diagonal = len(low) == 2 and low[0][0] == low[1][1] and low[0][1] == 0 and m[0][0] == m[1][1]
+    if diagonal and m[0][1] == -m[1][0] == 1 and m[0][0] >= 0:
+        t, w = m[0][0], -low[0][0] / 2
+        if t == 0:
+            return f"|Im z| < {at_most(w, DIGITS)}"
+        apex = f"{at_most(w, DIGITS)} - " if w else "-"
+        return f"|Im z| < {apex}{exactly(t)} Re z"
+    return f"L + z M + conj(z) M' < 0 with L = {_shown(low)}, M = {_shown(m)}"
 
 
-def _parts(claim: Any, where: str) -> list[Part]:
-    listed = member(claim, "parts", where)
-    if not isinstance(listed, list) or not 0 < len(listed) <= MOST_PARTS:
-        raise CertificateError(f"{where}.parts: a list of 1 to {MOST_PARTS} parts is needed")
-    found = []
-    for i, part in enumerate(listed):
-        place = f"{where}.parts[{i}]"
-        L = read_matrix(part, "L", place)
-        k = len(L.rows)
-        M = read_matrix(part, "M", place, (k, k))
-        if k > LARGEST_PART or not L.is_symmetric:
-            raise CertificateError(f"{place}.L: symmetric, at most {LARGEST_PART} rows, is needed")
-        found.append((L, M))
-    return found
+def _shown(rows: list[list[Fraction]]) -> str:
+    return str([[str(value) for value in row] for row in rows]).replace("'", "")

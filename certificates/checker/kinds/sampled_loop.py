@@ -32,85 +32,107 @@ recalled; coefficients of Bernstein polynomials bound them, as their weights are
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from takagi.certificates.checker.arithmetic.exponential import exp_below
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
-from takagi.certificates.checker.kernel.reader import number, text
+from takagi.certificates.checker.kernel.matrices import Matrix, read_stack
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
+from takagi.certificates.checker.kinds.loop_claim import LoopClaim, matrix, number
 from takagi.certificates.checker.loop.box_of_validity import (
-    beyond_range,
-    outside_of,
+    bounded_inputs,
+    disturbances_in_range,
+    half_width,
+    inside_box,
     reaches_at_most,
-    row_of,
 )
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
+from takagi.certificates.checker.loop.polytopic_loop import bounded
+from takagi.certificates.checker.words.ellipsoid_size import rounded_size
+from takagi.certificates.checker.words.loop_words import deviations, granted, undisturbed
+from takagi.certificates.checker.words.rounded import at_least, exactly
 
-HIGHEST = 20  # degree of Q
-
-
-def check_sampled_loop(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return PROVED when every inequality holds, else UNDECIDED with the first that fails."""
-    name = text(claim, "name", where)
-    if loop.is_discrete or not loop.K or not loop.B:
-        raise CertificateError(f"{where}: inputs and gains are needed, in continuous time")
-    step, level, alpha = (number(claim, k, where) for k in ("sample_time", "level", "decay_rate"))
-    if step <= 0 or level <= 0 or alpha < 0:
-        raise CertificateError(f"{where}: sample_time, level > 0 and decay_rate >= 0 are needed")
-    m, n = loop.K[0].shape
-    P, Q = read_matrix(claim, "P", where, (n, n)), read_stack(claim, "functions", where)
-    if Q[0].shape != (n + m, n + m) or not 2 <= len(Q) <= HIGHEST + 1:
-        raise CertificateError(f"{where}.functions: 2 to {HIGHEST + 1} of order {n + m} are needed")
-    why = _why_not_falling(loop, P, Q, step, alpha) or _why_leaving(loop, P, Q, level)
-    if why:
-        return Claim(name, Verdict.UNDECIDED, why)
-    said = {"name": name, "loop": loop, "step": step, "P": P, "level": level, "alpha": alpha}
-    return Found(Verdict.PROVED, "sampled_loop", said)
+HIGHEST_DEGREE = 20
 
 
-def _why_not_falling(
-    loop: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], step: Fraction, alpha: Fraction
-) -> str:
-    """Return which inequality of the module fails; empty if none does."""
-    m, n = loop.K[0].shape
-    bounded(loop.rules * len(Q) + len(loop.K), n + m)
-    # If P_0 is symmetric and semidefinite, the other inequalities imply that P > 0 and that P and
-    # all functions are symmetric: these need no test of their own.
-    if not Q[0].is_positive_semidefinite:
-        return "the first function is not symmetric positive semidefinite"
-    corner = Matrix.blocks([[P, _zeros(n, m)], [_zeros(m, n), _zeros(m, m)]])
-    if not (Q[-1] - corner).is_positive_semidefinite:
-        return "the last function may be below V"
-    factor = exp_below(2 * alpha * step)
-    for j, K in enumerate(loop.K):
-        L = Matrix.blocks([[Matrix.identity(n)], [-K]])
-        if not (factor * P - L.T @ Q[0] @ L).is_positive_definite:
-            return f"V may not fall from sample to sample with gain {j + 1}"
-    changes = list(_changes(Q))
-    for i in range(loop.rules):
-        A, B = (stack[i if len(stack) > 1 else 0] for stack in (loop.A, loop.B))
-        M = step * Matrix.blocks([[A, B], [_zeros(m, n), _zeros(m, m)]])
-        for function, change in zip(Q, changes, strict=True):
-            moved = function @ M
-            if not (-(change + moved + moved.T)).is_positive_semidefinite:
-                return f"the function may grow between samples at rule {i + 1}"
-    return ""
+@dataclass(frozen=True)
+class SampledLoop(LoopClaim):
+    """The command is held for ``sample_time``; V falls from sample to sample; see the module."""
 
+    sample_time: Fraction = number("s", positive=True)
+    level: Fraction = number(positive=True)
+    decay_rate: Fraction = number("1/s")
+    P: Matrix = matrix("n", "n")
 
-def _why_leaving(loop: PolytopicLoop, P: Matrix, Q: Sequence[Matrix], level: Fraction) -> str:
-    """Return which range of the box may be left, at samples or between them; empty for none."""
-    idle = (Fraction(0),) * len(loop.disturbances)
-    why = beyond_range(loop, idle) or outside_of(loop, P, level)
-    rows = Matrix.identity(len(Q[0].rows))
-    for k, side in enumerate(loop.box):
-        if why or side is None:
-            continue
-        room = min(-side[0], side[1])
-        if not all(reaches_at_most(one, level, row_of(rows, k), room) for one in Q):
-            why = f"{loop.states[k]} may leave its range in the model's box between samples"
-    return why
+    def obligations(self) -> Obligations:
+        loop, where, P = self.loop, self.where, self.P
+        if loop.is_discrete or not loop.K or not loop.B:
+            raise CertificateError(f"{where}: inputs and gains are needed, in continuous time")
+        if self.decay_rate < 0:
+            raise CertificateError(f"{where}.decay_rate: a number >= 0 is needed")
+        (m, n), Q = loop.K[0].shape, read_stack(self.claim, "functions", where)
+        if Q[0].shape != (n + m, n + m) or not 2 <= len(Q) <= HIGHEST_DEGREE + 1:
+            raise CertificateError(
+                f"{where}.functions: 2 to {HIGHEST_DEGREE + 1} of order {n + m} are needed"
+            )
+        bounded(loop.rules * len(Q) + len(loop.K), n + m)
+        # If P_0 is symmetric and semidefinite, the other inequalities imply that P > 0 and that P
+        # and all functions are symmetric: these need no test of their own.
+        yield nonnegative(Q[0], "the first function is not symmetric positive semidefinite")
+        right, below = Matrix.zeros(n, m), Matrix.zeros(m, n + m)
+        corner = Matrix.blocks([[Matrix.blocks([[P, right]])], [below]])
+        yield nonnegative(Q[-1] - corner, "the last function may be below V")
+        factor = exp_below(2 * self.decay_rate * self.sample_time)
+        for j, K in enumerate(loop.K):
+            L = Matrix.blocks([[Matrix.identity(n)], [-K]])
+            failure = f"V may not fall from sample to sample with gain {j + 1}"
+            yield positive(factor * P - L.T @ Q[0] @ L, failure)
+        changes = list(_changes(Q))
+        for i in range(loop.rules):
+            A, B = (stack[i if len(stack) > 1 else 0] for stack in (loop.A, loop.B))
+            M = self.sample_time * Matrix.blocks([[Matrix.blocks([[A, B]])], [below]])
+            for function, change in zip(Q, changes, strict=True):
+                moved = function @ M
+                failure = f"the function may grow between samples at rule {i + 1}"
+                yield nonnegative(-(change + moved + moved.T), failure)
+        yield from self._inside_box(Q)
+
+    def _inside_box(self, Q: Sequence[Matrix]) -> Obligations:
+        """Yield what keeps the plant inside the box, at samples and between them."""
+        loop = self.loop
+        yield from disturbances_in_range(loop, (Fraction(0),) * len(loop.disturbances))
+        yield from inside_box(loop, self.P, self.level)
+        identity = Matrix.identity(len(Q[0].rows))
+        for k, side in enumerate(loop.box):
+            if side is None:
+                continue
+            failure = f"{loop.states[k]} may leave its range in the model's box between samples"
+            for function in Q:
+                row = identity.row(k)
+                yield reaches_at_most(function, self.level, row, half_width(side), failure)
+
+    def sentence(self) -> str:
+        loop = self.loop
+        rate = self.decay_rate
+        falls = f"falls as exp(-{at_least(2 * rate, 6)} t)" if rate else "falls"
+        inputs = f" ({', '.join(loop.inputs)})" if loop.inputs else ""
+        gains = f"{len(loop.K)} gains" if len(loop.K) > 1 else "one gain"
+        blends = f", along every blend of {loop.rules} rules and of {gains}"
+        alone = loop.rules == len(loop.K) == 1
+        limited = any(side is not None for side in loop.box) or bool(bounded_inputs(loop))
+        start = f"{{x'Px <= {exactly(self.level)}}}" if limited else "anywhere"
+        assumed = granted(loop, disturbances_too=False)
+        stays = (
+            f"; between samples too the plant stays in the model's box{assumed}"
+            f"{rounded_size(self.P, self.level, loop.states)}"
+            if limited
+            else assumed
+        )
+        return (
+            f"with a sample every {exactly(self.sample_time)} s, the command u = -Kx{inputs} held "
+            f"until the next and computed in no time: from {start}, V = x'Px {falls} from sample "
+            f"to sample{undisturbed(loop)}{'' if alone else blends}{stays}{deviations(loop, 'xu')}"
+        )
 
 
 def _changes(Q: Sequence[Matrix]) -> Iterator[Matrix]:
@@ -119,7 +141,3 @@ def _changes(Q: Sequence[Matrix]) -> Iterator[Matrix]:
     for k in range(d + 1):
         after, before = Q[min(k + 1, d)] - Q[k], Q[k] - Q[max(k - 1, 0)]
         yield (d - k) * after + k * before
-
-
-def _zeros(rows: int, columns: int) -> Matrix:
-    return Matrix([[0] * columns for _ in range(rows)])

@@ -12,7 +12,7 @@ Source: Polya's theorem, as in Scherer (2005), Math. Programming 107, recalled.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations_with_replacement, product
@@ -142,12 +142,11 @@ class Polynomial:
                 found[place] = (found[place] + part).reduced() if place in found else part
         return Polynomial(self.sizes, self.degrees, found)
 
-    def failing(self) -> str:
-        """Return the first term that is not positive definite, in words; empty when all are."""
+    def coefficients(self) -> Iterator[tuple[str, Matrix]]:
+        """Yield the powers of every term, in words, and its X_a; 0 for a term that is missing."""
+        missing = 0 * next(iter(self.terms.values()))
         for a in exponents(self.sizes, self.degrees):
-            if a not in self.terms or not self.terms[a].is_positive_definite:
-                return "weights to the powers " + ", ".join(str(list(row)) for row in a)
-        return ""
+            yield ", ".join(str(list(row)) for row in a), self.terms.get(a, missing)
 
 
 def _sum(a: Exponent, b: Exponent) -> Exponent:

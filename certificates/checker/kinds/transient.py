@@ -22,55 +22,69 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 5.1 (condition numb
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 from takagi.certificates.checker.arithmetic.exponential import exp_above
-from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
-from takagi.certificates.checker.kernel.reader import number, numbers, text
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.kinds.decay import decrease, decrease_factor
+from takagi.certificates.checker.kinds.loop_claim import (
+    NOT_DEFINITE,
+    LoopClaim,
+    matrix,
+    number,
+    numbers,
+)
 from takagi.certificates.checker.loop.blends import blends_of
-from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.words.loop_words import (
+    about,
+    deviations,
+    undisturbed,
+    while_valid,
+)
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 
-def check_transient(claim: Any, loop: PolytopicLoop, where: str) -> Outcome:
-    """Return the verdict on a claim with the module's evidence."""
-    name, n = text(claim, "name", where), loop.order
-    P = read_matrix(claim, "P", where, (n, n))
-    scales = numbers(claim, "scales", where, n)
-    keys = ("decay_rate", "lower", "overshoot", "settled_share", "settling_time")
-    alpha, lower, kappa, share, time = (number(claim, key, where) for key in keys)
-    if min(alpha, lower, kappa, share, time, *scales) <= 0:
-        raise CertificateError(f"{where}: {', '.join(keys)} and scales are positive numbers")
-    if loop.sample_time is not None and (time / loop.sample_time).denominator != 1:
-        raise CertificateError(f"{where}.settling_time: a whole number of samples is needed")
-    if not P.is_positive_definite:
-        return Claim(name, Verdict.UNDECIDED, "P is not symmetric positive definite")
-    why = _why_not(loop, P, scales, lower, kappa)
-    if why:
-        return Claim(name, Verdict.UNDECIDED, why)
-    factor = decrease_factor(loop, alpha)
-    for blend in blends_of(loop, claim, where):
-        if not decrease(loop, P, blend.A, factor).is_positive_definite:
-            return Claim(name, Verdict.UNDECIDED, f"the inequality fails at {blend.label}")
-    # e^(-alpha t_s) is rounded up, which makes the test stronger.
-    if kappa * exp_above(alpha * time) > share:
-        return Claim(name, Verdict.UNDECIDED, "the state may not have settled by then")
-    said = {"name": name, "loop": loop, "alpha": alpha, "scales": scales}
-    return Found(Verdict.PROVED, "transient", said | {"kappa": kappa, "share": share, "time": time})
+@dataclass(frozen=True)
+class Transient(LoopClaim):
+    """A bound of overshoot and settling time; see the module."""
 
+    P: Matrix = matrix("n", "n")
+    scales: list[Fraction] = numbers("n")
+    decay_rate: Fraction = number("1/s", positive=True)
+    lower: Fraction = number(positive=True)
+    overshoot: Fraction = number(positive=True)
+    settled_share: Fraction = number(positive=True)
+    settling_time: Fraction = number("s", positive=True)
 
-def _why_not(
-    loop: PolytopicLoop, P: Matrix, scales: list[Fraction], lower: Fraction, kappa: Fraction
-) -> str:
-    weight = Matrix.of(
-        [[1 / s**2 if i == j else Fraction(0) for j in range(loop.order)]
-         for i, s in enumerate(scales)]
-    )  # fmt: skip
-    if not (P - lower * weight).is_positive_semidefinite:
-        return "P is not above p S^-2"
-    if not (kappa**2 * lower * weight - P).is_positive_semidefinite:
-        return "P is not below kappa^2 p S^-2"
-    return ""
+    def obligations(self) -> Obligations:
+        loop, P = self.loop, self.P
+        if min(self.scales) <= 0:
+            raise CertificateError(f"{self.where}.scales: positive numbers are needed")
+        if loop.sample_time and (self.settling_time / loop.sample_time).denominator != 1:
+            raise CertificateError(
+                f"{self.where}.settling_time: a whole number of samples is needed"
+            )
+        yield positive(P, NOT_DEFINITE)
+        weight = self.lower * Matrix.diagonal([1 / s**2 for s in self.scales])
+        yield nonnegative(P - weight, "P is not above p S^-2")
+        yield nonnegative(self.overshoot**2 * weight - P, "P is not below kappa^2 p S^-2")
+        factor = decrease_factor(loop, self.decay_rate)
+        for blend in blends_of(loop, self.claim, self.where):
+            falling = decrease(loop, P, blend.A, factor)
+            yield positive(falling, f"the inequality fails at {blend.label}")
+        # e^(-alpha t_s) is rounded up, which makes the test stronger.
+        rest = self.overshoot * exp_above(self.decay_rate * self.settling_time)
+        yield nonnegative(self.settled_share - rest, "the state may not have settled by then")
+
+    def sentence(self) -> str:
+        loop = self.loop
+        units = "" if set(self.scales) == {Fraction(1)} else " in the states over their scales"
+        return (
+            f"|x(t)| <= {at_most(self.overshoot, 6)} exp(-{at_least(self.decay_rate, 6)} t) "
+            f"|x(0)|{units}, so at most {at_most(self.settled_share, 6)} |x(0)| after "
+            f"{at_most(self.settling_time, 6)} s,{undisturbed(loop)} "
+            f"along {about(loop)}{while_valid(loop)}{deviations(loop, 'x')}"
+        )

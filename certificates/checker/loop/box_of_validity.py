@@ -16,50 +16,57 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import (
+    Inequality,
+    Obligations,
+    never,
+    nonnegative,
+)
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded
 
 Range = tuple[Fraction, Fraction]
 
 
-def reaches_at_most(P: Matrix, level: Fraction, row: Matrix, limit: Fraction) -> bool:
-    """Return whether |row x| <= limit wherever x'Px <= level, for P > 0 and level > 0."""
+def reaches_at_most(
+    P: Matrix, level: Fraction, row: Matrix, limit: Fraction, failure: str
+) -> Inequality:
+    """Return the obligation |row x| <= limit wherever x'Px <= level, for P > 0 and level > 0."""
     if limit < 0:
-        return False
+        return never(failure)
     corner = Matrix.of([[limit**2 / level]])
-    return Matrix.blocks([[P, row.T], [row, corner]]).is_positive_semidefinite
+    return nonnegative(Matrix.blocks([[P, row.T], [row, corner]]), failure)
 
 
-def row_of(matrix: Matrix, k: int) -> Matrix:
-    """Return row k as a matrix of one row."""
-    return Matrix([list(matrix.rows[k])], matrix.below)
-
-
-def outside_of(
+def inside_box(
     loop: PolytopicLoop, P: Matrix, level: Fraction, added: Sequence[Fraction] = ()
-) -> str:
-    """Return the side of the box that {x'Px <= level} may cross; empty if it crosses none.
+) -> Obligations:
+    """Yield what keeps {x'Px <= level} inside the box.
 
     Parameters
     ----------
     added : bounds on what is added to each input from outside, (m,); () for nothing.
     """
-    one = Matrix.identity(loop.order)
+    identity = Matrix.identity(loop.order)
     if len({*loop.states, *loop.inputs}) < len(loop.states) + len(loop.inputs):
-        return "a state and an input have one name, so that the box does not say which it bounds"
+        yield never(
+            "a state and an input have one name, so that the box does not say which it bounds"
+        )
     if not {*loop.states}.isdisjoint(loop.disturbances):
-        return "a state and a disturbance have one name, and the box does not say which it bounds"
+        yield never(
+            "a state and a disturbance have one name, and the box does not say which it bounds"
+        )
     bounded(len(loop.box) + len(bounded_inputs(loop)) * len(loop.K), loop.order + 1)
     for k, side in enumerate(loop.box):
-        if side is not None and not reaches_at_most(P, level, row_of(one, k), _half(side)):
-            return f"the ellipsoid may leave the range of {loop.states[k]} in the model's box"
+        if side is not None:
+            failure = f"the ellipsoid may leave the range of {loop.states[k]} in the model's box"
+            yield reaches_at_most(P, level, identity.row(k), half_width(side), failure)
     for k, side in bounded_inputs(loop).items():
-        room = _half(side) - (added[k] if added else 0)
-        if room < 0:
-            return f"what is added to {loop.inputs[k]} may leave its range in the model's box"
+        room = half_width(side) - (added[k] if added else 0)
+        name = loop.inputs[k]
+        yield nonnegative(room, f"what is added to {name} may leave its range in the model's box")
         for j, gain in enumerate(loop.K):
-            if not reaches_at_most(P, level, row_of(gain, k), room):
-                return f"gain {j + 1} may take {loop.inputs[k]} out of its range in the model's box"
-    return ""
+            failure = f"gain {j + 1} may take {name} out of its range in the model's box"
+            yield reaches_at_most(P, level, gain.row(k), room, failure)
 
 
 def bounded_inputs(loop: PolytopicLoop) -> dict[int, Range]:
@@ -71,16 +78,16 @@ def bounded_inputs(loop: PolytopicLoop) -> dict[int, Range]:
     }
 
 
-def beyond_range(loop: PolytopicLoop, bounds: Sequence[Fraction]) -> str:
-    """Return which disturbance |w_k| <= bounds_k may leave its range in the box; empty for none.
+def disturbances_in_range(loop: PolytopicLoop, bounds: Sequence[Fraction]) -> Obligations:
+    """Yield what keeps each disturbance with |w_k| <= bounds_k in its range of the box.
 
     A signal that only schedules (its column of E is zero) is left to ``words.loop_words``.
     """
     moved = pushing(loop)
     for name, side in (loop.other_box or {}).items():
-        if name in moved and bounds[loop.disturbances.index(name)] > _half(side):
-            return f"{name} is bounded less tightly than in the model's box"
-    return ""
+        if name in moved:
+            room = half_width(side) - bounds[loop.disturbances.index(name)]
+            yield nonnegative(room, f"{name} is bounded less tightly than in the model's box")
 
 
 def pushing(loop: PolytopicLoop) -> set[str]:
@@ -92,6 +99,6 @@ def pushing(loop: PolytopicLoop) -> set[str]:
     }
 
 
-def _half(side: Range) -> Fraction:
+def half_width(side: Range) -> Fraction:
     """Return the largest b with [-b, b] in the range; negative where 0 is outside."""
     return min(-side[0], side[1])

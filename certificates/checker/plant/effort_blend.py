@@ -27,71 +27,102 @@ Source: derived here; the ramp is that of the effort-sharing law of a wind turbi
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from functools import cached_property
+from typing import ClassVar
 
 from takagi.certificates.checker.arithmetic.effort_ramp import psi
-from takagi.certificates.checker.kernel.reader import canonical, member, text
+from takagi.certificates.checker.kernel.obligation import Obligations
+from takagi.certificates.checker.kernel.reader import canonical, member
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.plant.blend import Acting, Blend, read_blend, secant
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.expression import Scope, read_expression
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.known_signals import check_known
+from takagi.certificates.checker.plant.plant_claim import Enclosure, PlantClaim
 from takagi.certificates.checker.plant.ranges import Ranges
-from takagi.certificates.checker.plant.reading import PlantNodes, read_plant
-from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
+from takagi.certificates.checker.plant.reading import PlantNodes
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 # Bounds that mean "positive" and "finite" for an effectiveness.
 LEAST, LARGEST = Fraction(1, 10**40), Fraction(10**60)
 
 
-def check_effort_blend(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if the plant with its two actuators is the model's plant.
+@dataclass(frozen=True)
+class EffortBlend(PlantClaim):
+    """The plant with its two actuators is the model's plant; see the module."""
 
-    UNDECIDED names the step that failed.
+    form: ClassVar[str] = "sector"
 
-    Raises
-    ------
-    CertificateError : the model is malformed, or has no blend; a law with another blend.
-    """
-    name = text(claim, "name", where)
-    if text(model, "kind", "model") != KIND:
-        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
-    plant = read_plant(model, "model")
-    if plant.form != "sector":
-        raise CertificateError(
-            f"{where}: the share of a blend moves the matrices of a sector model; "
-            f"model.embedding.form is {plant.form!a}"
-        )
-    blend = read_blend(model, plant, "model")
-    if gains is not None:
-        emitted = member(gains, "blending", "gains")
-        if canonical(emitted) != canonical(model["blending"]):
-            raise CertificateError("gains.blending is not the model's: the law has another blend")
-    try:
-        low, high = _proved(plant, blend)
-        if gains is not None:
+    @cached_property
+    def blend(self) -> Blend:
+        """The blend of model and law.
+
+        Raises
+        ------
+        CertificateError : the model has no blend, or the law has another.
+        """
+        blend = read_blend(self.model, self.plant, "model")
+        if self.gains is not None:
+            emitted = member(self.gains, "blending", "gains")
+            if canonical(emitted) != canonical(self.model["blending"]):
+                raise CertificateError(
+                    "gains.blending is not the model's: the law has another blend"
+                )
+        return blend
+
+    @property
+    def share(self) -> tuple[Fraction, Fraction]:
+        """The least and the largest share F."""
+        ends, rest, overlap = self.blend.ends, self.blend.rest, self.blend.overlap
+        return secant(ends[0], rest, overlap), secant(ends[1], rest, overlap)
+
+    def obligations(self) -> Obligations:
+        plant, blend = self.plant, self.blend
+        algebra = Algebra(plant.graph, plant.tables)
+        ranges = Ranges(plant.evaluator, algebra, plant.box)
+        _check_share(plant, blend, *self.share)
+        _check_schedules(plant, blend)
+        for acting in blend.actuators:
+            yield _acts(plant, ranges, blend, acting)
+        _check_equations(plant, blend, algebra, ranges)
+        if self.gains is not None:
             errors = {acting.error.symbol for acting in blend.actuators if acting.error is not None}
-            check_known(plant, plant_loop(model), errors, gains, "an error of an actuator")
-    except Refused as error:
-        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
-    said = {"name": name, "blend": blend, "low": low, "high": high, "law": gains is not None}
-    return Found(Verdict.PROVED, "effort_blend", said)
+            what = "an error of an actuator"
+            check_known(plant, plant_loop(self.model), errors, self.gains, what)
+
+    def sentence(self) -> str:
+        blend, (low, high) = self.blend, self.share
+        unit = "" if blend.effort.unit == "-" else f" {blend.effort.unit}"
+        ends = f"[{at_most(blend.ends[0], 9)}, {at_least(blend.ends[1], 9)}]"
+        clauses = [
+            f"where the effort is in {ends}{unit} and the state in the box, {blend.high.name} has "
+            f"a share between {at_least(low, 6)} and {at_most(high, 6)} of its motion from rest "
+            f"and {blend.low.name} the rest",
+            *filter(None, map(_actuator_in_words, blend.actuators)),
+        ]
+        if self.gains is not None:
+            clauses.append("the law knows all that its gains depend on")
+        return "; ".join([*clauses, "standard library alone"])
 
 
-def _proved(plant: PlantNodes, blend: Blend) -> tuple[Fraction, Fraction]:
-    """Return the range of the share; Refused names the step that could not be proved."""
-    algebra = Algebra(plant.graph, plant.tables)
-    ranges = Ranges(plant.evaluator, algebra, plant.box)
-    low, high = (secant(end, blend.rest, blend.overlap) for end in blend.ends)
-    _check_share(plant, blend, low, high)
-    _check_schedules(plant, blend)
-    for acting in blend.actuators:
-        _check_acts(plant, ranges, blend, acting)
-    _check_equations(plant, blend, algebra, ranges)
-    return low, high
+def _actuator_in_words(acting: Acting) -> str:
+    """Return the range that an actuator keeps and the error that it may have; empty for neither."""
+    kept = wrong = ""
+    if acting.side is not None:
+        kept = f" keeps [{at_least(acting.side[0], 9)}, {at_most(acting.side[1], 9)}]"
+        kept += "" if acting.unit == "-" else f" {acting.unit}"
+    if acting.error is not None and acting.error.side is not None:
+        down, up = acting.error.side
+        # An assumption, as the box is: rounded inward, so that the sentence claims no more.
+        wrong = f" moves the plant {at_most(1 + down, 6)} to {at_least(1 + up, 6)} times as "
+        wrong += "much as told from its position at rest"
+    if not kept and not wrong:
+        return ""
+    return f"{acting.name}{kept}{' and' * bool(kept and wrong)}{wrong}"
 
 
 def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction) -> None:
@@ -99,9 +130,6 @@ def _check_share(plant: PlantNodes, blend: Blend, low: Fraction, high: Fraction)
     if rest is None or side is None:
         raise Refused("the share has no range")
     if not (rest + side[0] <= low and high <= rest + side[1]):
-        # Imported here, as in every refusal: the message is not a part of a proof.
-        from takagi.certificates.checker.words.rounded import at_least, at_most
-
         raise Refused(
             f"the share takes values from {at_most(low, 9)} to {at_least(high, 9)}, not only those "
             "of its range"
@@ -129,8 +157,8 @@ def _check_schedules(plant: PlantNodes, blend: Blend) -> None:
             raise Refused(f"{signal.name} moves the state as a disturbance does, not in A or B")
 
 
-def _check_acts(plant: PlantNodes, ranges: Ranges, blend: Blend, acting: Acting) -> None:
-    """Prove b > 0 on the box, and b >= psi_max / room where the actuator has limits."""
+def _acts(plant: PlantNodes, ranges: Ranges, blend: Blend, acting: Acting) -> Enclosure:
+    """Return the bound b > 0 on the box; b >= psi_max / room where the actuator has limits."""
     hidden = {v.symbol for v in plant.disturbances if v.unknown}
     if hidden & plant.graph.variables(acting.effectiveness):
         raise Refused(f"the law commands {acting.name} by what it does not know")
@@ -140,15 +168,10 @@ def _check_acts(plant: PlantNodes, ranges: Ranges, blend: Blend, acting: Acting)
         room = acting.side[1] - acting.idle if upward else acting.idle - acting.side[0]
         if not acting.side[0] <= acting.idle <= acting.side[1] or room <= 0:
             raise Refused(f"{acting.name} has no room to act from where it idles")
-        most = max(psi(acting.sign * end, blend.overlap) for end in blend.ends)
-        least = max(LEAST, most / room)
-    what = f"the effectiveness of {acting.name}, which has to be at least {{}},"
-    try:
-        ranges.prove_within(acting.effectiveness, least, LARGEST, what)
-    except Refused as error:
-        from takagi.certificates.checker.words.rounded import at_most
-
-        raise Refused(str(error).replace("{}", at_most(least, 6))) from error
+        largest = max(psi(acting.sign * end, blend.overlap) for end in blend.ends)
+        least = max(LEAST, largest / room)
+    what = f"the effectiveness of {acting.name}, which has to be at least {at_most(least, 6)},"
+    return Enclosure(ranges, acting.effectiveness, least, LARGEST, what)
 
 
 def _check_equations(plant: PlantNodes, blend: Blend, algebra: Algebra, ranges: Ranges) -> None:

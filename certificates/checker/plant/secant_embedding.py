@@ -23,57 +23,50 @@ Source: Boyd, El Ghaoui, Feron, Balakrishnan (1994), section 4.3, global lineari
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from takagi.certificates.checker.kernel.matrices import read_stack
-from takagi.certificates.checker.kernel.reader import text
+from takagi.certificates.checker.kernel.obligation import Obligations
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.plant.balls import prove_balls
 from takagi.certificates.checker.plant.derivative import derivative, substituted
 from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.plant_claim import PlantClaim
 from takagi.certificates.checker.plant.ranges import Ranges
-from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
-from takagi.certificates.checker.plant.sector_embedding import KIND, Entries
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable
+from takagi.certificates.checker.plant.sector_embedding import Entries, premises_in_bounds
 from takagi.certificates.checker.plant.trim import compared_trim
 from takagi.certificates.checker.plant.vertices import entry_node, multi_affine_entries
+from takagi.certificates.checker.words.embedding import embedding_in_words
 
 
-def check_secant_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if deviations from the equilibrium are blends of the vertices on the box.
+@dataclass(frozen=True)
+class SecantEmbedding(PlantClaim):
+    """Deviations from the equilibrium are blends of the vertices; see the module."""
 
-    UNDECIDED names the step that failed.
+    form: ClassVar[str] = "secant"
 
-    Raises
-    ------
-    CertificateError : the model is malformed, of another kind or form, or has a mass matrix; gains
-        with another trim.
-    """
-    name = text(claim, "name", where)
-    if text(model, "kind", "model") != KIND:
-        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
-    plant = read_plant(model, "model")
-    if plant.form != "secant":
-        raise CertificateError(f"{where}: model.embedding.form is {plant.form!a}, not 'secant'")
-    if plant.mass is not None:
-        raise CertificateError(f"{where}: a secant embedding is of x' = f, without a mass matrix")
-    entries = multi_affine_entries(plant)
-    off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
-    try:
+    def obligations(self) -> Obligations:
+        plant, gains = self.plant, self.gains
+        if plant.mass is not None:
+            raise CertificateError(
+                f"{self.where}: a secant embedding is of x' = f, without a mass matrix"
+            )
+        entries = multi_affine_entries(plant)
+        compared_trim(plant, gains)
         if gains is not None and any(v.unknown for v in plant.disturbances):
             _check_one_gain(gains)
-        ranges = prove_secants(plant, entries)
+        yield from secants(plant, entries, self.removable)
         if isinstance(gains, dict) and "references" in gains:
             # Imported here: most laws follow no reference.
             from takagi.certificates.checker.plant.references import check_followed
 
-            check_followed(model, plant, gains, Algebra(plant.graph, plant.tables))
-    except Refused as error:
-        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
-    said = {"name": name, "plant": plant, "off": off}
-    said |= {"removable": ranges.removable}
-    return Found(Verdict.PROVED, "embedding", said)
+            check_followed(self.model, plant, gains, Algebra(plant.graph, plant.tables))
+
+    def sentence(self) -> str:
+        off = compared_trim(self.plant, self.gains)
+        return embedding_in_words(self.plant, self.removable, off)
 
 
 def _check_one_gain(gains: Any) -> None:
@@ -82,19 +75,25 @@ def _check_one_gain(gains: Any) -> None:
         raise Refused("gains differ, and the law does not know an uncertain parameter")
 
 
-def prove_secants(
-    plant: PlantNodes, entries: Mapping[str, Entries], *, resting: bool = True
-) -> Ranges:
-    """Return the ranges used in the proof; Refused names the step that could not be proved.
+def secants(
+    plant: PlantNodes,
+    entries: Mapping[str, Entries],
+    removable: set[str],
+    *,
+    resting: bool = True,
+) -> Obligations:
+    """Yield what makes differences from the equilibrium blends of the vertices.
 
     Parameters
     ----------
+    removable : gets the variables at whose zero a quotient means its limit.
     resting : whether the point of rest has to be an equilibrium; differences between two points of
         the box are blends of the vertices without that.
 
     Raises
     ------
     CertificateError : an entry has a product of premises.
+    Refused : a step could not be proved.
     """
     for matrix in entries.values():
         if any(len(members) > 1 for line in matrix for entry in line for members in entry):
@@ -134,10 +133,8 @@ def prove_secants(
         for variable in plant.disturbances:
             if not algebra.vanishes(_slope(plant, ranges, row, variable)):
                 raise Refused(f"an output depends on {variable.name}")
-    for premise in plant.premises:
-        what = f"premise {premise.name}"
-        ranges.prove_within(premise.node, premise.lower, premise.upper, what)
-    return ranges
+    yield from premises_in_bounds(plant.premises, ranges)
+    removable |= ranges.removable
 
 
 def _still(plant: PlantNodes, entries: Mapping[str, Entries]) -> list[int]:

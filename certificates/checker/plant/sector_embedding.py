@@ -42,24 +42,24 @@ multiplied by 0 and any value in the bounds gives the equation, also the one tha
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 from takagi.certificates.checker.kernel.matrices import Matrix
-from takagi.certificates.checker.kernel.reader import text
+from takagi.certificates.checker.kernel.obligation import Obligations
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.loop.polytopic_loop import SECANTS, PolytopicLoop, weights_of
 from takagi.certificates.checker.plant.balls import prove_balls, relations, residuals
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
 from takagi.certificates.checker.plant.known_signals import check_known
+from takagi.certificates.checker.plant.plant_claim import Enclosure, PlantClaim
 from takagi.certificates.checker.plant.quotient_form import jumps, with_signs
 from takagi.certificates.checker.plant.ranges import Ranges
-from takagi.certificates.checker.plant.reading import PlantNodes, Rows, read_plant
+from takagi.certificates.checker.plant.reading import PlantNodes, Premise, Rows, read_plant
 from takagi.certificates.checker.plant.trim import compared_trim
 from takagi.certificates.checker.plant.vertices import (
     MultiAffine,
@@ -68,8 +68,8 @@ from takagi.certificates.checker.plant.vertices import (
     multi_affine_entries,
     vertex_stack,
 )
+from takagi.certificates.checker.words.embedding import embedding_in_words
 
-KIND = "plant"
 MOST_MINORS = 4_000
 Entries: TypeAlias = list[list[MultiAffine]]
 
@@ -173,25 +173,16 @@ def _scheduling(plant: PlantNodes) -> tuple[str, ...]:
     return tuple(v.label for v in variables if v.symbol in used)
 
 
-def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if the plant of ``model`` is the blend of its vertices on its box.
+@dataclass(frozen=True)
+class SectorEmbedding(PlantClaim):
+    """The plant is the blend of its vertices on the box; see the module."""
 
-    UNDECIDED names the step that failed.
+    form: ClassVar[str] = "sector"
 
-    Raises
-    ------
-    CertificateError : the model is malformed, of another kind, or has no such vertices; gains with
-        another trim.
-    """
-    name = text(claim, "name", where)
-    if text(model, "kind", "model") != KIND:
-        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
-    plant = read_plant(model, "model")
-    if plant.form != "sector":
-        raise CertificateError(f"{where}: model.embedding.form is {plant.form!a}, not 'sector'")
-    entries = multi_affine_entries(plant)
-    off = Fraction(0) if gains is None else compared_trim(plant, gains, "gains")
-    try:
+    def obligations(self) -> Obligations:
+        plant, model, gains = self.plant, self.model, self.gains
+        entries = multi_affine_entries(plant)
+        compared_trim(plant, gains)
         check_unknown(plant, model, gains)
         if isinstance(gains, dict) and "references" in gains:
             # Imported here: most laws follow no reference.
@@ -199,11 +190,19 @@ def check_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
 
             check_followed(model, plant, gains, Algebra(plant.graph, plant.tables))
         ranges = _proved(plant, entries)
-    except Refused as error:
-        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
-    said = {"name": name, "plant": plant, "off": off}
-    said |= {"removable": ranges.removable}
-    return Found(Verdict.PROVED, "embedding", said)
+        yield from premises_in_bounds((*plant.premises, *plant.numbers), ranges)
+        self.removable.update(ranges.removable)
+
+    def sentence(self) -> str:
+        off = compared_trim(self.plant, self.gains)
+        return embedding_in_words(self.plant, self.removable, off)
+
+
+def premises_in_bounds(premises: Sequence[Premise], ranges: Ranges) -> Obligations:
+    """Yield the bounds of every premise on the box."""
+    for premise in premises:
+        what = f"premise {premise.name}"
+        yield Enclosure(ranges, premise.node, premise.lower, premise.upper, what)
 
 
 def check_unknown(plant: PlantNodes, model: Any, gains: Any) -> None:
@@ -241,9 +240,6 @@ def _proved(plant: PlantNodes, entries: Mapping[str, Entries]) -> Ranges:
         determinant = _determinant(plant, plant.mass)
         ranges.prove_nonzero(determinant, "the determinant of the mass matrix")
     _check_identities(plant, algebra, entries)
-    for premise in (*plant.premises, *plant.numbers):
-        what = f"premise {premise.name}"
-        ranges.prove_within(premise.node, premise.lower, premise.upper, what)
     return ranges
 
 

@@ -16,29 +16,29 @@ section 4.3 (recalled).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-from takagi.certificates.checker.kernel.reader import member, text
+from takagi.certificates.checker.kernel.reader import member
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Found, Outcome
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
-from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
-from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
+from takagi.certificates.checker.plant.secant_embedding import SecantEmbedding
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
 
 
-def check_slope_embedding(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if the slopes of the plant lie in the vertices of ``model.slopes``.
+@dataclass(frozen=True)
+class SlopeEmbedding(SecantEmbedding):
+    """The slopes of the plant lie in the vertices of ``model.slopes``; see the module."""
 
-    Raises
-    ------
-    CertificateError : as ``check_secant_embedding``, and a model without slopes.
-    """
-    if text(model, "kind", "model") != KIND:
-        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
-    found = check_secant_embedding(claim, _with_slopes(model), gains, where)
-    if isinstance(found, Found):
-        return Found(found.verdict, "slope_embedding", found.given)
-    return found
+    @classmethod
+    def embedded(cls, model: Any) -> Any:
+        return _with_slopes(model)
+
+    def sentence(self) -> str:
+        rest, any_two = "differences of the plant from rest are", "differences between any two"
+        text = super().sentence()
+        assert text.startswith(rest)  # the embedding is read with the form "secant"
+        return f"{any_two} states, inputs alike, are{text.removeprefix(rest)}"
 
 
 def slope_loop(model: Any) -> PolytopicLoop:

@@ -45,36 +45,34 @@ Proof in ``docs/plant-theorems.md``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import combinations_with_replacement, product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
-from takagi.certificates.checker.kernel.reader import (
-    canonical,
-    member,
-    number,
-    numbers,
-    positive,
-    text,
-)
+from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
+from takagi.certificates.checker.kernel.reader import canonical, member, number, numbers
+from takagi.certificates.checker.kernel.reader import positive as positive_number
 from takagi.certificates.checker.kernel.refusal import CertificateError, Refused
-from takagi.certificates.checker.kernel.result import Claim, Found, Outcome, Verdict
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop, bounded, closed_by
 from takagi.certificates.checker.plant.derivative import substituted
 from takagi.certificates.checker.plant.identity import Algebra
+from takagi.certificates.checker.plant.plant_claim import Enclosure, PlantClaim
 from takagi.certificates.checker.plant.ranges import Ranges
-from takagi.certificates.checker.plant.reading import PlantNodes, Variable, read_plant
+from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 from takagi.certificates.checker.plant.references import (
     Following,
     check_following,
     read_references,
 )
-from takagi.certificates.checker.plant.secant_embedding import prove_secants
-from takagi.certificates.checker.plant.sector_embedding import KIND, plant_loop
+from takagi.certificates.checker.plant.secant_embedding import secants
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.checker.plant.trim import compared_trim
 from takagi.certificates.checker.plant.vertices import multi_affine_entries
+from takagi.certificates.checker.words.rounded import at_least, at_most
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.plant.constant_observer import ConstantObserver
@@ -89,8 +87,8 @@ class Evidence:
     def __init__(self, claim: Any, n: int, count: int, q: int, where: str) -> None:
         self.P = read_matrix(claim, "P", where, (n, n))
         self.D = read_matrix(claim, "slope", where, (n, count))
-        self.rate = positive(claim, "decay_rate", where)
-        self.radius = positive(claim, "radius", where)
+        self.rate = positive_number(claim, "decay_rate", where)
+        self.radius = positive_number(claim, "radius", where)
         pairs = (n, count * (count + 1) // 2)
         self.Q = read_matrix(claim, "curvature", where, pairs) if "curvature" in claim else None
         self.residuals = numbers(claim, "residuals", where, n)
@@ -117,47 +115,149 @@ class Evidence:
         return self.residual_norm + sum((d * rho for d, rho in moved), Fraction(0))
 
 
-def check_tracking(claim: Any, model: Any, gains: Any, where: str) -> Outcome:
-    """Return PROVED if the outputs follow the references as the claim says; else UNDECIDED.
+@dataclass(frozen=True)
+class Tracking(PlantClaim):
+    """Outputs follow references; see the module."""
 
-    Raises
-    ------
-    CertificateError : the model is malformed, of another kind or form, or has no references; no
-        gains, or a law with other references; a claim of another shape.
-    """
-    name = text(claim, "name", where)
-    if text(model, "kind", "model") != KIND:
-        raise CertificateError(f"{where}: a claim about a plant; model.kind is {model['kind']!a}")
-    plant = read_plant(model, "model")
-    if plant.form != "secant" or plant.mass is not None or plant.sample_time is not None:
-        raise CertificateError(f"{where}: a secant embedding of x' = f(x, u, w) is needed")
-    if plant.balls:
-        raise CertificateError(f"{where}: rests and parameters that are decimals are needed")
-    if gains is None:
-        raise CertificateError(f"{where}: a claim about a law, and there are no gains")
-    follow = read_references(model, plant, "model")
-    if canonical(member(gains, "references", "gains")) != canonical(model["references"]):
-        raise CertificateError("gains.references are not the model's: the law follows others")
-    if compared_trim(plant, gains, "gains"):
-        raise CertificateError(f"{where}: the law's trim has to be the plant's rest exactly")
-    K = read_stack(gains, "K", "gains")
-    loop = closed_by(plant_loop(model), gains, "gains")
-    try:
-        if any(one != K[0] for one in K):
+    form: ClassVar[str] = "secant"
+
+    @cached_property
+    def follow(self) -> list[Following]:
+        """The references of the model."""
+        return read_references(self.model, self.plant, "model")
+
+    @cached_property
+    def law(self) -> ConstantObserver | None:
+        """The observer of the law; None for a law with the states."""
+        if "observer" not in self.gains:
+            return None
+        # Imported here: most laws have the states.
+        from takagi.certificates.checker.plant.constant_observer import read_constant_observer
+
+        where = "gains.observer"
+        return read_constant_observer(self.model, self.gains, self.plant, self.follow, where)
+
+    @cached_property
+    def loop(self) -> PolytopicLoop:
+        """Model and law in the coordinates X.
+
+        Raises
+        ------
+        CertificateError : a model that is no secant embedding of x' = f, numbers that are no
+            decimals, no gains, a law with other references or another trim.
+        Refused : gains that differ between rules.
+        """
+        plant, gains, where = self.plant, self.gains, self.where
+        if plant.mass is not None or plant.sample_time is not None:
+            raise CertificateError(f"{where}: a secant embedding of x' = f(x, u, w) is needed")
+        if plant.balls:
+            raise CertificateError(f"{where}: rests and parameters that are decimals are needed")
+        if gains is None:
+            raise CertificateError(f"{where}: a claim about a law, and there are no gains")
+        if canonical(member(gains, "references", "gains")) != canonical(self.model["references"]):
+            raise CertificateError("gains.references are not the model's: the law follows others")
+        if compared_trim(plant, gains):
+            raise CertificateError(f"{where}: the law's trim has to be the plant's rest exactly")
+        K = read_stack(gains, "K", "gains")
+        loop = closed_by(plant_loop(self.model), gains, "gains")
+        if any(gain != K[0] for gain in K):
             raise Refused("one gain is needed: the means of slopes are not known to a law")
-        law = None
-        if "observer" in gains:
-            # Imported here: most laws have the states.
-            from takagi.certificates.checker.plant.constant_observer import read_constant_observer
+        return loop if self.law is None else self.law.joint(loop)
 
-            law = read_constant_observer(model, gains, plant, follow, "gains.observer")
-            loop = law.joint(loop)
-        found = Evidence(claim, loop.order, len(ranged(plant)), len(follow), where)
-        _prove(plant, follow, loop, law, found)
-    except Refused as error:
-        return Claim(name, Verdict.UNDECIDED, f"not proved: {error}")
-    said = {"name": name, "plant": plant, "follow": follow, "found": found}
-    return Found(Verdict.PROVED, "tracking", said)
+    @cached_property
+    def evidence(self) -> Evidence:
+        """The numbers of the claim."""
+        sizes = self.loop.order, len(ranged(self.plant)), len(self.follow)
+        return Evidence(self.claim, *sizes, self.where)
+
+    def obligations(self) -> Obligations:
+        """Yield the seven steps of the module."""
+        read_references(self.model, self.plant, "model")
+        plant, loop, evidence = self.plant, self.loop, self.evidence
+        P, K = evidence.P, loop.K[0]
+        yield from secants(plant, multi_affine_entries(plant), self.removable, resting=False)
+        algebra = Algebra(plant.graph, plant.tables)
+        check_following(plant, self.follow, algebra)
+        yield positive(P, "P is not symmetric positive definite")
+        blends = loop.blends()
+        bounded(len(blends) * (1 + len(self.follow)), loop.order + 1)
+        for blend in blends:
+            PM = P @ blend.A
+            falling = -(PM + PM.T + 2 * evidence.rate * P)
+            if evidence.weights is not None:
+                falling = Matrix.blocks([[falling, P], [P, Matrix.diagonal(evidence.weights)]])
+            failure = f"V does not fall at the rate that is claimed at {blend.label}"
+            yield nonnegative(falling, failure)
+        yield from _norms(evidence, [v.side for v in ranged(plant) if v.side is not None])
+        failure = "the set is too small for the residuals and rates that are claimed"
+        yield nonnegative(evidence.rate * evidence.radius - evidence.push, failure)
+        yield from _residuals(plant, algebra, K, self.law, evidence)
+        yield from _room(plant, K, evidence)
+        for j, following in enumerate(self.follow):
+            c = Matrix.of([[evidence.error_factors[j] ** 2]])
+            for k, A in enumerate(loop.A, start=1):
+                C = A.row(following.row)
+                failure = f"the error of {following.signal.name} is larger at rule {k}"
+                yield nonnegative(Matrix.blocks([[P, C.T], [C, c]]), failure)
+
+    def sentence(self) -> str:
+        plant, follow, evidence = self.plant, self.follow, self.evidence
+        bounds = self.bounds
+        signals = ", ".join(
+            f"{one.signal.name} in {_range(plant, one.signal)} {one.signal.unit}" for one in follow
+        )
+        rate = at_least(evidence.rate, 6)
+        words = f"for every constant {signals}{_others(plant, follow)} the loop has one rest"
+        words += (
+            f" with no error in a stated set, and settles there as exp(-{rate} t) from all of it"
+        )
+        jumps = [
+            f"{at_least(jump, 4)} {one.signal.unit} in {one.signal.name}"
+            for one, jump in zip(follow, bounds.jumps, strict=True)
+            if jump is not None
+        ]
+        if jumps:
+            alone = "" if len(follow) == 1 else ", one at a time,"
+            words += f", also from rest after jumps{alone} of up to {', '.join(jumps)}"
+        words += "; states and inputs keep their ranges"
+        if any(evidence.rates):
+            moving = ", ".join(
+                f"|{v.name}'| <= {at_least(rho, 6)}"
+                for v, rho in zip(ranged(plant), evidence.rates, strict=True)
+                if rho
+            )
+            errors = ", ".join(
+                f"{at_most(error, 4)} {one.signal.unit} for {one.signal.name}"
+                for error, one in zip(bounds.errors, follow, strict=True)
+            )
+            others = [
+                v.name for v, rho in zip(ranged(plant), evidence.rates, strict=True) if not rho
+            ]
+            held = f" and {', '.join(others)} constant" if others else ""
+            words += f"; while {moving}{held} the error settles to at most {errors}"
+        return words + _still(plant, follow)
+
+    @property
+    def bounds(self) -> Bounds:
+        """What the evidence bounds, for each reference."""
+        evidence = self.evidence
+        final = evidence.push / evidence.rate
+        rest = evidence.residual_norm / evidence.rate
+        errors = [
+            c * final + evidence.residuals[following.row]
+            for c, following in zip(evidence.error_factors, self.follow, strict=True)
+        ]
+        room = max(evidence.radius - rest, Fraction(0))
+        signals = ranged(self.plant)
+        norms = [evidence.slope_norms[signals.index(f.signal)] for f in self.follow]
+        return Bounds(errors, [room / d if d else None for d in norms])
+
+
+class Bounds(NamedTuple):
+    """For each reference the bound of the final error, and the largest jump; None for any."""
+
+    errors: list[Fraction]
+    jumps: list[Fraction | None]
 
 
 def ranged(plant: PlantNodes) -> list[Variable]:
@@ -165,75 +265,32 @@ def ranged(plant: PlantNodes) -> list[Variable]:
     return [v for v in plant.disturbances if v.side is not None]
 
 
-def _prove(
-    plant: PlantNodes,
-    follow: list[Following],
-    loop: PolytopicLoop,
-    law: ConstantObserver | None,
-    found: Evidence,
-) -> None:
-    """Run the seven steps; Refused names the one that could not be proved."""
-    K = loop.K[0]
-    prove_secants(plant, multi_affine_entries(plant), resting=False)
-    algebra = Algebra(plant.graph, plant.tables)
-    check_following(plant, follow, algebra)
-    if not found.P.is_positive_definite:
-        raise Refused("P is not symmetric positive definite")
-    blends = loop.blends()
-    bounded(len(blends) * (1 + len(follow)), loop.order + 1)
-    for blend in blends:
-        falls = found.P @ blend.A
-        falls = -(falls + falls.T + 2 * found.rate * found.P)
-        if found.weights is not None:
-            falls = Matrix.blocks([[falls, found.P], [found.P, _diagonal(found.weights)]])
-        if not falls.is_positive_semidefinite:
-            raise Refused(f"V does not fall at the rate that is claimed at {blend.label}")
-    _check_norms(found, [v.side for v in ranged(plant) if v.side is not None])
-    if found.rate * found.radius < found.push:
-        raise Refused("the set is too small for the residuals and rates that are claimed")
-    _check_residuals(plant, algebra, K, law, found)
-    _check_room(plant, K, found)
-    for j, one in enumerate(follow):
-        c = Matrix.of([[found.error_factors[j] ** 2]])
-        for k, A in enumerate(loop.A, start=1):
-            C = Matrix([A.rows[one.row]], A.below)
-            if not Matrix.blocks([[found.P, C.T], [C, c]]).is_positive_semidefinite:
-                raise Refused(f"the error of {one.signal.name} is larger at rule {k}")
-
-
-def _check_norms(found: Evidence, sides: list[Side]) -> None:
-    n, e = len(found.residuals), found.residuals
-    if found.weights is None:
-        parts = (abs(found.P[k, m]) * e[k] * e[m] for k in range(n) for m in range(n))
+def _norms(evidence: Evidence, sides: list[Side]) -> Obligations:
+    """Yield the bounds of the norm of the residuals, and of the slopes of Xhat."""
+    n, e = len(evidence.residuals), evidence.residuals
+    if evidence.weights is None:
+        parts = (abs(evidence.P[k, m]) * e[k] * e[m] for k in range(n) for m in range(n))
     else:
-        parts = (found.rate * u * e[k] ** 2 / 2 for k, u in enumerate(found.weights))
+        parts = (evidence.rate * u * e[k] ** 2 / 2 for k, u in enumerate(evidence.weights))
     total = sum(parts, Fraction(0))
-    if total > found.residual_norm**2:
-        raise Refused("the norm of the residuals is larger")
+    yield nonnegative(evidence.residual_norm**2 - total, "the norm of the residuals is larger")
     # The slope g_j is affine in s, and its norm convex, so that the corners have the largest.
-    if found.Q is not None and len(sides) > MOST_SIGNALS:
+    if evidence.Q is not None and len(sides) > MOST_SIGNALS:
         raise CertificateError(f"curvature: at most {MOST_SIGNALS} signals have one")
-    for j, d in enumerate(found.slope_norms):
-        for corner in product(*sides) if found.Q is not None else [()]:
-            column = Matrix.of([[g] for g in _slope(found, j, corner)])
-            if (column.T @ found.P @ column)[0, 0] > d**2:
-                raise Refused("the norm of a slope is larger")
+    for j, d in enumerate(evidence.slope_norms):
+        for corner in product(*sides) if evidence.Q is not None else [()]:
+            column = Matrix.of([[g] for g in _slope(evidence, j, corner)])
+            squared = (column.T @ evidence.P @ column)[0, 0]
+            yield nonnegative(d**2 - squared, "the norm of a slope is larger")
 
 
-def _diagonal(values: Sequence[Fraction]) -> Matrix:
-    zero = Fraction(0)
-    return Matrix.of(
-        [[v if i == j else zero for j in range(len(values))] for i, v in enumerate(values)]
-    )
-
-
-def _slope(found: Evidence, j: int, corner: Sequence[Fraction]) -> list[Fraction]:
+def _slope(evidence: Evidence, j: int, corner: Sequence[Fraction]) -> list[Fraction]:
     """Return the derivative of Xhat by signal j at a corner of the signals' deviations."""
-    slopes = [found.D[i, j] for i in range(found.D.shape[0])]
-    if found.Q is not None:
+    slopes = [evidence.D[i, j] for i in range(evidence.D.shape[0])]
+    if evidence.Q is not None:
         for k, (a, b) in enumerate(_pairs(len(corner))):
             factor = (corner[b] if a == j else 0) + (corner[a] if b == j else 0)
-            slopes = [g + factor * found.Q[i, k] for i, g in enumerate(slopes)]
+            slopes = [g + factor * evidence.Q[i, k] for i, g in enumerate(slopes)]
     return slopes
 
 
@@ -241,20 +298,20 @@ def _pairs(count: int) -> list[tuple[int, int]]:
     return list(combinations_with_replacement(range(count), 2))
 
 
-def _check_residuals(
+def _residuals(
     plant: PlantNodes,
     algebra: Algebra,
     K: Matrix,
     law: ConstantObserver | None,
-    found: Evidence,
-) -> None:
-    """Prove |F_k| <= residual_k where the state is Xhat(s) and the input uhat(s)."""
+    evidence: Evidence,
+) -> Obligations:
+    """Yield |F_k| <= residual_k where the state is Xhat(s) and the input uhat(s)."""
     g = plant.graph
     ranges = Ranges(plant.evaluator, algebra, plant.box)
     signals = [g.variable(v.symbol) for v in ranged(plant)]
     signals += [
         g.multiply(signals[a], signals[b])
-        for a, b in (_pairs(len(signals)) if found.Q is not None else [])
+        for a, b in (_pairs(len(signals)) if evidence.Q is not None else [])
     ]
 
     def at(line: Matrix) -> list[int]:
@@ -263,7 +320,7 @@ def _check_residuals(
             for i in range(line.shape[0])
         ]
 
-    state, push = at(found.line), at(-(K @ found.line))
+    state, push = at(evidence.line), at(-(K @ evidence.line))
     places = {v.symbol: node for v, node in zip(plant.states, state, strict=False)}
     places |= {v.symbol: node for v, node in zip(plant.inputs, push, strict=True)}
     places |= {v.symbol: g.constant(0) for v in plant.disturbances if v.side is None}
@@ -272,19 +329,19 @@ def _check_residuals(
     if law is not None:
         rows += law.rates(plant, places, state[len(plant.states) :], push)
         names += [f"the estimate of {names[k]}" for k in law.states]
-    for name, there, most in zip(names, rows, found.residuals, strict=True):
+    for name, there, most in zip(names, rows, evidence.residuals, strict=True):
         what = f"the residual of {name}"
         # Where terms cancel, bounds of the parts are too coarse; the parts have to be defined.
         ranges.prove_continuous(there, what)
-        ranges.prove_within(algebra.collected(there), -most, most, what)
+        yield Enclosure(ranges, algebra.collected(there), -most, most, what)
 
 
-def _check_room(plant: PlantNodes, K: Matrix, found: Evidence) -> None:
-    """Prove that the set about Xhat(s) lies in the ranges of states and inputs, for every s."""
+def _room(plant: PlantNodes, K: Matrix, evidence: Evidence) -> Obligations:
+    """Yield that the set about Xhat(s) lies in the ranges of states and inputs, for every s."""
     sides = [v.side for v in plant.disturbances if v.side is not None]
-    if found.Q is not None:
+    if evidence.Q is not None:
         sides += [_product(sides[a], sides[b], same=a == b) for a, b in _pairs(len(sides))]
-    line, n = found.line, len(found.residuals)
+    line, n = evidence.line, len(evidence.residuals)
     one = Matrix.identity(n)
     rows = [
         (v, Matrix([one.rows[i]]), line.rows[i], line.below) for i, v in enumerate(plant.states)
@@ -299,12 +356,10 @@ def _check_room(plant: PlantNodes, K: Matrix, found: Evidence) -> None:
             continue
         low, high = _reach([Fraction(slope, below) for slope in slopes], sides)
         room = min(variable.side[1] - high, low - variable.side[0])
-        if room < 0:
-            raise Refused(f"{variable.name} leaves its range where the loop rests")
-        side = Matrix.of([[room**2]])
-        whole = Matrix.blocks([[found.P, found.radius * row.T], [found.radius * row, side]])
-        if not whole.is_positive_semidefinite:
-            raise Refused(f"the set leaves the range of {variable.name}")
+        yield nonnegative(room, f"{variable.name} leaves its range where the loop rests")
+        side, reach = Matrix.of([[room**2]]), evidence.radius * row
+        failure = f"the set leaves the range of {variable.name}"
+        yield nonnegative(Matrix.blocks([[evidence.P, reach.T], [reach, side]]), failure)
 
 
 def _product(one: Side, other: Side, *, same: bool) -> Side:
@@ -320,20 +375,25 @@ def _reach(slopes: Sequence[Fraction], sides: Sequence[Side]) -> Side:
     return low, sum((max(pair) for pair in ends), Fraction(0))
 
 
-def plant_column(plant: PlantNodes, one: Following) -> int:
-    """Return the column of D that belongs to a reference."""
-    return ranged(plant).index(one.signal)
+def _others(plant: PlantNodes, follow: list[Following]) -> str:
+    others = _other_signals(plant, follow)
+    if not others:
+        return ""
+    return " and constant " + ", ".join(f"{v.name} in {_range(plant, v)} {v.unit}" for v in others)
 
 
-def bounds_of(plant: PlantNodes, found: Evidence, follow: Sequence[Following]) -> Mapping[str, Any]:
-    """Return for each reference the bound of the final error, and the largest jump."""
-    at_last = found.push / found.rate
-    rest = found.residual_norm / found.rate
-    errors = [
-        c * at_last + found.residuals[one.row]
-        for c, one in zip(found.error_factors, follow, strict=True)
-    ]
-    room = max(found.radius - rest, Fraction(0))
-    own = [found.slope_norms[plant_column(plant, one)] for one in follow]
-    jumps = [room / d if d else None for d in own]
-    return {"errors": errors, "jumps": jumps, "rest": rest}
+def _still(plant: PlantNodes, follow: list[Following]) -> str:
+    known = {one.column for one in follow}
+    still = [v.name for k, v in enumerate(plant.disturbances) if k not in known and v.side is None]
+    return f"; with {', '.join(still)} at rest" if still else ""
+
+
+def _other_signals(plant: PlantNodes, follow: list[Following]) -> list[Variable]:
+    known = {one.column for one in follow}
+    return [v for k, v in enumerate(plant.disturbances) if k not in known and v.side is not None]
+
+
+def _range(plant: PlantNodes, variable: Variable) -> str:
+    rest = plant.graph.value(variable.rest) or Fraction(0)
+    assert variable.side is not None  # asked for such variables alone
+    return f"[{at_most(rest + variable.side[0], 9)}, {at_least(rest + variable.side[1], 9)}]"

@@ -15,8 +15,10 @@ from takagi.certificates.checker.plant.reading import PlantNodes, Variable
 SLACK, SHARE = Fraction(1, 10**12), Fraction(1, 10**9)
 
 
-def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
+def compared_trim(plant: PlantNodes, gains: Any, where: str = "gains") -> Fraction:
     """Return a bound of the distance from the law's trim to the plant's equilibrium; 0 if equal.
+
+    Without a law (None) it is 0.
 
     An equilibrium value such as 5/18 or sin(1/2) is not a decimal.  A difference up to ``allowed``
     is no error, and the claim's sentence states it.
@@ -25,6 +27,8 @@ def compared_trim(plant: PlantNodes, gains: Any, where: str) -> Fraction:
     ------
     CertificateError : the law has no trim, or another one.
     """
+    if gains is None:
+        return Fraction(0)
     trim, evaluator = member(gains, "trim", where), plant.evaluator
     balls = {name: enclose(*ball.side) for name, ball in plant.balls.items()}
     largest = Fraction(0)

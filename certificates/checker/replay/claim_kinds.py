@@ -1,4 +1,4 @@
-"""Which function replays which kind of claim.
+"""The registry of the kinds of claims, and the verdict on one claim.
 
 Modules are listed by name and imported only when a certificate has such a claim. So a verdict loads
 only the code that it needs.
@@ -6,62 +6,63 @@ only the code that it needs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from takagi.certificates.checker.kernel.obligation import Decider, decided_exactly
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Decided, Outcome, Verdict
 
 if TYPE_CHECKING:
     from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 
 # Claims about the loop of model and gains.
 KINDS = {
-    "decay": "kinds.decay.check_decay",
-    "no-common-decay": "kinds.no_common_decay.check_no_common_decay",
-    "fuzzy-decay": "kinds.fuzzy_decay.check_fuzzy_decay",
-    "fuzzy-l2-gain": "kinds.fuzzy_l2_gain.check_fuzzy_l2_gain",
-    "region": "kinds.region.check_region",
-    "gain-rounding": "kinds.gain_rounding.check_gain_rounding",
-    "l2-gain": "kinds.l2_gain.check_l2_gain",
-    "h2-norm": "kinds.h2_norm.check_h2_norm",
-    "exit-probability": "kinds.exit_probability.check_exit_probability",
-    "peak": "kinds.peak.check_peak",
-    "invariant-ellipsoid": "kinds.invariant_ellipsoid.check_invariant_ellipsoid",
-    "input-limits": "kinds.input_limits.check_input_limits",
-    "observer": "kinds.observer.check_observer",
-    "observed-feedback": "kinds.observer.check_observed_feedback",
-    "observed-loop": "kinds.observed_loop.check_observed_loop",
-    "transient": "kinds.transient.check_transient",
-    "sampled-loop": "kinds.sampled_loop.check_sampled_loop",
+    "decay": "kinds.decay.Decay",
+    "no-common-decay": "kinds.no_common_decay.NoCommonDecay",
+    "fuzzy-decay": "kinds.fuzzy_decay.FuzzyDecay",
+    "fuzzy-l2-gain": "kinds.fuzzy_l2_gain.FuzzyEnergyGain",
+    "region": "kinds.region.Region",
+    "gain-rounding": "kinds.gain_rounding.GainRounding",
+    "l2-gain": "kinds.l2_gain.EnergyGain",
+    "h2-norm": "kinds.h2_norm.H2Norm",
+    "exit-probability": "kinds.exit_probability.ExitProbability",
+    "peak": "kinds.peak.Peak",
+    "invariant-ellipsoid": "kinds.invariant_set.InvariantEllipsoid",
+    "input-limits": "kinds.input_limits.InputLimits",
+    "observer": "kinds.observer.Observer",
+    "observed-feedback": "kinds.observer.ObservedFeedback",
+    "observed-loop": "kinds.observed_loop.ObservedLoop",
+    "transient": "kinds.transient.Transient",
+    "sampled-loop": "kinds.sampled_loop.SampledLoop",
 }
-# Claims that something does not exist.
-AGAINST = {"no-common-decay"}
-# Claims that read model and gains in their own way.
-OWN_READING = {
-    "coherent-loop": "turbine.effort_sharing.loop_claim.check_effort_sharing",
-    "paper-loop": "turbine.published.loop_claim.check_published",
-    "effort-blend": "plant.effort_blend.check_effort_blend",
-    "sector-embedding": "plant.sector_embedding.check_embedding",
-    "secant-embedding": "plant.secant_embedding.check_secant_embedding",
-    "tracking": "plant.tracking.check_tracking",
-    "slope-embedding": "plant.slope_embedding.check_slope_embedding",
+# Claims about a plant, which read model and gains in their own way.
+PLANT_KINDS = {
+    "effort-blend": "plant.effort_blend.EffortBlend",
+    "sector-embedding": "plant.sector_embedding.SectorEmbedding",
+    "secant-embedding": "plant.secant_embedding.SecantEmbedding",
+    "tracking": "plant.tracking.Tracking",
+    "slope-embedding": "plant.slope_embedding.SlopeEmbedding",
 }
-# Claims that also read the file's member ``controller``: they get the whole file.
-WHOLE_FILE = {
-    "running-loop": "turbine.running_loop.running_claim.check_running_loop",
+# Claims about a turbine's loop, which read the whole file and the verdicts on earlier claims.
+TURBINE_KINDS = {
+    "coherent-loop": "turbine.effort_sharing.loop_claim.EffortSharingLoop",
+    "paper-loop": "turbine.published.loop_claim.PublishedLoop",
+    "running-loop": "turbine.running_loop.running_claim.RunningLoop",
+    "wind-rate": "turbine.effort_sharing.wind_rate.WindRate",
+    "actuator-rates": "turbine.effort_sharing.actuator_rates.ActuatorRates",
 }
-# Claims that depend on an earlier claim: they get the whole file and the earlier verdicts.
-RESTING = {
-    "wind-rate": "turbine.effort_sharing.wind_rate.check_wind_rate",
-    "actuator-rates": "turbine.effort_sharing.actuator_rates.check_actuator_rates",
-}
-
-READ = {*KINDS, *OWN_READING, *WHOLE_FILE, *RESTING}
+READ = {*KINDS, *PLANT_KINDS, *TURBINE_KINDS}
 
 
 def replay(
-    claim: Any, data: Any, loop: PolytopicLoop | None, found: list[Outcome], where: str
+    claim: Any,
+    data: Any,
+    loop: PolytopicLoop | None,
+    earlier: Sequence[Outcome],
+    where: str,
+    holds: Decider = decided_exactly,
 ) -> Outcome:
     """Return the verdict on one claim of a file.
 
@@ -69,37 +70,32 @@ def replay(
     ----------
     data : the whole file; claims of ``KINDS`` do not need it, all others do.
     loop : the loop of model and gains; needed for claims of ``KINDS``.
-    found : the verdicts on the claims before this one.
+    earlier : the verdicts on the claims before this one.
+    holds : decides an obligation.
 
     Raises
     ------
     CertificateError : a kind that is not known, or a claim that is malformed.
     """
     kind = claim["kind"]
-    if kind in RESTING and data is not None:
-        place, given = RESTING[kind], [data, found]
-    elif kind in WHOLE_FILE and data is not None:
-        place, given = WHOLE_FILE[kind], [data]
-    elif kind in OWN_READING and data is not None:
-        place, given = OWN_READING[kind], [data["model"], data.get("gains")]
-    elif kind in KINDS and loop is not None:
-        place, given = KINDS[kind], [loop]
-        if loop.at_other_ends and kind in AGAINST:
-            why = "a loop with numbers that are no fractions: tried at their ends alone"
-            return Claim(claim["name"], Verdict.UNDECIDED, f"not shown: {why}")
+    if kind in KINDS and loop is not None:
+        # A claim holds for the numbers of the plant, which lie between the ends of their bounds,
+        # where it holds at all ends.
+        loops = (loop, *loop.at_other_ends)
+        claims = [_kind(KINDS[kind]).read(claim, at_ends, where) for at_ends in loops]
+    elif kind in PLANT_KINDS and data is not None:
+        claims = [_kind(PLANT_KINDS[kind]).read(claim, data, where)]
+    elif kind in TURBINE_KINDS and data is not None:
+        claims = [_kind(TURBINE_KINDS[kind]).read(claim, data, earlier, where)]
     else:
         raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
-    module, _, name = place.rpartition(".")
-    function = getattr(import_module(f"takagi.certificates.checker.{module}"), name)
-    outcome: Outcome = function(claim, *given, where)
-    for other in loop.at_other_ends if kind in KINDS and loop is not None else ():
-        if outcome.verdict is Verdict.PROVED:
-            shown: Outcome = function(claim, other, where)
-            outcome = outcome if shown.verdict is Verdict.PROVED else shown
-    if module.startswith("turbine."):
-        # Imported here: other claims need no list of their members.
-        from takagi.certificates.checker.turbine.members import refuse_unread
+    for read in claims:
+        if failure := read.failure(holds):
+            return Claim(read.name, Verdict.UNDECIDED, failure)
+    return Decided(claims[0])
 
-        listed = f"takagi.certificates.checker.{module.rpartition('.')[0]}.members"
-        refuse_unread(import_module(listed).OF, claim, data, where)
-    return outcome
+
+def _kind(place: str) -> Any:
+    """Return the class at this place, e.g. ``kinds.decay.Decay``."""
+    module, _, name = place.rpartition(".")
+    return getattr(import_module(f"takagi.certificates.checker.{module}"), name)

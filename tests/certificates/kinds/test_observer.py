@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from takagi.certificates import CertificateError, Verdict, certify
-from takagi.certificates.checker.kinds.observer import check_observer
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
@@ -230,7 +230,7 @@ def test_what_premises_depend_on_is_looked_for_among_outputs(
     claim = {"name": "m", "kind": "observer", "L": [[[0] * p] * 2], "decay_rate": 0.5}
     family = replace(read_model_loop(as_read(two_states(C)), None), scheduled_by=(depends_on,))
 
-    found = in_words(check_observer(as_read(claim | {"P": [[1, 0], [0, 1]]}), family, "claim"))
+    found = in_words(replay(as_read(claim | {"P": [[1, 0], [0, 1]]}), None, family, [], "claim"))
 
     assert found.verdict is verdict
     assert verdict is Verdict.PROVED or "not measured" in found.text
@@ -242,7 +242,7 @@ def test_secants_are_no_part_of_a_whole_plant() -> None:
     secants = {"P": [[1, 0], [0, 1]], "secants": [[[0, 0], [0, 0]]]}
 
     with pytest.raises(CertificateError, match="whole plant"):
-        check_observer(as_read(claim | secants), family, "claim")
+        replay(as_read(claim | secants), None, family, [], "claim")
 
 
 def test_both_checkers_refuse_secants_of_a_whole_plant() -> None:

@@ -12,8 +12,8 @@ from typing import Any
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kinds.h2_norm import check_h2_norm
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 from tests.certificates.kinds.claims import model_data, said_of
 
@@ -36,7 +36,7 @@ def said_with(*scheduling: str, way: str = "disturbances") -> Verdict:
     text = str({**HALVES, "claim": CLAIM | {"disturbance": way}})
     data = read_text(text.replace("'", '"').replace("None", "null"), "model")
     family: PolytopicLoop = replace(read_model_loop(data, None), scheduled_by=scheduling)
-    return check_h2_norm(data["claim"], family, "claim").verdict
+    return replay(data["claim"], None, family, [], "claim").verdict
 
 
 def test_premises_that_are_the_noise_prove_nothing() -> None:

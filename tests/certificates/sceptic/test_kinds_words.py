@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.kinds.decay import check_decay
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.checker.words.rounded import exactly
 from takagi.certificates.checker.words.saying import in_words
@@ -58,11 +58,12 @@ def test_matrices_alone_are_not_said_to_be_their_plant() -> None:
     model = read_text(str(model_data([[[-2]]], box=BOX)).replace("'", '"').replace("None", "null"),
                       "model")  # fmt: skip
     family = read_model_loop(model, None)
-    claim = read_text('{"name": "a", "decay_rate": 0.5, "P": [[1]]}', "claim")
+    claim = read_text('{"name": "a", "kind": "decay", "decay_rate": 0.5, "P": [[1]]}', "claim")
 
-    assert "for a plant that the model contains" in in_words(check_decay(claim, family, "a")).text
-    known = replace(family, scheduled_by=("x1 [-]",))
-    assert "for its plant while" in in_words(check_decay(claim, known, "a")).text
+    unknown = in_words(replay(claim, None, family, [], "a"))
+    assert "for a plant that the model contains" in unknown.text
+    known = in_words(replay(claim, None, replace(family, scheduled_by=("x1 [-]",)), [], "a"))
+    assert "for its plant while" in known.text
 
 
 def test_level_is_shown_as_it_is() -> None:

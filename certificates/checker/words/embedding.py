@@ -1,4 +1,4 @@
-"""What a proved claim of kind ``sector-embedding`` or ``secant-embedding`` says."""
+"""The sentence of a claim that a model, or its slopes, contain the plant."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from takagi.certificates.checker.plant.vertices import corners_of
 from takagi.certificates.checker.words.rounded import at_least, at_most, exactly
 
 
-def said(
-    name: str, plant: PlantNodes, removable: Collection[str], off: Fraction
-) -> tuple[str, str]:
-    """Return name and sentence.
+def embedding_in_words(plant: PlantNodes, removable: Collection[str], off: Fraction) -> str:
+    """Return the sentence.
 
     Parameters
     ----------
@@ -39,7 +37,7 @@ def said(
     if removable:
         names = ", ".join(sorted(removable))
         sentence += f"; at {names} = 0 a quotient is taken as its limit"
-    return name, sentence + _uncertain(plant) + _balls(plant) + _trim(off)
+    return sentence + _uncertain(plant) + _balls(plant) + _trim(off)
 
 
 def _uncertain(plant: PlantNodes) -> str:
