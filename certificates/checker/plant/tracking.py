@@ -172,15 +172,15 @@ class Tracking(PlantClaim):
 
     def obligations(self) -> Obligations:
         """Yield the seven steps of the module."""
-        read_references(self.model, self.plant, "model")
-        plant, loop, evidence = self.plant, self.loop, self.evidence
+        plant, follow = self.plant, self.follow
+        loop, evidence = self.loop, self.evidence
         P, K = evidence.P, loop.K[0]
         yield from secants(plant, multi_affine_entries(plant), self.removable, resting=False)
         algebra = Algebra(plant.graph, plant.tables)
-        check_following(plant, self.follow, algebra)
+        check_following(plant, follow, algebra)
         yield positive(P, "P is not symmetric positive definite")
         blends = loop.blends()
-        bounded(len(blends) * (1 + len(self.follow)), loop.order + 1)
+        bounded(len(blends) * (1 + len(follow)), loop.order + 1)
         for blend in blends:
             PM = P @ blend.A
             falling = -(PM + PM.T + 2 * evidence.rate * P)
@@ -193,7 +193,7 @@ class Tracking(PlantClaim):
         yield nonnegative(evidence.rate * evidence.radius - evidence.push, failure)
         yield from _residuals(plant, algebra, K, self.law, evidence)
         yield from _room(plant, K, evidence)
-        for j, following in enumerate(self.follow):
+        for j, following in enumerate(follow):
             c = Matrix.of([[evidence.error_factors[j] ** 2]])
             for k, A in enumerate(loop.A, start=1):
                 C = A.row(following.row)
