@@ -45,13 +45,15 @@ Proof in ``docs/plant-theorems.md``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations_with_replacement, product
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix, read_stack
 from takagi.certificates.checker.kernel.obligation import Obligations, nonnegative, positive
 from takagi.certificates.checker.kernel.reader import canonical, member, number, numbers
@@ -236,6 +238,15 @@ class Tracking(PlantClaim):
             held = f" and {', '.join(others)} constant" if others else ""
             words += f"; while {moving}{held} the error settles to at most {errors}"
         return words + _still(plant, follow)
+
+    def figures(self) -> Iterator[Figure | WindProfile]:
+        yield Figure("decay rate", "1/s", self.evidence.rate)
+        bounds = zip(self.follow, self.bounds.errors, self.bounds.jumps, strict=True)
+        for following, error, jump in bounds:
+            name, unit = following.signal.name, following.signal.unit
+            yield Figure(f"jump of {name}", unit, inf if jump is None else jump)
+            if any(self.evidence.rates):
+                yield Figure(f"error of {name} while it moves", unit, error, larger=False)
 
     @property
     def bounds(self) -> Bounds:
