@@ -6,7 +6,7 @@ checker is loaded again, even if the process has loaded it before.  A line is *e
 statement that it belongs to has begun. The ``def`` line of a function is executed when the file is
 loaded, its body when the function is called.
 
-The methods ``sentence`` of the kinds of claims, and the files of ``words/``, make the sentences after
+The methods ``sentence`` of claim kinds, and the files of ``words/``, make the sentences after
 the last verdict is fixed.  They are counted separately.  The interpreter and the standard library
 are trusted too.
 """
