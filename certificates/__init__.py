@@ -1,8 +1,8 @@
 """Claims about closed loops, their exact proofs, and an independent checker.
 
     checker/        replays a certificate: standard library alone, shares no code with synthesis
-    cross_check/    a second checker on another library, written separately
-    audit/          the checker code that a verdict used, and a comparison of both checkers
+    cross_check/    a second decision of every obligation, with another library
+    audit/          the checker code that a verdict used
     document/       the certificate file: model, law, claims as decimals, hashes
     requests/       what may be asked of a certificate, one request a file
     claims/         candidates of all other claims; ``certify``

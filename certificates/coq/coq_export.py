@@ -1,9 +1,9 @@
 r"""All matrices of a certificate as a file for Coq, whose kernel decides their definiteness.
 
-The matrices are those that the second checker makes of the claims, from the certificate's own
-numbers: one theorem for each claim says that so many matrices are positive definite (or
-semidefinite), for real vectors.  Coq does not verify that the claim needs exactly these matrices;
-only the checkers do.  The file contains the certificate's numbers, and none of its texts.
+The matrices are the obligations of the claims, from the certificate's own numbers: theorems for
+each claim say that so many matrices are positive definite (or semidefinite), for real vectors.  Coq
+does not verify that the claim needs exactly these matrices; only the checker does.  The file
+contains the certificate's numbers, and none of its texts.
 
 A positive definite integer matrix M, and a smaller matrix N that proves it: M, s, N.
 
@@ -20,13 +20,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
-from flint import fmpq, fmpq_mat
+from flint import fmpz_mat
 
-from takagi.certificates.cross_check.kernel.exact import Definite, Obligations, is_definite
-from takagi.certificates.cross_check.kernel.reading import NotReplayed, Refusal
-from takagi.certificates.cross_check.opinion import claims_of
+from takagi.certificates.checker.kernel.matrices import Matrix
+from takagi.certificates.checker.kernel.obligation import Inequality, Obligation, Relation
+from takagi.certificates.checker.kernel.reader import read_json
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Verdict
+from takagi.certificates.checker.replay.certificate import check
+from takagi.certificates.cross_check.flint_decider import is_definite
 
 # Coq parses a text recursively; a text of about ten thousand characters fits its stack.
 LONGEST_TEXT, MOST_IN_ONE = 8_000, 200
@@ -34,83 +39,77 @@ LONGEST_TEXT, MOST_IN_ONE = 8_000, 200
 
 @dataclass(frozen=True, slots=True)
 class CoqFile:
-    """The file's text, and how many matrices each claim has in it.
-
-    ``left_out`` : claims that are not exported, by number, and the reason.
-    """
+    """The file's text, and how many matrices each claim has in it."""
 
     text: str
     matrices: Mapping[int, int]
-    left_out: Mapping[int, str]
 
     @property
     def count(self) -> int:
         return sum(self.matrices.values())
 
 
-def coq_file(document: Mapping[str, Any]) -> CoqFile:
-    """Return a certificate's matrices as a Coq file.
-
-    Parameters
-    ----------
-    document : as ``cross_check.kernel.reading.load`` returns it, numbers as they are written.
+def coq_file(certificate: Path) -> CoqFile:
+    """Return the matrices of a certificate file as a Coq file.
 
     Raises
     ------
-    Refusal : the file is no certificate, or a matrix of a claim is not definite, so that there is
+    CertificateError : the file is no certificate, or a claim of it is not proved, so that there is
         no theorem to be written.
     """
+    theorems: dict[int, Theorems] = {}
+    checked = check(certificate, decider_of=lambda place: theorems.setdefault(place, Theorems()))
+    for number, claim in enumerate(checked.claims, start=1):
+        if claim.verdict is Verdict.UNDECIDED:
+            raise CertificateError(f"claim {number} is not proved: {claim.text}")
     parts = [files("takagi.certificates.coq").joinpath("definite.v").read_text(encoding="utf-8")]
-    counts: dict[int, int] = {}
-    left_out: dict[int, str] = {}
-    for number, (kind, found) in enumerate(claims_of(dict(document)), start=1):
-        where = f"claim {number} ({kind if kind.replace('-', '').isalnum() else 'unknown'})"
-        strict, weak, reason = _sorted(found, where)
-        counts[number] = len(strict) + len(weak)
-        if reason:
-            left_out[number] = reason
-        parts.append(_section(number, where, strict, weak))
+    kinds = [claim["kind"] for claim in read_json(certificate)["claims"]]
+    parts += [theorems[i].section(f"claim {i + 1} ({kind})", i + 1) for i, kind in enumerate(kinds)]
+    counts = {i + 1: theorems[i].count for i in range(len(kinds))}
     parts.append(_summary(counts))
-    return CoqFile("\n".join(parts), counts, left_out)
+    return CoqFile("\n".join(parts), counts)
 
 
-def _sorted(found: Obligations | None, where: str) -> tuple[list[str], list[str], str]:
-    """Return the texts of definite matrices, of semidefinite ones, and what is left out."""
-    strict: dict[str, None] = {}
-    weak: dict[str, None] = {}
-    if found is None:
-        return [], [], "no reading of this kind of claim"
-    try:
-        for one in found:
-            if not isinstance(one, Definite):
-                if not one.holds:
-                    raise Refusal(f"{where}: {one.label} does not hold")
-            elif one.strict:
-                proof = shorter(one.matrix)
-                if proof is None:
-                    raise Refusal(f"{where}: {one.label} is not positive definite")
-                whole, units, rounded = proof
-                row = ",".join(map(str, units)) + ",/;"
-                strict[text_of(whole) + row + text_of(rounded)] = None
-            else:
-                if not is_definite(one.matrix, strict=False):
-                    raise Refusal(f"{where}: {one.label} is not positive semidefinite")
-                weak[text_of(whole_numbers(one.matrix))] = None
-    except (NotReplayed, RecursionError) as reason:
-        return list(strict), list(weak), str(reason)
-    return list(strict), list(weak), ""
+class Theorems:
+    """Decides the obligations of one claim, and keeps the text of each of its matrices once."""
 
+    def __init__(self) -> None:
+        self._texts: dict[str, dict[str, None]] = {"strict": {}, "weak": {}}
 
-def _section(number: int, where: str, strict: list[str], weak: list[str]) -> str:
-    lines = [f"(* {where}: {len(strict)} positive definite, {len(weak)} semidefinite matrices *)"]
-    for name, tester, texts in (("strict", "hold", strict), ("weak", "hold_semi", weak)):
-        for k, some in enumerate(_pieces(texts), start=1):
-            theorem = f"claim_{number}_{name}_{k}"
-            lines.append(f'Theorem {theorem} : {tester} {len(some)} "\n' + "\n".join(some))
-            lines.append(
-                f'"%text.\nProof. apply {tester}_sound. vm_cast_no_check (eq_refl true). Qed.'
-            )
-    return "\n".join(lines)
+    @property
+    def count(self) -> int:
+        return sum(map(len, self._texts.values()))
+
+    def __call__(self, required: Obligation) -> bool:
+        """Return whether an obligation holds; a matrix must have a proof for Coq."""
+        if not isinstance(required, Inequality) or not isinstance(required.value, Matrix):
+            return required.holds
+        value = required.value
+        if required.relation is Relation.NOT_POSITIVE:
+            return required.holds
+        if required.relation is Relation.NONNEGATIVE:
+            self._texts["weak"][text_of(value.reduced().rows)] = None
+            return required.holds
+        proof = shorter(value.reduced().rows) if value.is_symmetric else None
+        if proof is None:
+            return False
+        row = ",".join(map(str, proof.units)) + ",/;"
+        self._texts["strict"][text_of(proof.matrix) + row + text_of(proof.rounded)] = None
+        return True
+
+    def section(self, where: str, number: int) -> str:
+        """Return the theorems of a claim."""
+        strict, weak = (list(texts) for texts in self._texts.values())
+        count = f"{len(strict)} positive definite, {len(weak)} semidefinite matrices"
+        lines = [f"(* {where}: {count} *)"]
+        for name, tester, texts in (("strict", "hold", strict), ("weak", "hold_semi", weak)):
+            for k, some in enumerate(_pieces(texts), start=1):
+                theorem = f"claim_{number}_{name}_{k}"
+                lines.append(f'Theorem {theorem} : {tester} {len(some)} "\n' + "\n".join(some))
+                lines.append(
+                    f'"%text.\nProof. apply {tester}_sound. vm_cast_no_check (eq_refl true). Qed.'
+                )
+        return "\n".join(lines)
 
 
 def _pieces(texts: list[str]) -> Iterator[list[str]]:
@@ -145,27 +144,20 @@ class Shorter(NamedTuple):
     rounded: Rows
 
 
-def whole_numbers(matrix: fmpq_mat) -> Rows:
-    """Return a positive multiple of a matrix, without fractions."""
-    whole, _ = matrix.numer_denom()
-    return [[int(whole[i, j]) for j in range(whole.ncols())] for i in range(whole.nrows())]
-
-
-def shorter(matrix: fmpq_mat) -> Shorter | None:
-    """Return M, s and N with N positive definite; None where M is not symmetric and definite."""
-    if not is_definite(matrix):
+def shorter(rows: Rows) -> Shorter | None:
+    """Return M, s and N with N positive definite; None where symmetric rows are not definite."""
+    if not is_definite(fmpz_mat(rows)):
         return None
-    whole = whole_numbers(matrix)
-    n = len(whole)
+    n = len(rows)
     for bits in BITS:
         # If the entries have fewer bits than N should have, all are multiplied by one factor.
-        up = max(0, bits - min(whole[i][i].bit_length() for i in range(n)))
-        M = [[entry << up for entry in row] for row in whole]
+        up = max(0, bits - min(rows[i][i].bit_length() for i in range(n)))
+        M = [[entry << up for entry in row] for row in rows]
         e = [max(0, (M[i][i].bit_length() - bits) // 2) for i in range(n)]
         N = [[_nearest(M[i][j], e[i] + e[j]) for j in range(n)] for i in range(n)]
         for i in range(n):
             N[i][i] = (M[i][i] >> 2 * e[i]) - (n - 1)
-        if is_definite(fmpq_mat([[fmpq(entry) for entry in row] for row in N])):
+        if is_definite(fmpz_mat(N)):
             return Shorter(M, [1 << k for k in e], N)
     return None
 

@@ -19,7 +19,7 @@ from takagi.cli.terminal.files import claim_lines, claims_as_data, trusted_text
 
 if TYPE_CHECKING:
     from takagi.certificates.audit.trusted_lines import Trusted
-    from takagi.certificates.audit.two_checkers import VerdictComparison
+    from takagi.certificates.cross_check.comparison import VerdictComparison
     from takagi.reports.ci_formats import CheckedFile
     from takagi.reports.margins.thresholds import AskedMargins
 
@@ -227,7 +227,7 @@ def _file_of(model: Path | None) -> Path | None:
 
 def _compared(options: argparse.Namespace) -> VerdictComparison:
     # Imported here: the second checker needs FLINT, the first one nothing.
-    from takagi.certificates.audit.two_checkers import cross_checked
+    from takagi.certificates.cross_check.comparison import cross_checked
 
     with progress(f"takagi check {options.certificate}: second checker"):
         return cross_checked(options.certificate)

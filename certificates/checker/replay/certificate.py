@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.kernel.obligation import Decider, decided_exactly
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
 from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, READ, replay
 
+# From the place of a claim in the file to what decides its obligations.
+DeciderOf = Callable[[int], Decider]
 FORMAT, VERSION = "takagi-certificate", 1
 WITHOUT = "checked without a {} file: the verdict is about the {} inside the certificate"
+
+
+def exact_decider(place: int) -> Decider:
+    """Return the decider of the first checker, the same for every claim."""
+    return decided_exactly
 
 
 def check(
@@ -23,6 +31,7 @@ def check(
     gains: Path | str | None = None,
     model: Path | str | None = None,
     allow_old_gain_files: bool = False,
+    decider_of: DeciderOf = exact_decider,
 ) -> Checked:
     """Return the verdict on every claim of a certificate file.
 
@@ -32,6 +41,8 @@ def check(
     model : the model's data file; its contents must be those the certificate was made for.
     allow_old_gain_files : accept gain files of earlier versions, without limits or programs; a
         message says what is not compared.
+    decider_of : returns what decides the obligations of a claim, from the claim's place in the
+        file; rational arithmetic unless another reader is asked.
 
     Raises
     ------
@@ -43,7 +54,7 @@ def check(
     _require_whole(data, str(path))
     messages = [WITHOUT.format("gain", "gains"), WITHOUT.format("model", "plant")]
     if gains is None and model is None:
-        return _replayed(data, str(path), messages)
+        return _replayed(data, str(path), messages, decider_of)
     # Imported here, so that a check without files does not depend on the code that reads them.
     from takagi.certificates.checker.files import given_files
 
@@ -54,10 +65,10 @@ def check(
         messages[0] = compare_gains(data, gains, allow_old=allow_old_gain_files)
     if model is not None:
         messages[1] = given_files.compare_model(data, model)
-    return _replayed(data, str(path), [message for message in messages if message])
+    return _replayed(data, str(path), [message for message in messages if message], decider_of)
 
 
-def check_document(document: Mapping[str, Any]) -> Checked:
+def check_document(document: Mapping[str, Any], decider_of: DeciderOf = exact_decider) -> Checked:
     """Return the verdict on a certificate in memory, as if it were read from its file.
 
     Raises
@@ -66,7 +77,7 @@ def check_document(document: Mapping[str, Any]) -> Checked:
     """
     data = reader.read_text(json.dumps(document), "certificate")
     _require_whole(data, "certificate")
-    return _replayed(data, "certificate", [])
+    return _replayed(data, "certificate", [], decider_of)
 
 
 def _require_whole(data: dict[str, Any], path: str) -> None:
@@ -84,7 +95,9 @@ def _require_whole(data: dict[str, Any], path: str) -> None:
             raise CertificateError(f"{path}: {why}; make it again with 'takagi certify'")
 
 
-def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
+def _replayed(
+    data: dict[str, Any], path: str, messages: list[str], decider_of: DeciderOf
+) -> Checked:
     claims = reader.listed(data, "claims", path, 1, MOST_CLAIMS)
     kinds = [text(claim, "kind", f"claims[{i}]") for i, claim in enumerate(claims)]
     if not READ.issuperset(kinds):
@@ -107,7 +120,7 @@ def _replayed(data: dict[str, Any], path: str, messages: list[str]) -> Checked:
     found: list[Outcome] = []
     for i, claim in enumerate(claims):
         text(claim, "name", f"claims[{i}]")
-        found.append(replay(claim, data, loop, found, f"claims[{i}]"))
+        found.append(replay(claim, data, loop, found, f"claims[{i}]", decider_of(i)))
     if isinstance(model, dict) and model.get("kind") == "plant":
         # Imported here: for a turbine or for matrices no model has to contain a plant.
         from takagi.certificates.checker.replay.containment import of_its_slopes, of_the_plant

@@ -10,4 +10,5 @@ def in_words(found: Outcome) -> Claim:
     if isinstance(found, Claim):
         return found
     claim = found.claim
-    return Claim(claim.name, found.verdict, claim.sentence(), claim.assumes)
+    figures = tuple(claim.figures())
+    return Claim(claim.name, found.verdict, claim.sentence(), claim.assumes, figures)

@@ -9,7 +9,8 @@ from typing import Any
 
 from takagi.certificates import Checked, Claim
 from takagi.certificates.checker import check_document, read_text
-from takagi.certificates.checker.plant.sector_embedding import check_embedding
+from takagi.certificates.checker.kernel.result import Outcome
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.words.saying import in_words
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
@@ -33,7 +34,12 @@ def as_read(data: Any) -> Any:
 
 def said_of(data: Any) -> Claim:
     """Return the checker's word on a plant's data, without a file around it."""
-    return in_words(check_embedding(CLAIM, as_read(data), None, "claims[0]"))
+    return in_words(embedding_outcome(as_read(data)))
+
+
+def embedding_outcome(model: Any, gains: Any = None, claim: Any = CLAIM) -> Outcome:
+    """Return the checker's outcome of a claim that a model contains its plant, as it is read."""
+    return replay(claim, {"model": model, "gains": gains}, None, [], "claims[0]")
 
 
 def checked(model: TSModel) -> Checked:

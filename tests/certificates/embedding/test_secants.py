@@ -11,13 +11,12 @@ import sympy as sp
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError
-from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
-from takagi.certificates.checker.plant.sector_embedding import check_embedding, plant_loop
+from takagi.certificates.checker.plant.sector_embedding import plant_loop
 from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import Interval, ModelError, Output, Parameter, Plant, Variable
 from takagi.models.plant_files.loader import load_plant
-from tests.certificates.embedding.plants import as_read, changed
+from tests.certificates.embedding.plants import as_read, changed, embedding_outcome
 
 x, v, u, w = sp.symbols("x v u w", real=True)
 CLAIM = {"name": "secants", "kind": "secant-embedding"}
@@ -40,7 +39,7 @@ def pendulum(rest: str = "0") -> Plant:
 
 
 def said_of(data: Data) -> Any:
-    return check_secant_embedding(CLAIM, as_read(data), None, "claims[0]")
+    return embedding_outcome(as_read(data), claim=CLAIM)
 
 
 @pytest.mark.parametrize("rest", ["0", "0.5"])
@@ -107,9 +106,9 @@ def test_one_form_is_not_taken_for_the_other() -> None:
     """Secants are no sectors: sin x = cos(z) x holds for no z that is x."""
     secants = plant_data(secant_model(load_plant("flexible_joint")))
     with pytest.raises(CertificateError, match="not 'sector'"):
-        check_embedding(CLAIM, as_read(secants), None, "c")
+        embedding_outcome(as_read(secants))
     secants["embedding"]["form"] = "sector"
-    assert check_embedding(CLAIM, as_read(secants), None, "c").verdict is Verdict.UNDECIDED
+    assert embedding_outcome(as_read(secants)).verdict is Verdict.UNDECIDED
     with pytest.raises(CertificateError, match="not 'secant'"):
         said_of(secants)
 

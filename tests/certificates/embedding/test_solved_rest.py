@@ -25,6 +25,7 @@ from takagi.certificates.design.plant.secant_model import secant_model
 from takagi.certificates.document.plant_embedding import embedding_claim, plant_data
 from takagi.models import ModelError, TSModel, sector_model
 from takagi.models.plant_files.loader import PlantFile, load_plant
+from tests.certificates.embedding.plants import embedding_outcome
 from tests.solved_rest_plants import ARM, FAN, MAGNET, PLANTS
 
 
@@ -41,13 +42,10 @@ def document(model: TSModel) -> dict[str, Any]:
 
 def verdict(given: dict[str, Any]) -> tuple[Verdict, str]:
     """What the checker's embedding claim says of a document."""
-    from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
-    from takagi.certificates.checker.plant.sector_embedding import check_embedding
     from takagi.certificates.checker.words.saying import in_words
 
     read = read_text(json.dumps(given), "document")
-    by = check_secant_embedding if given["claim"]["kind"] == "secant-embedding" else check_embedding
-    found = in_words(by(read["claim"], read["model"], None, "claim"))
+    found = in_words(embedding_outcome(read["model"], claim=read["claim"]))
     return found.verdict, found.text
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from takagi.certificates import Verdict, certify
 from takagi.certificates.checker import CertificateError, check_document
-from takagi.certificates.checker.plant.sector_embedding import check_embedding
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.replay.model_loop import read_model_loop
 from takagi.certificates.cross_check.kernel.reading import Refusal
@@ -19,7 +18,14 @@ from takagi.certificates.cross_check.opinion import obligations
 from takagi.certificates.cross_check.plant.plant import read_loop
 from takagi.certificates.document.certificate_file import certificate_document
 from takagi.certificates.document.plant_embedding import plant_data
-from tests.certificates.embedding.plants import as_read, changed, library_model, one_state, said_of
+from tests.certificates.embedding.plants import (
+    as_read,
+    changed,
+    embedding_outcome,
+    library_model,
+    one_state,
+    said_of,
+)
 
 Data = dict[str, Any]
 
@@ -296,14 +302,10 @@ def test_claims_about_a_plant_need_its_embedding() -> None:
 def test_a_law_about_another_trim_is_refused(cart_pole: Data) -> None:
     """u = u* - K (x - x*) with another x* is another loop."""
     law: Data = {"trim": {"state": [0, 0], "input": [0]}}
-    assert check_embedding(
-        {"name": "e", "kind": "sector-embedding"}, as_read(cart_pole), as_read(law), "c"
-    )
+    assert embedding_outcome(as_read(cart_pole), as_read(law))
     law["trim"]["state"][1] = 1.1e-12
     with pytest.raises(CertificateError, match="rate rests at 0"):
-        check_embedding(
-            {"name": "e", "kind": "sector-embedding"}, as_read(cart_pole), as_read(law), "c"
-        )
+        embedding_outcome(as_read(cart_pole), as_read(law))
 
 
 @pytest.mark.parametrize(

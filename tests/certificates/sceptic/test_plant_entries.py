@@ -7,9 +7,8 @@ from typing import Any
 import pytest
 
 from takagi.certificates import Verdict
-from takagi.certificates.checker.plant.secant_embedding import check_secant_embedding
 from takagi.certificates.checker.words.saying import in_words
-from tests.certificates.embedding.plants import as_read, one_state, said_of
+from tests.certificates.embedding.plants import as_read, embedding_outcome, one_state, said_of
 
 
 def with_quotient(equation: str, entry: str, q: str) -> dict[str, Any]:
@@ -49,6 +48,6 @@ def test_a_quotient_in_an_entry_of_a_secant_model_hides_nothing() -> None:
     data["embedding"]["premises"][1]["lower"] = -1
     data["embedding"]["form"] = "secant"
     claim = {"name": "secants", "kind": "secant-embedding"}
-    found = in_words(check_secant_embedding(claim, as_read(data), None, "claims[0]"))
+    found = in_words(embedding_outcome(as_read(data), claim=claim))
     assert found.verdict is Verdict.UNDECIDED
     assert "is not the slope" in found.text

@@ -10,7 +10,7 @@ import sympy as sp
 
 from takagi.certificates import Verdict
 from takagi.certificates.checker import read_text
-from takagi.certificates.checker.plant.sector_embedding import check_embedding
+from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.document.plant_embedding import plant_data
 from takagi.models import (
     Interval,
@@ -145,4 +145,4 @@ def test_a_number_that_is_no_fraction_makes_no_rule(
     assert {number["expression"] for number in found} == numbers
     claim = {"name": "it is its model", "kind": "sector-embedding"}
     read = read_text(json.dumps(plant_data(model)), "model")
-    assert check_embedding(claim, read, None, "claim").verdict is Verdict.PROVED
+    assert replay(claim, {"model": read}, None, [], "claim").verdict is Verdict.PROVED

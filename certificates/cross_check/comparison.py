@@ -1,0 +1,137 @@
+"""The verdicts of both deciders on one certificate, claim by claim.
+
+Both decide the same obligations: the checker in fractions, the other in FLINT's numbers and balls.
+A range that FLINT's balls do not settle is left to the checker, and its claim is named.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from takagi.certificates.checker.kernel.refusal import CertificateError
+from takagi.certificates.checker.kernel.result import Checked
+from takagi.certificates.checker.replay.certificate import (
+    DeciderOf,
+    check,
+    check_document,
+    exact_decider,
+)
+from takagi.certificates.cross_check.flint_decider import FlintDecider
+
+REFUSED, NOT_REPLAYED = "REFUSED", "NOT REPLAYED"
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictRow:
+    """The verdicts of both deciders on one claim, or on the whole file.
+
+    ``matrices`` : how many the second one decided; ``reason`` : what differs, or was left open.
+    """
+
+    name: str
+    first: str
+    second: str
+    matrices: int
+    reason: str = ""
+    is_claim: bool = True
+
+    @property
+    def shown(self) -> str:
+        """The name; a claim's name is free text of the file, so it is quoted."""
+        return json.dumps(self.name, ensure_ascii=False) if self.is_claim else self.name
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both verdicts agree."""
+        return self.second in (NOT_REPLAYED, self.first)
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictComparison:
+    """Both verdicts on every claim; a refused file gives one row for the whole file."""
+
+    rows: Sequence[VerdictRow]
+
+    @property
+    def agrees(self) -> bool:
+        return all(row.agrees for row in self.rows)
+
+    @property
+    def replayed(self) -> int:
+        """How many claims the second decider has decided."""
+        return sum(row.second != NOT_REPLAYED for row in self.rows)
+
+    @property
+    def left_open(self) -> tuple[str, ...]:
+        """The names of the claims with a range that the second decider left to the first."""
+        return tuple(row.name for row in self.rows if row.second == NOT_REPLAYED)
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The comparison as plain data for JSON."""
+        return {
+            "agree": self.agrees,
+            "replayed": self.replayed,
+            "not_replayed": list(self.left_open),
+            "claims": [
+                {"name": row.name, "first": row.first, "second": row.second, "reason": row.reason}
+                for row in self.rows
+            ],
+        }
+
+    @property
+    def text(self) -> str:
+        """One line for each claim, and a summary that names the claims not replayed."""
+        wide = max(len(row.first) for row in self.rows)
+        other = max(len(row.second) for row in self.rows)
+        lines = [
+            f"  {row.first:<{wide}}  {row.second:<{other}}  {row.shown}"
+            + (f" ({row.matrices} matrices)" if row.matrices else "")
+            + (f": {row.reason}" if row.reason else "")
+            for row in self.rows
+        ]
+        lines.insert(0, "Two deciders, the checker's verdict and FLINT's:")
+        count, last = len(self.rows), "they agree" if self.agrees else "THEY DIFFER"
+        summed = f"{self.replayed} of {count} claims decided twice: {last}"
+        open_claims = [row.shown for row in self.rows if row.second == NOT_REPLAYED]
+        if open_claims:
+            summed += f"; with a range left to the checker: {', '.join(open_claims)}"
+        return "\n".join([*lines, summed])
+
+
+def cross_checked(path: Path | str) -> VerdictComparison:
+    """Return what both deciders say of a certificate file; a refusal is a row, no exception."""
+    return _compared(lambda decider_of: check(path, decider_of=decider_of))
+
+
+def cross_checked_document(document: Mapping[str, Any]) -> VerdictComparison:
+    """Return the same for a certificate in memory."""
+    return _compared(lambda decider_of: check_document(document, decider_of))
+
+
+def _compared(verdicts: Callable[[DeciderOf], Checked]) -> VerdictComparison:
+    deciders: dict[int, FlintDecider] = {}
+    try:
+        first = verdicts(exact_decider)
+        second = verdicts(lambda place: deciders.setdefault(place, FlintDecider()))
+    except CertificateError as error:
+        return VerdictComparison(
+            [VerdictRow("the file", REFUSED, REFUSED, 0, str(error), is_claim=False)]
+        )
+    return VerdictComparison([
+        _row(claim.name, claim.verdict.name, other.verdict.name, other.text, deciders[place])
+        for place, (claim, other) in enumerate(zip(first.claims, second.claims, strict=True))
+    ])  # fmt: skip
+
+
+def _row(name: str, first: str, second: str, text: str, decider: FlintDecider) -> VerdictRow:
+    reason = ""
+    if first != second:
+        reason = text
+    elif decider.left_open:
+        second, reason = NOT_REPLAYED, f"{decider.left_open} ranges, which balls do not settle"
+    return VerdictRow(name, first, second, decider.matrices, reason)
