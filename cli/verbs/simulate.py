@@ -49,7 +49,7 @@ def simulate(
 ) -> int:
     """Simulate laws on the nonlinear plant. A simulation proves nothing.
 
-    A wind turbine: the project's law, the published one and the reference's own side by side, on
+    A wind turbine: the effort-sharing law, Schulte's and the reference controller side by side, on
     the validation plant: a dynamic wake, flap, tower and torsion modes, a second-order pitch drive,
     a torque lag and the limits of both; the wind observer is in the loop. Another plant: its own
     equations under its law by rules, from corners of its box or from --start. Its inputs are cut

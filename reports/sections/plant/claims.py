@@ -134,7 +134,7 @@ def _starts(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
         for variable, bound in zip(loop.plant.disturbances, bounds, strict=False)
         for size, unit in (file_unit(variable),)
     ]
-    return [", ".join(moving)] * bool(moving) + [f"one state displaced: {', '.join(found)}"]
+    return [", ".join(moving)] * bool(moving) + [f"one state at a time: {', '.join(found)}"]
 
 
 def _limits(loop: PlantLoop, claim: Mapping[str, Any]) -> list[str]:
