@@ -264,10 +264,10 @@ def turbine_synthesis(
             "--objective",
             metavar="NAME",
             help="Turbines: what the one-step search improves: balanced (wind limits, and some "
-            "decay), wind-class, decay, calm-pitch or calm-tower; --one-step alone means "
-            "balanced. With the first three the wind limits are no narrower than those of the "
-            "two-step gains, on average and at the weakest wind; with the calm ones by up to 15 "
-            "%. Effort-sharing law.",
+            "decay), wind-class (the limits alone), decay, calm-pitch or calm-tower; --one-step "
+            "alone means balanced. With the first three the wind limits are no narrower than those "
+            "of the two-step gains, on average and at the weakest wind; with the calm ones by up "
+            "to 15 %. Effort-sharing law.",
         ),
     ] = None,
 ) -> None:

@@ -56,15 +56,15 @@ def simulate(
     at their ranges, and the summary says when. --disturbance and --noise add signals, and
     --sample-time says how often the law runs.
 
-    Of a design's folder, its law on the model that it was designed for; nothing is designed again.
+    A design's folder: its law on the model that it was designed for; nothing is designed again.
 
-    With --certificate FILE, a wind turbine's: thousands of random runs of the certified loop, with
+    With --certificate FILE of a wind turbine: thousands of random runs of the certified loop, with
     starts, winds and plants inside the claim. Each run is compared with every bound; the exit
     status is 1 if one is exceeded. With --beyond the runs are outside of the claim, and the output
     says which bound is exceeded first.
 
-    Prints a table; with --out also leaves tables, figures/ and simulation.json in DIR: all of them,
-    or none.
+    Prints a table; with --out also writes tables, figures/ and simulation.json into DIR. If the
+    command is interrupted, none of them is written.
 
     Exit status: 0 every loop ran to its end; 1 one diverged, or there are no gains; 2 misuse.
     """

@@ -70,7 +70,7 @@ def _functions(loop: PlantLoop) -> list[tuple[str, list[list[str]]]]:
 
 
 COLUMNS = (
-    ("state", ""), ("unit", ""), ("safe start, it alone displaced", ""), ("never beyond", ""),
+    ("state", ""), ("unit", ""), ("safe start, others at rest", ""), ("never beyond", ""),
     ("range in the file", ""), ("overshoot, at most times", ""), ("safe start under LQR", ""),
 )  # fmt: skip
 

@@ -338,7 +338,10 @@ def _disturbance(design: PlantDesign) -> SummaryRow | None:
             parts.append(f"{name} held constant: all of its range")
         numbers.append(Number(name, row.proved / size, unit, row.share))
     partial = any(number.share is not None and number.share < 1 for number in numbers)
-    return SummaryRow("disturbance", tuple(parts), tuple(numbers), partial=partial)
+    shortfall = f"less than stated{' where it varies' if followed else ''}"
+    return SummaryRow(
+        "disturbance", tuple(parts), tuple(numbers), partial=partial, shortfall=shortfall
+    )
 
 
 def _input(design: PlantDesign, loop: PlantLoop) -> SummaryRow | None:

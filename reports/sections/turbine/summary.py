@@ -191,7 +191,7 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
     stated, claim = found
     winds = [(float(low), float(high)) for low, high in stated["winds"]]
     ends = design.turbine.cut_in, design.turbine.cut_out
-    left = gaps(ends, winds)
+    left, slowest = gaps(ends, winds), slowest_mode(design)
     rate = float(stated["decay_rate"])
     covered = sum(high - low for low, high in winds)
     return [
@@ -208,19 +208,20 @@ def _observer(design: TurbineDesign) -> list[SummaryRow]:
             ),
             claim,
             shortfall=f"not {_spans(left)} m/s" if left else "",
-            beside=_slowest(design),
+            beside=slowest and f"linear, slowest mode {slowest}",
         )
     ]
 
 
-def _slowest(design: TurbineDesign) -> str:
-    """Return the time of the slowest linear mode of the loop that runs, of all plants."""
-    rows = design_margins(design).rows
-    slowest = min(rows, key=lambda row: row.decay_rate) if rows else None
+def slowest_mode(design: TurbineDesign) -> str:
+    """Return in which time to 2 % the slowest linear mode of the loop that runs falls, and where.
+
+    Of all plants and winds; "" for an unstable loop or none.
+    """
+    slowest = min(design_margins(design).rows, key=lambda row: row.decay_rate, default=None)
     if slowest is None or slowest.decay_rate <= 0:
         return ""
-    time = norm_settling_time(slowest.decay_rate)
-    return f"linear, slowest mode {time:.3g} s at {slowest.wind:g} m/s"
+    return f"{norm_settling_time(slowest.decay_rate):.3g} s at {slowest.wind:g} m/s"
 
 
 def _wind_rate(design: TurbineDesign) -> list[SummaryRow]:
@@ -367,7 +368,7 @@ def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
         _row(
             "turbulence",
             (
-                f"class B is within the wind limits {least:.0f} to {most:.0f} % of the time",
+                f"IEC class B keeps the wind limits {least:.0f} to {most:.0f} % of the time",
                 ", ".join([f"{first} m/s", *others]),
             ),
             numbers,
