@@ -1,7 +1,7 @@
 """A turbine's design in steps, gusts and turbulence, beside the reference controller.
 
 Simulated on the validation plant with the wind observer in the loop: nothing here is proved.  Each
-run says when it is inside the proved wind class, since its bounds hold there alone.
+run says when it is inside the proved wind limits, since its bounds hold there alone.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class DesignRun:
     wind : the wind over time.
     law, reference : the simulated loops.
     schedule : of the design's law, its schedule wind v_s (n,) [m/s]; else the wind estimate.
-    inside : whether the law's loop is in the proved wind class, (n,); None without such a class.
+    inside : whether the law's loop is within the proved wind limits, (n,); None without them.
     """
 
     wind: WindSeries
@@ -69,7 +69,7 @@ class DesignRun:
 
     @property
     def share_inside(self) -> float:
-        """Share of time inside the proved wind class [-]; nan without such a class."""
+        """Share of time within the proved wind limits [-]; nan without them."""
         return float("nan") if self.inside is None else float(self.inside.mean())
 
 

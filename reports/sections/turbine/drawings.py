@@ -34,9 +34,9 @@ def gust_figure(run: DesignRun, bound: float | None) -> Figure:
     edges = np.flatnonzero(np.diff(inside.astype(int))) + 1
     spans = np.split(np.arange(len(time)), edges)
     with house_style():
-        figure, (wind, speed) = new_figure(2, 1, width=5.4, height=4.4, share_x=True)
+        figure, (wind, speed) = new_figure(2, 1, width=4.6, height=3.4, share_x=True)
         wind.plot(*decimate(time, history.wind), color="#333333", label="wind")
-        wind.plot(*decimate(time, schedule), color=COLOURS[2], ls=":", label="law's schedule wind")
+        wind.plot(*decimate(time, schedule), color=COLOURS[2], ls=":", label="schedule wind")
         wind.set_ylabel("wind [m/s]")
         speed.plot(*decimate(time, rpm * history.rotor_speed), color=COLOURS[0], label="this law")
         if run.reference is not None:
@@ -56,7 +56,8 @@ def gust_figure(run: DesignRun, bound: float | None) -> Figure:
         speed.set_xlabel("time [s]")
         speed.set_xlim(0.0, min(SHOWN, float(time[-1])))
         handles = [*wind.get_legend_handles_labels()[0], *speed.get_legend_handles_labels()[0]]
-        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+        spaced = {"ncols": 3, "handlelength": 1.5, "columnspacing": 1.0}
+        figure.legend(handles=handles, loc="outside lower center", **spaced)
         figure.align_ylabels([wind, speed])
     return figure
 

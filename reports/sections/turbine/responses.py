@@ -118,10 +118,10 @@ def _table(runs: Sequence[DesignRun]) -> Table:
             ("overspeed", "%"),
             ("pitch travel", "°"),
             ("tower DEL", "MN m"),
-            ("time in wind class", "%"),
+            ("time in wind limits", "%"),
         ),
         tuple(rows),
         folded=f"All {len(rows)} runs as a table",
         note="Overspeed: largest rotor speed above rated. Tower DEL: damage-equivalent fore-aft "
-        "moment at the base. Time in wind class: where the proved bounds hold.",
+        "moment at the base. Time in wind limits: where the proved bounds hold.",
     )

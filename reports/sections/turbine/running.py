@@ -31,6 +31,7 @@ from takagi.reports.sections.turbine.summary import (
     USUAL_PHASE,
     gain_margin,
     phase_margin,
+    slowest_mode,
     summary_rows,
 )
 
@@ -71,7 +72,7 @@ def running_section(design: TurbineDesign) -> Section:
         {
             "figures": figures,
             "table": _table(found),
-            "least": [*_least(design, rows), *_weak(rows)],
+            "least": [*_least(design), *_weak(rows)],
             "unstable": _unstable(rows),
             "modes": modes_met(rows),
             "none": wind_ranges(found.none, [*found.none, *winds]) if found.none else "",
@@ -88,18 +89,15 @@ def margins_drawing(found: SearchedMargins) -> Figure:
     return running_margins_figure(winds, lines)
 
 
-def _least(design: TurbineDesign, rows: Sequence[RunningMargins]) -> list[str]:
+def _least(design: TurbineDesign) -> list[str]:
     """Return sentences on the least margins, which the summary has too, and the slowest mode."""
-    slowest = min(rows, key=lambda row: row.decay_rate, default=None)
+    slowest = slowest_mode(design)
     found = [
         f"The least margins of all plants and winds are {' and '.join(row.parts[:2])}."
         for row in summary_rows(design)
         if row.name == "margins" and row.numbers
     ]
-    if slowest is not None and slowest.decay_rate > 0:
-        rate = significant(slowest.decay_rate)
-        found.append(f"The slowest mode decays at {rate} 1/s, at {slowest.wind:g} m/s.")
-    return found
+    return [*found, f"The slowest mode falls to 2 % in {slowest}."] if slowest else found
 
 
 def _weak(rows: Sequence[RunningMargins]) -> list[str]:

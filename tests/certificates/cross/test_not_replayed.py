@@ -40,7 +40,7 @@ def test_the_page_lists_the_kinds_without_a_reading() -> None:
     assert set(RESTING) == set(opinion.RESTING)
     assert own == {"paper-loop"}
     assert set(WHOLE_FILE) == {opinion.WITH_OBSERVER}
-    row = "| `paper-loop` | does not read a published law"
+    row = "| `paper-loop` | does not read Schulte's law"
     assert row in PAGE.read_text()
 
 
