@@ -80,7 +80,7 @@ def test_each_claim_carries_its_own(resting: dict[str, Any], reseal: Any) -> Non
     assert loop.assumes == actuators.assumes
     assert set(rate.assumes) - set(loop.assumes) == {"start of the wind filter at its estimate"}
     assert "from any start with V <= 1 and the filter at its estimate" in rate.text
-    assert all(_kind(place).assumes for place in TURBINE_KINDS.values())
+    assert all(class_of(place).assumes for place in TURBINE_KINDS.values())
     wrong = deepcopy(resting)
     wrong["claims"][0]["cells"][0]["decay_rate"] = 3.0
     undecided = check_document(reseal(wrong)).claims

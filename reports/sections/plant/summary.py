@@ -91,6 +91,11 @@ class SummaryRow:
     def proved(self) -> bool:
         return not self.basis
 
+    @property
+    def text(self) -> str:
+        """The figures in one line."""
+        return ", ".join(self.parts).replace("+, ", "+ ")
+
 
 def starts_alone(design: PlantDesign) -> dict[str, float]:
     """Return state -> sqrt(c / P_kk) in SI; {} where no set {x'Px <= c} is proved invariant.
@@ -422,7 +427,7 @@ def gain_spans(loop: PlantLoop) -> list[SummaryRow]:
             parts.append(f"{value}{behind(unit)} {name_of(state)}")
         sum_of_gains = tuple(f"{part} +" for part in parts[:-1]) + (f"{parts[-1]})",)
         head = f"{label} = -({sum_of_gains[0]}"
-        rows.append(SummaryRow("gains", (head, *sum_of_gains[1:])))
+        rows.append(SummaryRow("gains", (head, *sum_of_gains[1:]), basis="in gains.json"))
     return rows
 
 
@@ -437,7 +442,7 @@ def _observer(design: PlantDesign) -> SummaryRow | None:
         weights = "constant matrices"
     outputs = ", ".join(design.plant.outputs[k].name for k in law.rows)
     largest = f"largest gain {np.abs(law.L).max():.4g} in SI, all in gains.json"
-    return SummaryRow("observer", (f"of {outputs}", weights, largest))
+    return SummaryRow("observer", (f"of {outputs}", weights, largest), basis="in gains.json")
 
 
 def _not_covered(design: PlantDesign, loop: PlantLoop) -> SummaryRow:

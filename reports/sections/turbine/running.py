@@ -23,7 +23,7 @@ from takagi.reports.margins.margins import Margins, loop_margins
 from takagi.reports.margins.response import BrokenLoops, broken_loops
 from takagi.reports.margins.running_loop import linearised_loop
 from takagi.reports.margins.running_over_wind import RunningMargins
-from takagi.reports.margins.running_search import SearchedMargins, design_margins, wind_ranges
+from takagi.reports.margins.running_search import SearchedMargins, wind_ranges
 from takagi.reports.margins.thresholds import modes_met
 from takagi.reports.page.text import CaptionedFigure, Section, Table, significant, with_decimals
 from takagi.reports.sections.turbine.summary import (
@@ -34,6 +34,7 @@ from takagi.reports.sections.turbine.summary import (
     slowest_mode,
     summary_rows,
 )
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +49,7 @@ SAMPLE_TIME = 0.02
 
 def running_section(design: TurbineDesign) -> Section:
     """Return the section about the loop with the program that a controller runs."""
-    found = design_margins(design)
+    found = measured_loop(design).margins
     rows, filters = found.rows, design.speed_filter
     winds = np.array(sorted({row.wind for row in rows}))
     figures = [drawn for loop in LOOPS if (drawn := _bode(design, loop, found)) is not None]

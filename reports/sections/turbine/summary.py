@@ -7,7 +7,7 @@ assumptions it has, or it says that its figures are linear or simulated.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import degrees, inf, log10, pi
+from math import degrees, inf, isnan, log10, pi
 from typing import TYPE_CHECKING, Any
 
 from takagi.certificates.checker.kernel.result import Claim, Verdict
@@ -16,15 +16,15 @@ from takagi.certificates.design.turbine.result import ClaimSummary, claim_summar
 from takagi.models.laws.effort_sharing.law import EffortSharingLaw
 from takagi.reports.loops.overlap_claims import gap_words, overlap_claims, span_words, wind_words
 from takagi.reports.loops.plant_claims import SETTLED, norm_settling_time
-from takagi.reports.margins.running_search import design_margins
 from takagi.reports.page.rounded_bounds import at_least, at_most
 from takagi.reports.sections.plant.summary import NORM, Number, SummaryRow
-from takagi.reports.simulation.design_runs import every_run, step_and_gust_runs, turbulent_runs
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
     from takagi.reports.loops.overlap_claims import OverlapClaim
     from takagi.reports.margins.margins import Margins
+    from takagi.reports.margins.running_over_wind import RunningMargins
     from takagi.reports.simulation.design_runs import DesignRun
 
 RPM = 30 / pi
@@ -38,15 +38,15 @@ LINEAR, SIMULATED = "linear loop that runs, not proved", "simulated"
 
 def summary_rows(design: TurbineDesign) -> list[SummaryRow]:
     """Return the rows on a design; claims that are not proved have none but ``not proved``."""
-    law, of_set = design.effort_sharing_law, _set_rows(design)
+    law, of_set, measured = design.effort_sharing_law, _set_rows(design), measured_loop(design)
     return [
         *_overlaps(design),
         *of_set[:2],
-        *_turbulence(turbulent_runs(design)),
-        *_overspeed(every_run(design), step_and_gust_runs(design).get("gust")),
+        *_turbulence(measured.turbulent),
+        *_overspeed(measured.runs, measured.drawn.get("gust")),
         *of_set[2:3],
         *_observer(design),
-        *_margins(design),
+        *_margins(measured.margins.rows),
         *of_set[3:],
         *_wind_rate(design),
         *_actuators(design),
@@ -218,7 +218,7 @@ def slowest_mode(design: TurbineDesign) -> str:
 
     Of all plants and winds; "" for an unstable loop or none.
     """
-    slowest = min(design_margins(design).rows, key=lambda row: row.decay_rate, default=None)
+    slowest = min(measured_loop(design).margins.rows, key=lambda row: row.decay_rate, default=None)
     if slowest is None or slowest.decay_rate <= 0:
         return ""
     return f"{norm_settling_time(slowest.decay_rate):.3g} s at {slowest.wind:g} m/s"
@@ -355,7 +355,7 @@ def _excess(run: DesignRun) -> float:
 
 def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
     """Return the share of time that class-B turbulence is within the proved wind limits."""
-    shares = {wind: run.share_inside for wind, run in runs.items() if run.inside is not None}
+    shares = {wind: run.share_inside for wind, run in runs.items() if not isnan(run.share_inside)}
     if not shares:
         return []
     numbers = [
@@ -378,9 +378,9 @@ def _turbulence(runs: Mapping[float, DesignRun]) -> list[SummaryRow]:
     ]
 
 
-def _margins(design: TurbineDesign) -> list[SummaryRow]:
+def _margins(measured: Sequence[RunningMargins]) -> list[SummaryRow]:
     """Return the least gain and phase margin of the loop that runs, of all plants and winds."""
-    rows = [row for row in design_margins(design).rows if row.loops]
+    rows = [row for row in measured if row.loops]
     if not rows:
         return []
     if any(row.decay_rate <= 0 for row in rows):

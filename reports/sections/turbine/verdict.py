@@ -17,7 +17,8 @@ from takagi.reports.loops.overlap_claims import (
 from takagi.reports.page.text import DASH, CaptionedFigure, ClaimRow, Section, Table, Tile
 from takagi.reports.sections.turbine.drawings import gust_figure
 from takagi.reports.sections.turbine.summary import summary_rows, summary_sentence
-from takagi.reports.simulation.design_runs import step_and_gust_runs
+from takagi.reports.simulation.design_runs import in_wind_class
+from takagi.reports.simulation.measured_loop import measured_loop
 
 if TYPE_CHECKING:
     from takagi.certificates.design.turbine.result import TurbineDesign
@@ -100,9 +101,10 @@ def _picture(design: TurbineDesign) -> CaptionedFigure | None:
     """Return the gust at rated wind with proved and simulated speed; or what is proved by wind."""
     if overlaps := overlap_claims(design):
         return _overlap_figure(design, overlaps)
-    run, summary = step_and_gust_runs(design).get("gust"), claim_summary(design)
-    if run is None:
+    run, summary = measured_loop(design).drawn.get("gust"), claim_summary(design)
+    if run is None or run.law.line is None:
         return None
+    inside = in_wind_class(design, run.time, run.law.line.wind, run.schedule)
     bound = None
     if summary is not None and summary.verdict is Verdict.PROVED:
         bound = (1 + summary.overspeed) * design.turbine.rated_rotor_speed
@@ -114,7 +116,7 @@ def _picture(design: TurbineDesign) -> CaptionedFigure | None:
         words += ", until the schedule wind, the wind through the law's filter of "
         words += f"{law.wind_filter:g} s, is close to the wind again."
     return captioned_figure(
-        gust_figure(run, bound),
+        gust_figure(run, bound, inside),
         "gust",
         caption=words,
         alternative="Wind and rotor speed over time in a gust: the design's law, the reference "
