@@ -17,11 +17,10 @@ from takagi.certificates.checker.kernel.reader import Number
 from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import torque_step
 from takagi.certificates.checker.words.sentences.actuator_rates import said
 from takagi.certificates.claims.turbine.loop_claims import actuator_rates_claim
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
 from takagi.models.laws.protocol import Measurement
 from takagi.models.ramps import effort_ramp
 from takagi.models.turbine.aerodynamics import rotor_torque
+from tests.certificates.both_checkers import second
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 SLOW_GENERATOR = 9000.0  # N m/s; the turbine has 15000
@@ -46,7 +45,7 @@ def short_rates(short_document: dict[str, Any], reseal: Any) -> dict[str, Any]:
 def verdicts(document: dict[str, Any], reseal: Any) -> tuple[str, str]:
     """Return what both checkers say of the second claim."""
     sealed = reseal(document)
-    return check_document(sealed).claims[1].verdict.name, judge_document(sealed)[1].verdict
+    return check_document(sealed).claims[1].verdict.name, second(sealed)[1]
 
 
 def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], reseal: Any) -> None:
@@ -54,7 +53,7 @@ def test_the_default_loop_is_proved_by_both(built: Any, rates: dict[str, Any], r
     document = reseal(built.document | {"claims": [built.document["claims"][0], rates]})
     found = check_document(document).claims[1]
 
-    assert (found.verdict.name, judge_document(document)[1].verdict) == (PROVED, PROVED)
+    assert (found.verdict.name, second(document)[1]) == (PROVED, PROVED)
     limit = built.turbine.torque_rate_limit
     beyond = [cell["torque_rate"] > limit for cell in rates["cells"]]
     assert not any(beyond)
@@ -255,8 +254,6 @@ def test_what_is_no_claim_is_refused(short_rates: dict[str, Any], reseal: Any) -
     del bare["model"]["torque_rate_limit"]
     with pytest.raises(CertificateError, match="cells: a list of"):
         check_document(reseal(few))
-    with pytest.raises(Refusal):
-        judge_document(reseal(few))
     with pytest.raises(CertificateError, match="torque_rate_limit"):
         check_document(reseal(bare))
 

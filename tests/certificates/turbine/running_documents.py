@@ -9,8 +9,7 @@ from typing import Any
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document, read_text
 from takagi.certificates.checker.kernel.reader import digest
-from takagi.certificates.cross_check.kernel.reading import Refusal
-from takagi.certificates.cross_check.opinion import judge_document
+from tests.certificates.both_checkers import second
 
 Change = Callable[[Any], None]
 
@@ -35,17 +34,13 @@ def sealed(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def verdicts(document: dict[str, Any]) -> tuple[str, str]:
-    """Return what both checkers say; "refused" where one does not read the file to its end."""
+    """Return what both checkers say; "REFUSED" where one does not read the file to its end."""
     whole = sealed(document)
     try:
         first = check_document(whole).verdict.name
     except CertificateError:
-        first = "refused"
-    try:
-        second = judge_document(whole)[0].verdict
-    except Refusal:
-        second = "refused"
-    return first, second
+        first = "REFUSED"
+    return first, second(whole)[0]
 
 
 def everywhere(*path: Any, value: Any) -> Change:

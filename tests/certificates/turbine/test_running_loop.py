@@ -45,10 +45,6 @@ from takagi.certificates.claims.turbine.running_loop_claim import (
     running_loop_claim,
 )
 from takagi.certificates.controller import content
-from takagi.certificates.cross_check.kernel.reading import loads
-from takagi.certificates.cross_check.turbine.numbers import Rotor
-from takagi.certificates.cross_check.turbine.running_cell import Machine as SecondMachine
-from takagi.certificates.cross_check.turbine.running_cell import RunningCell, box
 from takagi.certificates.design.given.turbine_law import read_observer
 from takagi.reports.sections.turbine.summary import summary_rows
 from tests.certificates.recorded.answers import recorded
@@ -264,16 +260,8 @@ def first_cell(stored: Any, k: int) -> tuple[Cell, dict[str, Any]]:
 
 @pytest.mark.parametrize("k", CELLS)
 def test_the_embedding_holds_the_nonlinear_loop(stored: Any, k: int) -> None:
-    """The secants of random states lie in both checkers' ranges and give back the loop's rates."""
+    """The secants of random states lie in the checker's ranges and give back the loop's rates."""
     cell, spans = first_cell(stored, k)
-    read = loads(json.dumps(stored))
-    rotor = Rotor(read["model"], read["gains"])
-    second = SecondMachine(read["claims"][0], read["model"], read["gains"])
-    stated = read["claims"][0]["cells"][k]
-    low, high = (loads(f'{{"v": {v}}}')["v"] for v in stored["claims"][0]["cells"][k]["wind"])
-    other = RunningCell(rotor, second, _rational(low), _rational(high), box(stated))
-    ranges = {name: (span.low, span.high) for name, span in other.factors().items()}
-    ranges["share"] = (other.share.low, other.share.high)
     own = stored["claims"][0]["cells"][k]
     at = motion.Motion(stored, own, float(np.mean(own["wind"])) + 0.003, plant(k))
     for xi in 0.95 * motion.boundary(np.array(own["P"]), 25, seed=40 + k):
@@ -284,19 +272,11 @@ def test_the_embedding_holds_the_nonlinear_loop(stored: Any, k: int) -> None:
             least, most = cell.share if name == "share" else spans[name]
             slack = 1e-6 * max(1.0, abs(value))
             assert least - slack <= value <= most + slack, name
-            down, up = (int(end.p) / int(end.q) for end in ranges[name])
-            assert down - slack <= value <= up + slack, name
         fixed = {name: (F(value), F(value)) for name, value in secants.items()}
         signals, rates = equations(cell, fixed, fixed["share"])
         assert not signals.outer
         found = [sum(float(a) * xi[i] for i, a in rate.items()) for rate in rates]
         assert np.allclose(found, at.rate(xi), rtol=1e-6, atol=1e-9)
-
-
-def _rational(written: Any) -> Any:
-    from flint import fmpq
-
-    return fmpq(*F(str(written)).as_integer_ratio())
 
 
 @pytest.mark.parametrize("k", CELLS)
