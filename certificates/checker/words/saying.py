@@ -16,7 +16,9 @@ def in_words(found: Outcome) -> Claim:
     """Return the claim with the verdict that was found, and its sentence."""
     if isinstance(found, Claim):
         return found
-    return Claim(found.claim.name, found.verdict, found.claim.sentence())
+    claim = found.claim
+    figures = tuple(claim.figures())
+    return Claim(claim.name, found.verdict, claim.sentence(), claim.assumes, figures)
 
 
 RIGID = ("rigid shaft, tower and blades", "wake without states of its own")
