@@ -91,7 +91,7 @@ def replay(
         raise CertificateError(f"{where}.kind: {kind!r} is not one that this checker replays")
     for read in claims:
         if failure := read.failure(holds):
-            return Claim(read.name, Verdict.UNDECIDED, failure)
+            return Claim(read.name, Verdict.UNDECIDED, failure, read.assumes)
     return Decided(claims[0])
 
 

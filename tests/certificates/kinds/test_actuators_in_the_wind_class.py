@@ -13,7 +13,7 @@ from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.checker.turbine.effort_sharing.wind_rate import Range
 from takagi.certificates.claims.turbine.loop_claims import loop_claims
-from tests.certificates.both_checkers import second
+from takagi.certificates.cross_check.comparison import cross_checked_document
 
 RATE, ACTUATORS = 1, 2
 # Cells from 9 m/s on, where the torque is fed v_s', to beyond the last of them.
@@ -43,9 +43,8 @@ def slow(built: Any) -> Document:
 
 
 def verdicts(document: Document, reseal: Any) -> tuple[str, str]:
-    sealed = reseal(document)
-    first = check_document(sealed).claims[ACTUATORS].verdict.name
-    return first, second(sealed)[ACTUATORS]
+    row = cross_checked_document(reseal(document)).rows[ACTUATORS]
+    return row.first, row.second
 
 
 def test_the_slow_filter_keeps_to_the_rate_that_is_stated(slow: Document, reseal: Any) -> None:

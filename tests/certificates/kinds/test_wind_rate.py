@@ -11,7 +11,7 @@ import pytest
 from takagi.certificates import CertificateError
 from takagi.certificates.checker import check_document
 from takagi.certificates.claims.turbine.wind_rate_claim import rate_range, wind_rate_claim
-from tests.certificates.both_checkers import second
+from takagi.certificates.cross_check.comparison import cross_checked_document
 
 PROVED, UNDECIDED = "PROVED", "UNDECIDED"
 # Of a law whose wind is measured [s]: with it a known wind may move fast, and thresholds are plain.
@@ -37,9 +37,8 @@ def known(built: Any, reseal: Any) -> dict[str, Any]:
 
 def verdicts(document: dict[str, Any], reseal: Any) -> tuple[str, str]:
     """Return what both checkers say of the second claim."""
-    sealed = reseal(document)
-    first = check_document(sealed).claims[1].verdict.name
-    return first, second(sealed)[1]
+    row = cross_checked_document(reseal(document)).rows[1]
+    return row.first, row.second
 
 
 def uniform(document: dict[str, Any], rate: float, error: float) -> dict[str, Any]:

@@ -6,10 +6,9 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from takagi.certificates import CertificateError
-from takagi.certificates.checker import check_document, read_text
+from takagi.certificates.checker import read_text
 from takagi.certificates.checker.kernel.reader import digest
-from tests.certificates.both_checkers import second
+from takagi.certificates.cross_check.comparison import cross_checked_document
 
 Change = Callable[[Any], None]
 
@@ -34,13 +33,9 @@ def sealed(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def verdicts(document: dict[str, Any]) -> tuple[str, str]:
-    """Return what both checkers say; "REFUSED" where one does not read the file to its end."""
-    whole = sealed(document)
-    try:
-        first = check_document(whole).verdict.name
-    except CertificateError:
-        first = "REFUSED"
-    return first, second(whole)[0]
+    """Return what both deciders say; REFUSED where the file is not read to its end."""
+    row = cross_checked_document(sealed(document)).rows[0]
+    return row.first, row.second
 
 
 def everywhere(*path: Any, value: Any) -> Change:
