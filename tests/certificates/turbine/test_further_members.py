@@ -143,7 +143,7 @@ def test_a_file_with_it_is_refused(name: str, controller: bool) -> None:
             put(document["controller"], *FURTHER[name])
     if not controller and BESIDE.get(name, ("",))[0] != "controller":
         del document["controller"]
-    assert verdicts(document) == ("REFUSED", "refused")
+    assert verdicts(document) == ("REFUSED", "REFUSED")
 
 
 # The parts that the claims are about.
@@ -153,7 +153,7 @@ def test_a_file_with_it_is_refused(name: str, controller: bool) -> None:
 def test_other_units_are_refused(units: Any) -> None:
     document = json.loads(next(recorded("running-loop"))[1])
     document["model"]["units"] = units
-    assert verdicts(document) == ("REFUSED", "refused")
+    assert verdicts(document) == ("REFUSED", "REFUSED")
     del document["model"]["units"]
     assert verdicts(document) == ("PROVED", "PROVED")
 
