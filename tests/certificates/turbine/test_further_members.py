@@ -36,7 +36,7 @@ OPTIONAL: dict[str, set[Way]] = {
 
 def listed(kind: str) -> first.Members:
     """Return the members of a kind's claims."""
-    found: first.Members = claim_kinds._kind(claim_kinds.TURBINE_KINDS[kind]).members
+    found: first.Members = claim_kinds.class_of(kind).members
     return found
 
 
