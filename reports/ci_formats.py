@@ -9,11 +9,14 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from enum import Enum
+from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple, Protocol
 from urllib.parse import quote
 from xml.sax.saxutils import escape, quoteattr
+
+from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 # Kind of claim -> the sections of a plant's file that it follows from, the first that is there.
@@ -27,7 +30,36 @@ _SECTIONS: Mapping[str, tuple[str, ...]] = {
 }
 
 
-Numbers = Mapping[str, str]  # quantity with its unit -> number, of one claim
+class SummaryNumber(Protocol):
+    """A number of a row: ``share`` is of what the model's file states, 0 to 1."""
+
+    @property
+    def quantity(self) -> str: ...
+    @property
+    def value(self) -> float: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def share(self) -> float | None: ...
+
+
+class SummaryLine(Protocol):
+    """A row of a design's summary; ``basis`` is what rests on no proof, "" for a proved row."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def numbers(self) -> Sequence[SummaryNumber]: ...
+    @property
+    def basis(self) -> str: ...
+    @property
+    def partial(self) -> bool: ...
+    @property
+    def shortfall(self) -> str: ...
+    @property
+    def claim(self) -> str: ...
 
 
 class CheckedClaim(Protocol):
@@ -41,6 +73,8 @@ class CheckedClaim(Protocol):
     def text(self) -> str: ...
     @property
     def assumes(self) -> Sequence[str]: ...
+    @property
+    def figures(self) -> Sequence[Figure | WindProfile]: ...
 
 
 class CheckedFile(Protocol):
@@ -66,6 +100,7 @@ class _Failed(NamedTuple):
     verdict: Enum
     text: str
     assumes: tuple[str, ...] = ()
+    figures: tuple[Figure | WindProfile, ...] = ()
 
 
 class _File(NamedTuple):
@@ -107,15 +142,17 @@ def with_failures(
     )
 
 
-def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
+def junit(checked: CheckedFile, *, source: str, summary: Sequence[SummaryLine] = ()) -> str:
     """Return JUnit XML: one test case a claim; what is not PROVED is a failure.
 
-    ``source`` is the certificate's path; ``numbers`` of each claim become properties of its case.
+    The figures of a claim become properties of its case.
+
+    Parameters
+    ----------
+    source : the certificate's path.
+    summary : of the design, if there is one; its numbers become properties of the suite.
     """
-    cases = [
-        _junit_case(name, claim, source, of_claim)
-        for name, claim, of_claim in _numbered(checked, numbers)
-    ]
+    cases = [_junit_case(name, claim, source) for name, claim in _named(checked)]
     failures = sum(not _proved(claim) for claim in checked.claims)
     counts = f'tests="{len(cases)}" failures="{failures}" errors="0"'
     told = "\n".join([*_assumed(checked), *checked.messages])
@@ -123,6 +160,7 @@ def junit(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ())
         '<?xml version="1.0" encoding="UTF-8"?>',
         f'<testsuites name="takagi check" {counts}>',
         f"  <testsuite name={_attribute(source)} {counts}>",
+        *_properties([item for row in summary for item in _row_properties(row)]),
         *cases,
         f"    <system-out>{_text(told)}</system-out>",
         "  </testsuite>",
@@ -190,19 +228,29 @@ def _line(lines: Sequence[str], rule: str) -> int:
     return 1
 
 
-def markdown(checked: CheckedFile, *, source: str, numbers: Sequence[Numbers] = ()) -> str:
-    """Return a Markdown summary: the verdict, a table of the claims, the checker's messages.
+def markdown(checked: CheckedFile, *, source: str, summary: Sequence[SummaryLine] = ()) -> str:
+    """Return the verdict, a table of the claims, and the checker's messages as Markdown.
 
-    ``numbers`` of each claim stand in a column of their own.
+    The figures of a claim stand in a column of their own.
+
+    Parameters
+    ----------
+    source : the certificate's path.
+    summary : of the design, if there is one; it stands in a table before the claims.
     """
-    lines = [
-        f"## {markdown_cell(source)}: {checked.verdict.name}",
-        "",
+    lines = [f"## {markdown_cell(source)}: {checked.verdict.name}", ""]
+    if summary:
+        lines += ["| | Figures | Rests on | Less than stated |", "|---|---|---|---|"]
+        for row in summary:
+            cells = (row.name, row.text, _rests_on(row), row.shortfall if row.partial else "")
+            lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
+        lines.append("")
+    lines += [
         "| Verdict | Claim | | Numbers |",
         "|---|---|---|---|",
     ]
-    for name, claim, of_claim in _numbered(checked, numbers):
-        listed = ", ".join(f"{quantity} {number}" for quantity, number in of_claim.items())
+    for name, claim in _named(checked):
+        listed = ", ".join(f"{quantity} {number}" for quantity, number in numbers_of(claim).items())
         cells = (claim.verdict.name, name, claim.text, listed)
         lines.append(f"| {' | '.join(map(markdown_cell, cells))} |")
     told = [*_assumed(checked), *checked.messages]
@@ -232,12 +280,22 @@ def _named(checked: CheckedFile) -> list[tuple[str, CheckedClaim]]:
     return list(found.items())
 
 
-def _numbered(
-    checked: CheckedFile, numbers: Sequence[Numbers]
-) -> list[tuple[str, CheckedClaim, Numbers]]:
-    named = _named(checked)
-    missing: list[Numbers] = [{}] * (len(named) - len(numbers))
-    return [(*one, found) for one, found in zip(named, [*numbers, *missing], strict=True)]
+def numbers_of(claim: CheckedClaim) -> dict[str, str]:
+    """Return the figures of a claim, such as ``{"decay rate [1/s]": "3.38"}``.
+
+    Bounds are rounded so that they hold.  A claim that is not proved has none.
+    """
+    # Imported here: most formats show no number.
+    from takagi.certificates.checker.words.rounded import at_least, at_most
+
+    return {
+        f"{f.name} [{f.unit}]" if f.unit else f.name: (at_least if f.larger else at_most)(
+            f.value, 3
+        )
+        for f in claim.figures
+        # A bound of 0 says nothing; a profile depends on the wind.
+        if isinstance(f, Figure) and isinstance(f.value, Fraction) and f.value
+    }
 
 
 def _proved(claim: CheckedClaim) -> bool:
@@ -248,12 +306,12 @@ def _level(claim: CheckedClaim) -> str:
     return "warning" if claim.verdict.name == "UNDECIDED" else "error"
 
 
-def _junit_case(name: str, claim: CheckedClaim, source: str, numbers: Numbers) -> str:
+def _junit_case(name: str, claim: CheckedClaim, source: str) -> str:
     head = f"    <testcase classname={_attribute(source)} name={_attribute(name)}"
     if _proved(claim):
         listed = "".join(
             f"<property name={_attribute(quantity)} value={_attribute(number)}/>"
-            for quantity, number in numbers.items()
+            for quantity, number in numbers_of(claim).items()
         )
         return f"{head}><properties>{listed}</properties></testcase>" if listed else f"{head}/>"
     verdict = quoteattr(claim.verdict.name)
@@ -261,6 +319,29 @@ def _junit_case(name: str, claim: CheckedClaim, source: str, numbers: Numbers) -
         f"{head}>\n      <failure type={verdict} message={verdict}>{_text(claim.text)}</failure>\n"
         "    </testcase>"
     )
+
+
+def _properties(items: Sequence[tuple[str, str]]) -> list[str]:
+    """Return the properties of a suite; nothing without one."""
+    if not items:
+        return []
+    lines = [f"      <property name={_attribute(k)} value={_attribute(v)}/>" for k, v in items]
+    return ["    <properties>", *lines, "    </properties>"]
+
+
+def _row_properties(row: SummaryLine) -> list[tuple[str, str]]:
+    """Return (name, value) of each number of a row, of its share, and what they rest on."""
+    items = []
+    for number in row.numbers:
+        name = f"{row.name}: {number.quantity}"
+        items.append((f"{name} [{number.unit}]" if number.unit else name, f"{number.value}"))
+        if number.share is not None:
+            items.append((f"{name}, share of what is stated", f"{number.share}"))
+    return [*items, (f"{row.name}: rests on", _rests_on(row))] if items else []
+
+
+def _rests_on(row: SummaryLine) -> str:
+    return row.basis or f"proved{f': {row.claim}' if row.claim else ''}"
 
 
 def _location(source: str, line: int) -> dict[str, object]:
