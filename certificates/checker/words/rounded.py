@@ -35,3 +35,8 @@ def _shown(value: Fraction, context: Context) -> str:
 def range_within(low: Fraction, high: Fraction, digits: int = 6) -> str:
     """Return a range that is not wider than the exact one, e.g. ``3 to 4.5``."""
     return f"{at_most(low, digits)} to {at_least(high, digits)}"
+
+
+def range_around(low: Fraction, high: Fraction) -> str:
+    """Return a range that is not narrower than the exact one."""
+    return f"{at_least(low, 6)} to {at_most(high, 6)}"
