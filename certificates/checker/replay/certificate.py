@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from takagi.certificates.checker.kernel import reader
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.obligation import Decider, decided_exactly
 from takagi.certificates.checker.kernel.reader import MOST_CLAIMS, integer, member, text
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Checked, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Checked, Verdict
 from takagi.certificates.checker.replay.claim_kinds import KINDS, READ, replay
 
 # From the place of a claim in the file to what decides its obligations.

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.loop.polytopic_loop import PolytopicLoop
 from takagi.certificates.checker.replay.claim_kinds import KINDS
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from takagi.certificates.checker.kernel.result import Claim, Outcome
+from takagi.certificates.checker.kernel.claim_kind import Outcome
+from takagi.certificates.checker.kernel.result import Claim
 
 
 def in_words(found: Outcome) -> Claim:

@@ -24,9 +24,10 @@ from typing import Any
 
 import numpy as np
 
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.reader import number, read_text
 from takagi.certificates.checker.kernel.refusal import Refused
-from takagi.certificates.checker.kernel.result import Claim, Outcome, Verdict
+from takagi.certificates.checker.kernel.result import Claim, Verdict
 from takagi.certificates.checker.replay.claim_kinds import replay
 from takagi.certificates.checker.turbine.effort_sharing.actuator_rates import (
     CellRates,

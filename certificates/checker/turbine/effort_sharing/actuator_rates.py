@@ -34,6 +34,7 @@ from itertools import pairwise, product
 from typing import Any, ClassVar, Self
 
 from takagi.certificates.checker.arithmetic.effort_ramp import share
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.matrices import Matrix, read_matrix
 from takagi.certificates.checker.kernel.obligation import (
@@ -44,7 +45,6 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import listed, member, number
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.corners import Stated
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law, Subject
 from takagi.certificates.checker.turbine.effort_sharing.loop import Loop

@@ -27,6 +27,7 @@ from fractions import Fraction
 from itertools import chain, pairwise
 from typing import Any, ClassVar, Self
 
+from takagi.certificates.checker.kernel.claim_kind import Outcome
 from takagi.certificates.checker.kernel.figure import Figure, WindProfile
 from takagi.certificates.checker.kernel.obligation import (
     Obligations,
@@ -36,7 +37,6 @@ from takagi.certificates.checker.kernel.obligation import (
 )
 from takagi.certificates.checker.kernel.reader import increasing, listed, member, number, numbers
 from takagi.certificates.checker.kernel.refusal import CertificateError
-from takagi.certificates.checker.kernel.result import Outcome
 from takagi.certificates.checker.turbine.effort_sharing.inputs import Law
 from takagi.certificates.checker.turbine.effort_sharing.loop_claim import IN_WIND_CLASS
 from takagi.certificates.checker.turbine.effort_sharing.prerequisite import prerequisite_claim
