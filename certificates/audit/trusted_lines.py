@@ -6,8 +6,8 @@ checker is loaded again, even if the process has loaded it before.  A line is *e
 statement that it belongs to has begun. The ``def`` line of a function is executed when the file is
 loaded, its body when the function is called.
 
-The methods ``sentence`` of claim kinds, and the files of ``words/``, make the sentences after
-the last verdict is fixed.  They are counted separately.  The interpreter and the standard library
+The methods ``sentence`` and ``figures`` of claim kinds, and the files of ``words/``, run after the
+last verdict is fixed.  They are counted separately.  The interpreter and the standard library
 are trusted too.
 """
 
@@ -25,7 +25,7 @@ from typing import Any
 
 CHECKER = "takagi.certificates.checker"
 FOLDER = Path(__file__).parents[1] / "checker"
-WORDS = "words"
+WORDS, AFTERWARDS = "words", ("sentence", "figures")
 Lines = dict[str, set[int]]
 
 
@@ -160,7 +160,7 @@ def _counted(module: ModuleType, executed: Lines) -> tuple[File, File]:
     sentences = {
         line
         for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef) and node.name == "sentence"
+        if isinstance(node, ast.FunctionDef) and node.name in AFTERWARDS
         for line in range(first_line(node), (node.end_lineno or node.lineno) + 1)
     }
     place = path.resolve().relative_to(FOLDER.resolve()).as_posix()
